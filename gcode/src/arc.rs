@@ -1,0 +1,182 @@
+//! Circular and helical arcs from centre words or a radius.
+
+use std::f64::consts::TAU;
+
+use crate::modal::{Plane, Units};
+
+/// Ends closer than this, in mm, are the same point: a full circle.
+const SAME_POINT_MM: f64 = 1e-9;
+
+/// An arc in its plane; with a different start and end along the normal it is a helix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arc {
+    /// The plane.
+    pub plane: Plane,
+    /// Centre in the plane's first and second axis, mm.
+    pub centre_mm: [f64; 2],
+    /// Radius at the start, mm.
+    pub radius_start_mm: f64,
+    /// Radius at the end, mm: differs from the start's by the program's rounding.
+    pub radius_end_mm: f64,
+    /// Angle of the start about the centre, rad, from the plane's first axis to its second.
+    pub start_angle: f64,
+    /// Angle turned, rad, positive counter-clockwise (G3); beyond ±2π for several turns.
+    pub sweep: f64,
+}
+
+/// How far an arc's radius may differ between its ends: refused above `coarse_mm`, and above `fine_mm` where it is also more
+/// than `relative` of the radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcTolerance {
+    /// Never accepted above, mm.
+    pub coarse_mm: f64,
+    /// Always accepted up to, mm.
+    pub fine_mm: f64,
+    /// Accepted between the two up to this part of the radius.
+    pub relative: f64,
+}
+
+impl ArcTolerance {
+    /// LinuxCNC's rule: 0.5 mm, 0.005 mm, 0.1 % (0.05 in, 0.0005 in, 0.1 % under G20).
+    pub fn for_units(units: Units) -> Self {
+        match units {
+            Units::Mm => Self { coarse_mm: 0.5, fine_mm: 0.005, relative: 1e-3 },
+            Units::Inch => Self { coarse_mm: 1.27, fine_mm: 0.0127, relative: 1e-3 },
+        }
+    }
+
+    fn accepts(&self, radius_start: f64, radius_end: f64) -> bool {
+        let difference = (radius_start - radius_end).abs();
+        difference <= self.coarse_mm && (difference <= self.fine_mm || difference <= self.relative * radius_start)
+    }
+}
+
+/// Why an arc cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ArcFault {
+    RadiiDiffer { start_mm: f64, end_mm: f64 },
+    ZeroRadius,
+    RadiusTooSmall { radius_mm: f64, half_chord_mm: f64 },
+    RadiusWithoutChord,
+}
+
+impl Arc {
+    /// The arc about `centre` from `start` to `end` (plane coordinates, mm); equal ends make a full circle.
+    pub(crate) fn about(
+        plane: Plane,
+        start: [f64; 2],
+        end: [f64; 2],
+        centre: [f64; 2],
+        counter_clockwise: bool,
+        turns: u32,
+        tolerance: ArcTolerance,
+    ) -> Result<Self, ArcFault> {
+        let from = [start[0] - centre[0], start[1] - centre[1]];
+        let to = [end[0] - centre[0], end[1] - centre[1]];
+        let (radius_start_mm, radius_end_mm) = (from[0].hypot(from[1]), to[0].hypot(to[1]));
+        if !tolerance.accepts(radius_start_mm, radius_end_mm) {
+            return Err(ArcFault::RadiiDiffer { start_mm: radius_start_mm, end_mm: radius_end_mm });
+        }
+        if radius_start_mm.min(radius_end_mm) <= SAME_POINT_MM {
+            return Err(ArcFault::ZeroRadius);
+        }
+        let start_angle = from[1].atan2(from[0]);
+        let closed = (end[0] - start[0]).hypot(end[1] - start[1]) <= SAME_POINT_MM;
+        let turned = if closed { 0.0 } else { (to[1].atan2(to[0]) - start_angle).rem_euclid(TAU) };
+        let whole = TAU * f64::from(turns.saturating_sub(1));
+        let sweep = match (counter_clockwise, turned == 0.0) {
+            (true, true) => TAU + whole,
+            (true, false) => turned + whole,
+            (false, _) => turned - TAU - whole,
+        };
+        Ok(Self { plane, centre_mm: centre, radius_start_mm, radius_end_mm, start_angle, sweep })
+    }
+
+    /// The arc of radius `|radius|` from `start` to `end`; a negative radius takes the long way.
+    pub(crate) fn with_radius(
+        plane: Plane,
+        start: [f64; 2],
+        end: [f64; 2],
+        radius: f64,
+        counter_clockwise: bool,
+        turns: u32,
+        tolerance: ArcTolerance,
+    ) -> Result<Self, ArcFault> {
+        let chord = [end[0] - start[0], end[1] - start[1]];
+        let half_chord_mm = 0.5 * chord[0].hypot(chord[1]);
+        if half_chord_mm <= SAME_POINT_MM {
+            return Err(ArcFault::RadiusWithoutChord);
+        }
+        if half_chord_mm - radius.abs() > tolerance.fine_mm {
+            return Err(ArcFault::RadiusTooSmall { radius_mm: radius.abs(), half_chord_mm });
+        }
+        // The centre lies left of the chord for the short counter-clockwise arc, right for the short clockwise one.
+        let height = (radius * radius - half_chord_mm * half_chord_mm).max(0.0).sqrt();
+        let side = if counter_clockwise == (radius > 0.0) { 1.0 } else { -1.0 };
+        let scale = side * height / (2.0 * half_chord_mm);
+        let centre = [start[0] + 0.5 * chord[0] - scale * chord[1], start[1] + 0.5 * chord[1] + scale * chord[0]];
+        Self::about(plane, start, end, centre, counter_clockwise, turns, tolerance)
+    }
+
+    /// The point at `fraction` (0 to 1) of the sweep, in the plane's two axes, mm; the radius runs linearly between the ends.
+    pub fn plane_point(&self, fraction: f64) -> [f64; 2] {
+        let radius = self.radius_start_mm + (self.radius_end_mm - self.radius_start_mm) * fraction;
+        let (sin, cos) = (self.start_angle + self.sweep * fraction).sin_cos();
+        [self.centre_mm[0] + radius * cos, self.centre_mm[1] + radius * sin]
+    }
+
+    /// Length of the helix that rises by `rise_mm` along the normal, mm: `√((r̄·θ)² + Δr² + h²)`, exact where the radii agree.
+    pub fn length_mm(&self, rise_mm: f64) -> f64 {
+        let mean = 0.5 * (self.radius_start_mm + self.radius_end_mm);
+        let radial = self.radius_end_mm - self.radius_start_mm;
+        (mean * self.sweep).hypot(radial).hypot(rise_mm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    const TOLERANCE: ArcTolerance = ArcTolerance { coarse_mm: 0.5, fine_mm: 0.005, relative: 1e-3 };
+
+    #[test]
+    fn radius_and_centre_describe_the_same_arc() {
+        let (start, end) = ([10.0, 0.0], [0.0, 10.0]);
+        for (ccw, radius, centre, sweep) in [
+            (true, 10.0, [0.0, 0.0], FRAC_PI_2),
+            (false, 10.0, [10.0, 10.0], -FRAC_PI_2),
+            (true, -10.0, [10.0, 10.0], 3.0 * FRAC_PI_2),
+            (false, -10.0, [0.0, 0.0], -3.0 * FRAC_PI_2),
+        ] {
+            let by_radius = Arc::with_radius(Plane::Xy, start, end, radius, ccw, 1, TOLERANCE).expect("valid");
+            let by_centre = Arc::about(Plane::Xy, start, end, centre, ccw, 1, TOLERANCE).expect("valid");
+            assert!((by_radius.sweep - sweep).abs() < 1e-12 && (by_centre.sweep - sweep).abs() < 1e-12);
+            for fraction in [0.0, 0.3, 1.0] {
+                let (p, q) = (by_radius.plane_point(fraction), by_centre.plane_point(fraction));
+                assert!((p[0] - q[0]).abs() < 1e-9 && (p[1] - q[1]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn circles_turns_and_faults() {
+        let at = [5.0, 0.0];
+        let circle = Arc::about(Plane::Xy, at, at, [0.0, 0.0], false, 1, TOLERANCE).expect("valid");
+        assert_eq!(circle.sweep, -TAU);
+        assert!((circle.length_mm(0.0) - 10.0 * PI).abs() < 1e-9);
+        let three = Arc::about(Plane::Xy, at, [0.0, 5.0], [0.0, 0.0], true, 3, TOLERANCE).expect("valid");
+        assert!((three.sweep - (2.0 * TAU + FRAC_PI_2)).abs() < 1e-12);
+        assert!(matches!(
+            Arc::about(Plane::Xy, at, [0.0, 6.0], [0.0, 0.0], true, 1, TOLERANCE),
+            Err(ArcFault::RadiiDiffer { .. })
+        ));
+        assert_eq!(Arc::with_radius(Plane::Xy, at, at, 5.0, true, 1, TOLERANCE), Err(ArcFault::RadiusWithoutChord));
+        assert!(matches!(
+            Arc::with_radius(Plane::Xy, at, [-5.0, 0.0], 4.9, true, 1, TOLERANCE),
+            Err(ArcFault::RadiusTooSmall { .. })
+        ));
+        let half = Arc::with_radius(Plane::Xy, at, [-5.0, 0.0], 4.999, true, 1, TOLERANCE).expect("within tolerance");
+        assert!((half.sweep - PI).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,212 @@
+//! What each G code means in each dialect.
+
+use crate::dialect::Dialect;
+use crate::modal::{CutterCompensation, Distance, FeedMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
+
+/// A motion code of modal group 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    Rapid,
+    Line,
+    ArcClockwise,
+    ArcCounterClockwise,
+    Thread,
+    RigidTap,
+    Probe,
+}
+
+/// How blocks are joined, before its words are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PathCode {
+    ExactPath,
+    ExactStop,
+    Continuous,
+}
+
+/// Codes that use up the block's axis words and hold for their block alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OneShot {
+    Dwell,
+    SetData,
+    Home,
+    LocalShift,
+    SetPosition,
+    MacroCall,
+    ToolOffset,
+}
+
+/// One G code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Code {
+    Motion(Motion),
+    Cycle(u16),
+    CancelCycle,
+    OneShot(OneShot),
+    ClearPositionShift,
+    SuspendPositionShift,
+    RestorePositionShift,
+    MachineCoordinates,
+    Units(Units),
+    Distance(Distance),
+    ArcDistance(Distance),
+    FeedMode(FeedMode),
+    Plane(Plane),
+    WorkOffset(WorkOffset),
+    ExtendedWorkOffset,
+    Cutter(CutterCompensation),
+    ToolLength(ToolLength),
+    Path(PathCode),
+    ReturnLevel(ReturnLevel),
+    /// Rotation, scaling, mirror, polar, diameter: programmed coordinates are not the path's.
+    TransformOn,
+    TransformOff,
+    ModalMacroOn,
+    ModalMacroOff,
+    /// Constant surface speed: S is no longer rev/min.
+    SurfaceSpeed(bool),
+    /// Known, without influence on geometry.
+    Silent,
+    /// Known to move the tool along a path that is not interpreted.
+    UnsupportedMotion,
+    Unknown,
+}
+
+/// A code in tenths: 911 for G91.1; `None` for numbers that name no code.
+pub(crate) fn tenths(value: f64) -> Option<u16> {
+    let scaled = value * 10.0;
+    let rounded = scaled.round();
+    ((scaled - rounded).abs() < 1e-6 && (0.0..10_000.0).contains(&rounded)).then_some(rounded as u16)
+}
+
+/// A code as it is written: `G91.1`.
+pub(crate) fn written(tenths: u16) -> String {
+    match tenths % 10 {
+        0 => format!("G{}", tenths / 10),
+        part => format!("G{}.{part}", tenths / 10),
+    }
+}
+
+/// Whether the code `off` ends the transformation that `on` began (both in tenths).
+pub(crate) fn cancels(off: u16, on: u16) -> bool {
+    match off {
+        80 => on == 70,
+        131 => on == 121,
+        150 => on == 160,
+        500 => on == 510,
+        501 => on == 511,
+        690 => (680..=684).contains(&on),
+        _ => false,
+    }
+}
+
+/// The meaning of a G code; `has_cycle_words` tells whether P or Q stands in the block.
+pub(crate) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> Code {
+    use Code::*;
+    match tenths {
+        0 => Motion(self::Motion::Rapid),
+        10 => Motion(self::Motion::Line),
+        20 => Motion(self::Motion::ArcClockwise),
+        30 => Motion(self::Motion::ArcCounterClockwise),
+        330 => Motion(self::Motion::Thread),
+        331 => Motion(self::Motion::RigidTap),
+        382..=385 => Motion(self::Motion::Probe),
+        40 => OneShot(self::OneShot::Dwell),
+        100 => OneShot(self::OneShot::SetData),
+        280 | 300 => OneShot(self::OneShot::Home),
+        520 => OneShot(self::OneShot::LocalShift),
+        920 => OneShot(self::OneShot::SetPosition),
+        921 => ClearPositionShift,
+        922 => SuspendPositionShift,
+        923 => RestorePositionShift,
+        530 => MachineCoordinates,
+        170 => Plane(self::Plane::Xy),
+        180 => Plane(self::Plane::Zx),
+        190 => Plane(self::Plane::Yz),
+        200 => Units(self::Units::Inch),
+        210 => Units(self::Units::Mm),
+        400 => Cutter(CutterCompensation::Off),
+        410 | 411 => Cutter(CutterCompensation::Left),
+        420 | 421 => Cutter(CutterCompensation::Right),
+        431 | 432 if dialect == Dialect::LinuxCnc => OneShot(self::OneShot::ToolOffset),
+        430 | 431 | 432 | 440 => ToolLength(self::ToolLength::On),
+        434 | 435 => ToolLength(self::ToolLength::TipControl),
+        490 => ToolLength(self::ToolLength::Off),
+        540 | 550 | 560 | 570 | 580 | 590 => WorkOffset(self::WorkOffset::Standard(((tenths - 530) / 10) as u8)),
+        591..=593 => WorkOffset(self::WorkOffset::Standard((tenths - 584) as u8)),
+        541 => ExtendedWorkOffset,
+        610 => Path(PathCode::ExactPath),
+        611 => Path(PathCode::ExactStop),
+        640 => Path(PathCode::Continuous),
+        730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Cycle(tenths / 10),
+        800 => CancelCycle,
+        900 => Distance(self::Distance::Absolute),
+        910 => Distance(self::Distance::Incremental),
+        901 => ArcDistance(self::Distance::Absolute),
+        911 => ArcDistance(self::Distance::Incremental),
+        930 => FeedMode(self::FeedMode::InverseTime),
+        940 => FeedMode(self::FeedMode::PerMinute),
+        950 => FeedMode(self::FeedMode::PerRevolution),
+        960 => SurfaceSpeed(true),
+        970 => SurfaceSpeed(false),
+        980 => ReturnLevel(self::ReturnLevel::Initial),
+        990 => ReturnLevel(self::ReturnLevel::Retract),
+        _ => match dialect {
+            Dialect::Fanuc => classify_fanuc(tenths, has_cycle_words),
+            Dialect::LinuxCnc => classify_linuxcnc(tenths),
+        },
+    }
+}
+
+fn classify_fanuc(tenths: u16, has_cycle_words: bool) -> Code {
+    match tenths {
+        // Look-ahead, exact stop for one block, data input end, stroke checks, spindle checks, corner override, tapping mode.
+        50 | 51 | 80 | 81 | 90 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
+        270 | 290 => Code::OneShot(OneShot::Home),
+        310 => Code::Motion(Motion::Probe),
+        700 if !has_cycle_words => Code::Units(Units::Inch),
+        710 if !has_cycle_words => Code::Units(Units::Mm),
+        121 | 160 | 510 | 511 | 680 | 682..=684 => Code::TransformOn,
+        131 | 150 | 500 | 501 | 690 => Code::TransformOff,
+        650 => Code::OneShot(OneShot::MacroCall),
+        660 | 661 => Code::ModalMacroOn,
+        670 => Code::ModalMacroOff,
+        20..=39 | 61..=63 | 70..=71 | 120 | 130 | 321..=322 | 340..=360 | 450..=480 | 600 | 700..=720 => Code::UnsupportedMotion,
+        _ => Code::Unknown,
+    }
+}
+
+fn classify_linuxcnc(tenths: u16) -> Code {
+    match tenths {
+        281 | 301 => Code::Silent,
+        70 => Code::TransformOn,
+        80 => Code::TransformOff,
+        50..=53 | 700..=722 => Code::UnsupportedMotion,
+        _ => Code::Unknown,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_exact_tenths() {
+        assert_eq!(tenths(91.1), Some(911));
+        assert_eq!(tenths(0.0), Some(0));
+        assert_eq!(tenths(1.55), None);
+        assert_eq!(tenths(-1.0), None);
+        assert_eq!(tenths(f64::NAN), None);
+        assert_eq!(written(911), "G91.1");
+        assert_eq!(written(540), "G54");
+    }
+
+    #[test]
+    fn the_same_code_differs_by_dialect() {
+        assert_eq!(classify(80, Dialect::Fanuc, false), Code::Silent);
+        assert_eq!(classify(80, Dialect::LinuxCnc, false), Code::TransformOff);
+        assert_eq!(classify(710, Dialect::Fanuc, false), Code::Units(Units::Mm));
+        assert_eq!(classify(710, Dialect::LinuxCnc, false), Code::UnsupportedMotion);
+        assert_eq!(classify(593, Dialect::Fanuc, false), Code::WorkOffset(WorkOffset::Standard(9)));
+        assert_eq!(classify(540, Dialect::LinuxCnc, false), Code::WorkOffset(WorkOffset::Standard(1)));
+    }
+}

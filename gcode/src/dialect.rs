@@ -1,0 +1,117 @@
+//! Which control a program is written for, and what its text does not say.
+
+use crate::arc::ArcTolerance;
+use crate::modal::Units;
+use crate::program::Program;
+use crate::word::WordKind;
+
+/// The control's way of reading RS-274.
+///
+/// | | `Fanuc` (and most others) | `LinuxCnc` |
+/// |---|---|---|
+/// | `G4 P` | milliseconds (`X`, `U`: seconds) | seconds |
+/// | `G80` beside `G0`-`G3` | allowed, cancels the cycle | refused: one motion group |
+/// | after `G80` | the last of `G0`-`G3` holds again | no motion code is active |
+/// | `G43` without a tool-axis word | the tool tip's coordinate stays | the coordinate jumps by the offset: unknown |
+/// | arc `P` | refused | number of turns |
+/// | `G52` | local shift beside `G92` | the same store as `G92` |
+/// | return level `G98` | where the cycle began | the same, or R where that is higher |
+/// | flow | `IF`, `GOTO`, `WHILE`, `M98`, `G65` | O-words |
+/// | `G5`, `G7`, `G8` | look-ahead switches (`G7` refused) | splines (refused), lathe diameter mode |
+/// | `G70`, `G71` without P, Q | inch, mm | lathe cycles: refused |
+/// | `G33` lead | F | K |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Dialect {
+    /// Fanuc and what follows it: Haas, Mach3, most hobby controls.
+    #[default]
+    Fanuc,
+    /// LinuxCNC 2.9.
+    LinuxCnc,
+}
+
+/// How I, J, K are read as long as the program states neither G90.1 nor G91.1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ArcCentres {
+    /// From the start of the arc; but where that fits no circle and absolute centres fit everywhere, absolute, with a warning.
+    #[default]
+    Auto,
+    /// From the start of the arc (G91.1).
+    Incremental,
+    /// From the program's zero (G90.1).
+    Absolute,
+}
+
+/// What the interpreter must know beside the program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The control.
+    pub dialect: Dialect,
+    /// Units before the first G20 or G21.
+    pub units: Units,
+    /// Meaning of I, J, K before the first G90.1 or G91.1.
+    pub arc_centres: ArcCentres,
+    /// Whether the block-delete switch is on, so that `/` blocks are skipped.
+    pub block_delete: bool,
+    /// Position at the program's start in mm, where it is known.
+    pub start_mm: Option<[f64; 3]>,
+    /// How well an arc's centre must fit its ends; `None` takes LinuxCNC's rule.
+    pub arc_tolerance: Option<ArcTolerance>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Dialect::default().into()
+    }
+}
+
+impl From<Dialect> for Options {
+    fn from(dialect: Dialect) -> Self {
+        Self {
+            dialect,
+            units: Units::Mm,
+            arc_centres: ArcCentres::Auto,
+            block_delete: false,
+            start_mm: None,
+            arc_tolerance: None,
+        }
+    }
+}
+
+impl Dialect {
+    /// Guesses the dialect from codes that only one of the two knows; Fanuc where nothing tells.
+    pub fn detect(program: &Program) -> Self {
+        let mut linux_cnc = 0_usize;
+        let mut fanuc = 0_usize;
+        for word in program.words() {
+            let text = program.text(word.span);
+            match (word.kind, word.letter) {
+                (WordKind::Flow, _) if text.first().is_some_and(|b| b.eq_ignore_ascii_case(&b'o')) => linux_cnc += 2,
+                (WordKind::Flow, _) => fanuc += 2,
+                (WordKind::Assignment | WordKind::Expression, _) if text.contains(&b'<') => linux_cnc += 2,
+                (WordKind::Number, b'O') => fanuc += 2,
+                (WordKind::Number, b'M') if [98.0, 99.0, 29.0].contains(&word.value) => fanuc += 1,
+                (WordKind::Number, b'M') if (64.0..=68.0).contains(&word.value) => linux_cnc += 1,
+                (WordKind::Number, b'G') if [5.1, 8.0, 54.1, 65.0, 66.0, 71.0, 70.0].contains(&word.value) => fanuc += 1,
+                (WordKind::Number, b'G') if [33.1, 38.2, 38.3, 43.1, 59.1, 59.2, 59.3, 61.1, 92.3].contains(&word.value) => {
+                    linux_cnc += 1;
+                }
+                _ => {}
+            }
+        }
+        if linux_cnc > fanuc { Self::LinuxCnc } else { Self::Fanuc }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse;
+
+    #[test]
+    fn dialects_are_told_by_their_own_codes() {
+        assert_eq!(Dialect::detect(&parse("%\nO1000\nG0 X1\nM30\n%")), Dialect::Fanuc);
+        assert_eq!(Dialect::detect(&parse("o100 sub\nG0 X1\no100 endsub\nM2")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("#<depth> = 3\nG0 X1\nM2")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("G0 X1\nM30")), Dialect::Fanuc);
+    }
+}

@@ -1,0 +1,147 @@
+//! Changes to a program as patches of byte spans: whatever no edit names stays as it is.
+
+use crate::error::GcodeError;
+use crate::program::Program;
+use crate::word::Span;
+
+#[derive(Clone, Debug)]
+struct Patch {
+    span: Span,
+    text: Vec<u8>,
+}
+
+/// Changes to one program, collected in any order and applied at once by [`edit`].
+#[derive(Clone, Debug, Default)]
+pub struct Edits {
+    patches: Vec<Patch>,
+}
+
+impl Edits {
+    /// No change.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether nothing is changed.
+    pub fn is_empty(&self) -> bool {
+        self.patches.is_empty()
+    }
+
+    /// Number of patches collected.
+    pub fn len(&self) -> usize {
+        self.patches.len()
+    }
+
+    /// Replaces the bytes of a span; an empty span inserts, an empty text deletes.
+    ///
+    /// Several insertions at one place keep the order in which they were made.
+    pub fn replace(&mut self, span: Span, text: impl Into<Vec<u8>>) {
+        self.patches.push(Patch { span, text: text.into() });
+    }
+
+    /// Inserts whole lines before a block, with the program's line ending.
+    ///
+    /// # Errors
+    /// [`GcodeError::NoSuchBlock`].
+    pub fn insert_before<L: AsRef<[u8]>>(&mut self, program: &Program, block: usize, lines: &[L]) -> Result<(), GcodeError> {
+        let start = existing(program, block)?.span.start;
+        let text = joined(program, lines, false);
+        if !text.is_empty() {
+            self.replace(Span { start, end: start }, text);
+        }
+        Ok(())
+    }
+
+    /// Inserts whole lines after a block, with the program's line ending.
+    ///
+    /// # Errors
+    /// [`GcodeError::NoSuchBlock`].
+    pub fn insert_after<L: AsRef<[u8]>>(&mut self, program: &Program, block: usize, lines: &[L]) -> Result<(), GcodeError> {
+        let here = existing(program, block)?;
+        // A last line without an ending keeps none: the ending goes before the new lines instead.
+        let text = joined(program, lines, here.next == here.span.end);
+        if !text.is_empty() {
+            self.replace(Span { start: here.next, end: here.next }, text);
+        }
+        Ok(())
+    }
+}
+
+fn existing(program: &Program, block: usize) -> Result<crate::program::Block, GcodeError> {
+    program.blocks().get(block).copied().ok_or(GcodeError::NoSuchBlock { block, blocks: program.blocks().len() })
+}
+
+fn joined<L: AsRef<[u8]>>(program: &Program, lines: &[L], ending_first: bool) -> Vec<u8> {
+    let mut text = Vec::new();
+    for line in lines {
+        if ending_first {
+            text.extend_from_slice(program.line_ending());
+        }
+        text.extend_from_slice(line.as_ref());
+        if !ending_first {
+            text.extend_from_slice(program.line_ending());
+        }
+    }
+    text
+}
+
+/// Applies edits to a program and returns the new bytes; without edits these are the old ones.
+///
+/// # Errors
+/// [`GcodeError::OverlappingEdits`] where two edits name the same byte or one inserts inside the other's span,
+/// [`GcodeError::OutsideProgram`] for bytes that the program does not have.
+pub fn edit(program: &Program, edits: &Edits) -> Result<Vec<u8>, GcodeError> {
+    let bytes = program.bytes();
+    let mut order: Vec<&Patch> = edits.patches.iter().collect();
+    // Stable: insertions at one place stay in order, and come before a replacement that starts there.
+    order.sort_by_key(|patch| (patch.span.start, patch.span.end));
+    let added: usize = order.iter().map(|patch| patch.text.len()).sum();
+    let mut out = Vec::with_capacity(bytes.len() + added);
+    let mut done = Span { start: 0, end: 0 };
+    for patch in order {
+        let Span { start, end } = patch.span;
+        if start > end || end as usize > bytes.len() {
+            return Err(GcodeError::OutsideProgram { span: patch.span, length: bytes.len() });
+        }
+        if start < done.end {
+            return Err(GcodeError::OverlappingEdits { first: done, second: patch.span });
+        }
+        out.extend_from_slice(&bytes[done.end as usize..start as usize]);
+        out.extend_from_slice(&patch.text);
+        done = patch.span;
+    }
+    out.extend_from_slice(&bytes[done.end as usize..]);
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse;
+
+    #[test]
+    fn words_and_lines_are_patched() {
+        let program = parse("%\r\nG1 X1 Y2 (keep)\r\nM30");
+        let mut edits = Edits::new();
+        let word = program.words()[program.find(1, b'X').expect("there is an X")];
+        edits.replace(word.value_span(), "1.25");
+        edits.insert_before(&program, 1, &["G64 P0.01"]).expect("block 1 exists");
+        edits.insert_after(&program, 1, &["X3", "X4"]).expect("block 1 exists");
+        edits.insert_after(&program, 2, &["%"]).expect("block 2 exists");
+        let text = edit(&program, &edits).expect("no overlap");
+        assert_eq!(text, b"%\r\nG64 P0.01\r\nG1 X1.25 Y2 (keep)\r\nX3\r\nX4\r\nM30\r\n%");
+    }
+
+    #[test]
+    fn conflicts_are_found() {
+        let program = parse("G1 X1 Y2");
+        let mut edits = Edits::new();
+        edits.replace(Span { start: 3, end: 5 }, "X2");
+        edits.replace(Span { start: 4, end: 8 }, "3");
+        assert!(matches!(edit(&program, &edits), Err(GcodeError::OverlappingEdits { .. })));
+        let mut outside = Edits::new();
+        outside.replace(Span { start: 7, end: 9 }, "");
+        assert!(matches!(edit(&program, &outside), Err(GcodeError::OutsideProgram { .. })));
+        assert!(matches!(outside.insert_after(&program, 1, &["X"]), Err(GcodeError::NoSuchBlock { block: 1, blocks: 1 })));
+    }
+}

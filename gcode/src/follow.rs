@@ -1,0 +1,150 @@
+//! Flow control as far as it must be followed: whether a feed move is sure to run once, in the modal state that was read.
+
+use crate::codes::{Code, Motion, OneShot};
+use crate::flow::{Flow, classify};
+use crate::gather::Gathered;
+use crate::interpret::{AXES, Interpreter};
+use crate::word::Span;
+
+/// Most subprograms, loops and branches open at once.
+const DEEPEST: usize = 100;
+
+#[derive(Debug)]
+struct Body {
+    label: Vec<u8>,
+    block: usize,
+    is_do: bool,
+    is_subprogram: bool,
+}
+
+/// Which bodies are open and what made the rest uncertain.
+#[derive(Debug, Default)]
+pub(crate) struct FlowState {
+    bodies: Vec<Body>,
+    /// The first block that may have jumped, or changed modal state under a condition.
+    uncertain: Option<usize>,
+}
+
+impl FlowState {
+    /// Whether a subprogram is being defined.
+    pub fn in_subprogram(&self) -> bool {
+        self.bodies.iter().any(|body| body.is_subprogram)
+    }
+
+    /// The block that makes a move here unpredictable, and how.
+    pub fn fault(&self) -> Option<(usize, &'static str)> {
+        match (self.bodies.first(), self.uncertain) {
+            (Some(body), _) => Some((body.block, "inside the subprogram, loop or branch that opens")),
+            (None, Some(block)) => Some((block, "after the jump or condition")),
+            (None, None) => None,
+        }
+    }
+
+    fn close(&mut self, label: &[u8]) -> bool {
+        let found = self.bodies.iter().rposition(|body| body.label.eq_ignore_ascii_case(label));
+        if let Some(at) = found {
+            self.bodies.truncate(at);
+        }
+        found.is_some()
+    }
+}
+
+impl Interpreter<'_> {
+    /// Follows the flow statement in word `index`.
+    pub fn follow_flow(&mut self, index: usize) {
+        let span = self.span(index);
+        let block = self.block;
+        let open = |label: &[u8], is_do, is_subprogram| Body { label: label.to_vec(), block, is_do, is_subprogram };
+        let statement = classify(self.program.text(span));
+        if self.flow.bodies.len() >= DEEPEST
+            && matches!(statement, Flow::Sub { .. } | Flow::Open { .. } | Flow::OpenDo { .. } | Flow::While { .. })
+        {
+            self.report.error(span, format!("more than {DEEPEST} bodies are open"), None);
+            return;
+        }
+        match statement {
+            Flow::Sub { label } => self.flow.bodies.push(open(label, false, true)),
+            Flow::Open { label } => self.flow.bodies.push(open(label, false, false)),
+            Flow::OpenDo { label } => self.flow.bodies.push(open(label, true, false)),
+            Flow::While { label } => {
+                if self.flow.bodies.last().is_some_and(|body| body.is_do && body.label.eq_ignore_ascii_case(label)) {
+                    self.close_body(label);
+                } else {
+                    self.flow.bodies.push(open(label, false, false));
+                }
+            }
+            Flow::Close { label } => self.close_body(label),
+            Flow::Call if self.flow.in_subprogram() => {}
+            Flow::Call => self.call(span),
+            Flow::Jump => self.jump(span),
+            Flow::Assign | Flow::Inside => {}
+        }
+    }
+
+    fn close_body(&mut self, label: &[u8]) {
+        let was_subprogram = self.flow.in_subprogram();
+        if self.flow.close(label) && !was_subprogram {
+            // The body may have run or not.
+            self.forget_all();
+            self.motion = None;
+            self.cycle = None;
+        }
+    }
+
+    /// A subprogram or macro call: the tool may be anywhere afterwards.
+    pub fn call(&mut self, span: Span) {
+        self.forget_all();
+        self.report.warning(
+            span,
+            "a subprogram is called: its moves are not read, and the modal state is taken to be the same afterwards",
+            None,
+        );
+    }
+
+    /// A jump: feed moves that were read may run again, those that follow may not run.
+    pub fn jump(&mut self, span: Span) {
+        if self.fed {
+            self.report.error(
+                span,
+                "a jump or condition after feed moves: they may run again or not at all",
+                Some("unroll the program before it is compensated"),
+            );
+        }
+        self.flow.uncertain = self.flow.uncertain.or(Some(self.block));
+        self.forget_all();
+    }
+
+    /// In a body that may not run, modal codes leave everything after it uncertain.
+    pub fn note_body(&mut self, words: &Gathered) {
+        if self.flow.bodies.is_empty() {
+            return;
+        }
+        let changes_state = words.g.iter().any(|g| {
+            !matches!(
+                g.code,
+                Code::Motion(Motion::Rapid)
+                    | Code::OneShot(OneShot::Dwell | OneShot::Home)
+                    | Code::MachineCoordinates
+                    | Code::Silent
+            )
+        });
+        if changes_state || words.has(b'F') {
+            self.flow.uncertain = self.flow.uncertain.or(Some(self.block));
+        }
+    }
+
+    /// A subprogram's body runs elsewhere and more than once, so that only rapids are let through in it.
+    pub fn refuse_subprogram_motion(&mut self, words: &Gathered) {
+        let harmless = words.g.iter().any(|g| {
+            matches!(
+                g.code,
+                Code::Motion(Motion::Rapid) | Code::OneShot(_) | Code::MachineCoordinates | Code::TransformOn | Code::Cycle(_)
+            )
+        });
+        let geometry = words.any(AXES).or_else(|| words.any(b"IJK"));
+        if let (Some(index), false, Some((cause, _))) = (geometry, harmless, self.flow.fault()) {
+            let message = format!("a feed move inside the subprogram that opens on line {}", cause + 1);
+            self.report.error_from("flow", cause, self.span(index), message, "unroll the program before it is compensated");
+        }
+    }
+}

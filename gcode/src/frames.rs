@@ -1,0 +1,173 @@
+//! Shifts of the program's zero, data input, homing and dwell: blocks whose axis words are no targets.
+//!
+//! Positions are kept in the work frame *before* G52 and G92, so that those leave no jump in the path. Where G92 is given at
+//! a place that is not known, that frame is laid anew through it.
+
+use crate::dialect::Dialect;
+use crate::gather::Gathered;
+use crate::interpret::{AXES, Interpreter};
+use crate::modal::{Distance, WorkOffset};
+use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
+use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
+
+/// The parts of the program's shift (mm; rad for A, B, C).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Shifts {
+    local: [f64; 6],
+    position: [f64; 6],
+    saved: [f64; 6],
+    /// Axes whose frame G92 laid anew, so that taking it back leaves their place unknown.
+    relaid: [bool; 6],
+}
+
+impl Interpreter<'_> {
+    /// A word's number in mm or rad; `None` for what is no coordinate.
+    pub fn scaled(&self, words: &Gathered, axis: usize) -> Option<f64> {
+        let number = words.number(self.program, AXIS_LETTERS[axis]).filter(|n| n.abs() <= LARGEST_COORDINATE)?;
+        Some(if axis < 3 { number * self.modal.units.mm() } else { number.to_radians() })
+    }
+
+    fn update_shift(&mut self) {
+        for axis in 0..6 {
+            self.modal.shift[axis] = self.shifts.local[axis] + self.shifts.position[axis];
+        }
+    }
+
+    fn named(&self, words: &Gathered) -> impl Iterator<Item = usize> + use<> {
+        let present: [bool; 6] = std::array::from_fn(|axis| words.has(AXIS_LETTERS[axis]));
+        (0..6).filter(move |axis| present[*axis])
+    }
+
+    /// G52: the zero moves to these coordinates of the work frame.
+    pub fn local_shift(&mut self, words: &Gathered) {
+        for axis in self.named(words) {
+            let value = self.scaled(words, axis);
+            if value.is_none() {
+                self.position.forget(axis);
+            }
+            let shift = match self.options.dialect {
+                Dialect::Fanuc => &mut self.shifts.local[axis],
+                Dialect::LinuxCnc => &mut self.shifts.position[axis],
+            };
+            *shift = value.unwrap_or(*shift);
+        }
+        self.update_shift();
+    }
+
+    /// G92: where the tool stands gets these coordinates.
+    pub fn set_position(&mut self, words: &Gathered) {
+        for axis in self.named(words) {
+            let Some(value) = self.scaled(words, axis) else {
+                self.position.forget(axis);
+                continue;
+            };
+            if self.position.knows(axis) {
+                self.shifts.position[axis] = self.position.nominal[axis] - value - self.shifts.local[axis];
+            } else {
+                self.shifts.position[axis] = -self.shifts.local[axis];
+                self.shifts.relaid[axis] = true;
+                self.position.set(axis, value);
+            }
+        }
+        self.update_shift();
+    }
+
+    /// G92.1 (and G92.2, which keeps the values for G92.3).
+    pub fn clear_position_shift(&mut self, keep: bool) {
+        if keep {
+            self.shifts.saved = self.shifts.position;
+        } else {
+            self.shifts.saved = [0.0; 6];
+        }
+        self.shifts.position = [0.0; 6];
+        for axis in 0..6 {
+            if std::mem::take(&mut self.shifts.relaid[axis]) {
+                self.position.forget(axis);
+            }
+        }
+        self.update_shift();
+    }
+
+    /// G92.3.
+    pub fn restore_position_shift(&mut self) {
+        self.shifts.position = self.shifts.saved;
+        self.update_shift();
+    }
+
+    /// G10: where it changes a work offset that may be active, the named coordinates are no longer known.
+    pub fn set_data(&mut self, words: &Gathered) {
+        let number = |letter| words.number(self.program, letter);
+        let sets_offset = !words.has(b'L') || number(b'L').is_none_or(|l| l == 2.0 || l == 20.0);
+        if !sets_offset {
+            return;
+        }
+        let other = match (number(b'P'), self.modal.work_offset) {
+            (Some(p), WorkOffset::Standard(active)) => (1.0..=9.0).contains(&p) && p != f64::from(active),
+            (Some(p), WorkOffset::Extended(active)) => (1.0..=9.0).contains(&p) && p != f64::from(active),
+            _ => false,
+        };
+        if other {
+            return;
+        }
+        if words.has(b'R') {
+            self.forget_all();
+        }
+        for axis in self.named(words).collect::<Vec<_>>() {
+            self.position.forget(axis);
+        }
+    }
+
+    /// G27 to G30: the named axes (all, where none is) go to a fixed point of the machine.
+    pub fn home(&mut self, words: &Gathered) {
+        let start = self.position;
+        if words.any(AXES).is_some() {
+            for axis in self.named(words).collect::<Vec<_>>() {
+                self.position.forget(axis);
+            }
+        } else {
+            self.forget_all();
+        }
+        self.push_fixed(MoveKind::Home, start, Fixed::Home, false);
+    }
+
+    /// G4; returns whether it took the axis words (Fanuc's `G4 X1.`).
+    pub fn dwell(&mut self, words: &Gathered) -> bool {
+        let number = |letter| words.number(self.program, letter);
+        let (seconds, taken) = match self.options.dialect {
+            Dialect::LinuxCnc => (number(b'P'), false),
+            Dialect::Fanuc if words.has(b'P') => (number(b'P').map(|ms| ms / 1000.0), false),
+            Dialect::Fanuc => (number(b'X').or_else(|| number(b'U')), true),
+        };
+        self.push_fixed(MoveKind::Dwell { seconds }, self.position, Fixed::Dwell, false);
+        taken
+    }
+
+    /// Records a move that stays as it is and ends at the present position.
+    pub fn push_fixed(&mut self, kind: MoveKind, start: crate::position::Position, why: Fixed, explicit_motion: bool) {
+        let modal = self.modal_index();
+        self.moves.push(Move {
+            block: self.block as u32,
+            modal,
+            kind,
+            start,
+            end: self.position,
+            feed: None,
+            feed_word: None,
+            explicit_motion,
+            shiftable: Shiftable::No(why),
+        });
+    }
+
+    /// The end of a move to the block's axis words, each `repeats` times where they are distances.
+    pub fn target(&self, words: &Gathered, repeats: u32) -> crate::position::Position {
+        let mut end = self.position;
+        for axis in self.named(words) {
+            match (self.scaled(words, axis), self.modal.distance) {
+                (None, _) => end.forget(axis),
+                (Some(value), Distance::Absolute) => end.set(axis, value + self.modal.shift[axis]),
+                (Some(value), Distance::Incremental) => end.nominal[axis] += value * f64::from(repeats),
+            }
+        }
+        end
+    }
+}

@@ -1,0 +1,108 @@
+//! The words of one block sorted by letter, ready for the interpreter.
+
+use crate::codes::{Code, classify, tenths};
+use crate::dialect::Dialect;
+use crate::program::Program;
+use crate::word::{Word, WordKind};
+
+/// One G word with its meaning.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GWord {
+    pub index: usize,
+    pub tenths: u16,
+    pub code: Code,
+}
+
+/// A block's words by letter; reused from block to block.
+#[derive(Debug, Default)]
+pub(crate) struct Gathered {
+    by_letter: [Option<u32>; 26],
+    pub g: Vec<GWord>,
+    pub m: Vec<usize>,
+    /// G words whose number is an expression or names no code.
+    pub bad_g: Option<usize>,
+    pub unknown: Option<usize>,
+    pub duplicate: Option<usize>,
+    pub flow: Option<usize>,
+    pub percent: bool,
+    pub block_delete: bool,
+    pub is_empty: bool,
+}
+
+impl Gathered {
+    /// Sorts the words of `block`.
+    pub fn fill(&mut self, program: &Program, block: usize, dialect: Dialect) {
+        let (mut g, mut m) = (std::mem::take(&mut self.g), std::mem::take(&mut self.m));
+        g.clear();
+        m.clear();
+        *self = Self { g, m, is_empty: true, ..Self::default() };
+        let range = program.word_range(block);
+        let has_cycle_words = program.words()[range.clone()].iter().any(|w| w.is(b'P') || w.is(b'Q'));
+        for index in range {
+            let word = &program.words()[index];
+            if word.kind != WordKind::Comment {
+                self.is_empty = false;
+            }
+            match word.kind {
+                WordKind::Comment | WordKind::Assignment => {}
+                WordKind::BlockDelete => self.block_delete = true,
+                WordKind::Percent => self.percent = true,
+                WordKind::Flow => self.flow = self.flow.or(Some(index)),
+                WordKind::Unknown => self.unknown = self.unknown.or(Some(index)),
+                WordKind::Number | WordKind::Expression => self.add(index, word, dialect, has_cycle_words),
+            }
+        }
+    }
+
+    fn add(&mut self, index: usize, word: &Word, dialect: Dialect, has_cycle_words: bool) {
+        match word.letter {
+            b'G' => match word.number().and_then(tenths) {
+                Some(tenths) => self.g.push(GWord { index, tenths, code: classify(tenths, dialect, has_cycle_words) }),
+                None => self.bad_g = self.bad_g.or(Some(index)),
+            },
+            b'M' => self.m.push(index),
+            letter => {
+                let Some(slot) = self.by_letter.get_mut(usize::from(letter.wrapping_sub(b'A'))) else { return };
+                if slot.is_some() {
+                    self.duplicate = self.duplicate.or(Some(index));
+                }
+                // The last one holds, as on the controls that accept it.
+                *slot = u32::try_from(index).ok();
+            }
+        }
+    }
+
+    /// Index of the word with this letter (not G or M).
+    pub fn index(&self, letter: u8) -> Option<usize> {
+        self.by_letter.get(usize::from(letter.wrapping_sub(b'A'))).copied().flatten().map(|index| index as usize)
+    }
+
+    /// Whether a word with this letter is there.
+    pub fn has(&self, letter: u8) -> bool {
+        self.index(letter).is_some()
+    }
+
+    /// The number of the word with this letter.
+    pub fn number(&self, program: &Program, letter: u8) -> Option<f64> {
+        program.words().get(self.index(letter)?)?.number()
+    }
+
+    /// Index of the first word among these letters.
+    pub fn any(&self, letters: &[u8]) -> Option<usize> {
+        letters.iter().filter_map(|letter| self.index(*letter)).min()
+    }
+
+    /// Indices of the words among these letters whose value is an expression.
+    pub fn expression(&self, program: &Program, letters: &[u8]) -> Option<usize> {
+        letters
+            .iter()
+            .filter_map(|letter| self.index(*letter))
+            .filter(|index| program.words().get(*index).is_some_and(|w| w.kind == WordKind::Expression))
+            .min()
+    }
+
+    /// Whether an M word with this number is there.
+    pub fn has_m(&self, program: &Program, numbers: &[f64]) -> bool {
+        self.m.iter().any(|index| program.words()[*index].number().is_some_and(|n| numbers.contains(&n)))
+    }
+}

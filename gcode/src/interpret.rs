@@ -1,0 +1,330 @@
+//! The modal interpreter: reads a program block by block and follows the tool.
+
+use crate::codes::{Code, Motion, OneShot, written};
+use crate::cycle::CycleState;
+use crate::dialect::{ArcCentres, Dialect, Options};
+use crate::error::GcodeError;
+use crate::follow::FlowState;
+use crate::frames::Shifts;
+use crate::gather::Gathered;
+use crate::modal::{Distance, Modal};
+use crate::position::Position;
+use crate::program::Program;
+use crate::report::Report;
+use crate::toolpath::{Move, Toolpath};
+use crate::word::Span;
+
+/// Letters whose words, without another code that takes them, ask for motion.
+pub(crate) const AXES: &[u8] = b"XYZABC";
+/// Axis and arc letters.
+const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
+
+/// Reads a program into moves.
+///
+/// # Errors
+/// [`GcodeError::Refused`] with every fault found (at most 20) when a feed move cannot be understood, depends on a parameter
+/// or on flow control, or has no feed or no circle through its ends.
+pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, GcodeError> {
+    let assumed = match options.arc_centres {
+        ArcCentres::Absolute => Distance::Absolute,
+        ArcCentres::Auto | ArcCentres::Incremental => Distance::Incremental,
+    };
+    let read = Interpreter::new(program, options, assumed).run();
+    if options.arc_centres == ArcCentres::Auto && read.arc_faults > 0 && !read.arc_distance_stated {
+        let mut absolute = Interpreter::new(program, options, Distance::Absolute).run();
+        if absolute.arc_faults == 0 {
+            absolute.report.warning(
+                Span { start: 0, end: 0 },
+                "arc centres are read as absolute (G90.1): as distances from the start they fit no circles",
+                Some("state G90.1 or G91.1, or set the option, to be sure"),
+            );
+            return absolute.finish();
+        }
+    }
+    read.finish()
+}
+
+/// The state while a program is read.
+pub(crate) struct Interpreter<'a> {
+    pub program: &'a Program,
+    pub options: &'a Options,
+    pub report: Report<'a>,
+    pub block: usize,
+    pub modal: Modal,
+    pub motion: Option<Motion>,
+    pub cycle: Option<CycleState>,
+    pub position: Position,
+    /// Linear axes that the program never names: they stay at their place, which is called known.
+    idle: u8,
+    pub shifts: Shifts,
+    pub feed: FeedWord,
+    /// Blocks and codes that turned on the rotation, scaling and polar modes now active.
+    pub transforms: Vec<(usize, u16)>,
+    /// The block of a G66.
+    pub modal_macro: Option<usize>,
+    pub flow: FlowState,
+    pub units_stated: bool,
+    pub arc_distance_stated: bool,
+    pub arc_faults: usize,
+    pub fed: bool,
+    pub cutter_before: crate::modal::CutterCompensation,
+    content_seen: bool,
+    ended: bool,
+    pub moves: Vec<Move>,
+    modals: Vec<Modal>,
+}
+
+/// The modal F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FeedWord {
+    Unset,
+    /// As written, and in mm a minute (or a revolution).
+    Value {
+        written: f64,
+        mm: f64,
+    },
+    /// From a parameter, in this block.
+    Unpredictable {
+        block: usize,
+    },
+}
+
+impl<'a> Interpreter<'a> {
+    fn new(program: &'a Program, options: &'a Options, arc_distance: Distance) -> Self {
+        let idle = idle_axes(program);
+        let mut position = Position { nominal: [0.0; 6], known: idle };
+        for (axis, value) in options.start_mm.iter().flatten().enumerate() {
+            position.set(axis, *value);
+        }
+        let modal = Modal::initial(options.units, arc_distance);
+        Self {
+            program,
+            options,
+            report: Report::new(program),
+            block: 0,
+            modal,
+            motion: None,
+            cycle: None,
+            position,
+            idle,
+            shifts: Shifts::default(),
+            feed: FeedWord::Unset,
+            transforms: Vec::new(),
+            modal_macro: None,
+            flow: FlowState::default(),
+            units_stated: false,
+            arc_distance_stated: false,
+            arc_faults: 0,
+            fed: false,
+            cutter_before: modal.cutter,
+            content_seen: false,
+            ended: false,
+            moves: Vec::new(),
+            modals: Vec::new(),
+        }
+    }
+
+    fn run(mut self) -> Self {
+        if !self.program.is_whole() {
+            self.report.error(Span { start: 0, end: 0 }, "the program is longer than 4 GiB", None);
+            return self;
+        }
+        let mut words = Gathered::default();
+        for block in 0..self.program.blocks().len() {
+            self.block = block;
+            words.fill(self.program, block, self.options.dialect);
+            self.read_block(&words);
+            if self.ended || self.report.is_full() {
+                self.warn_of_rest();
+                break;
+            }
+        }
+        self
+    }
+
+    fn finish(self) -> Result<Toolpath, GcodeError> {
+        let refused = self.report.has_errors();
+        let diagnostics = self.report.into_diagnostics();
+        if refused {
+            return Err(GcodeError::Refused { diagnostics });
+        }
+        Ok(Toolpath { moves: self.moves, modals: self.modals, warnings: diagnostics })
+    }
+
+    fn read_block(&mut self, words: &Gathered) {
+        if words.is_empty || (words.block_delete && self.options.block_delete) {
+            return;
+        }
+        if words.percent {
+            // The first mark of a tape opens the program, any other closes it.
+            self.ended = self.content_seen;
+            self.content_seen = true;
+            return;
+        }
+        self.content_seen = true;
+        if let Some(statement) = words.flow {
+            if !words.g.is_empty() || words.any(GEOMETRY).is_some() {
+                let message = "a flow statement in a block with codes or axis words";
+                self.report.error(self.span(statement), message, Some("give it a line of its own"));
+            }
+            self.follow_flow(statement);
+            return;
+        }
+        if self.flow.in_subprogram() {
+            self.refuse_subprogram_motion(words);
+            return;
+        }
+        self.note_body(words);
+        if self.refuse_conflicts(words) {
+            return;
+        }
+        self.cutter_before = self.modal.cutter;
+        self.apply_settings(words);
+        let axes_taken = self.apply_one_shots(words);
+        if !axes_taken {
+            self.apply_motion(words);
+        }
+        self.apply_stops(words);
+    }
+
+    /// Two motion codes in one block contradict each other; unknown codes with axis words may be motion.
+    fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
+        let dialect = self.options.dialect;
+        let mut motions = words.g.iter().filter(|g| match g.code {
+            Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion => true,
+            Code::CancelCycle => dialect == Dialect::LinuxCnc,
+            _ => false,
+        });
+        if let (Some(first), Some(second)) = (motions.next(), motions.next())
+            && first.tenths != second.tenths
+        {
+            let message = format!("{} contradicts {} in the same block", written(second.tenths), written(first.tenths));
+            self.report.error(self.span(second.index), message, Some("one motion code a block"));
+            return true;
+        }
+        if let Some(index) = words.bad_g {
+            self.report.error(self.span(index), "this G code cannot be told", Some("write the code as a number"));
+            return true;
+        }
+        let mut refused = false;
+        for g in &words.g {
+            let geometry = words.any(GEOMETRY).is_some();
+            match g.code {
+                Code::UnsupportedMotion => {
+                    let message = format!("{} moves the tool in a way that is not interpreted", written(g.tenths));
+                    self.report.error(self.span(g.index), message, Some("rewrite it with G1, G2, G3"));
+                    refused = true;
+                }
+                Code::Unknown if geometry => {
+                    let message = format!("{} is unknown, and its block has axis words", written(g.tenths));
+                    self.report.error(self.span(g.index), message, None);
+                    refused = true;
+                }
+                Code::Unknown => {
+                    self.report.warning(self.span(g.index), format!("{} is unknown and passed through", written(g.tenths)), None);
+                }
+                _ => {}
+            }
+        }
+        refused
+    }
+
+    /// Codes that take the axis words for themselves; returns whether one did.
+    fn apply_one_shots(&mut self, words: &Gathered) -> bool {
+        let mut taken = false;
+        for g in &words.g {
+            match g.code {
+                Code::OneShot(OneShot::Dwell) => taken |= self.dwell(words),
+                Code::OneShot(OneShot::SetData) => {
+                    self.set_data(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::Home) => {
+                    self.home(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::LocalShift) => {
+                    self.local_shift(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::SetPosition) => {
+                    self.set_position(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::MacroCall) => {
+                    self.call(self.span(g.index));
+                    taken = true;
+                }
+                Code::OneShot(OneShot::ToolOffset) => {
+                    self.forget_all();
+                    taken = true;
+                }
+                Code::ClearPositionShift => self.clear_position_shift(false),
+                Code::SuspendPositionShift => self.clear_position_shift(true),
+                Code::RestorePositionShift => self.restore_position_shift(),
+                // The words of G68, G51 and G51.1 are the transform's own.
+                Code::TransformOn if matches!(g.tenths, 510 | 511 | 680..=684) => taken |= self.explicit_motion(words).is_none(),
+                Code::ModalMacroOn => taken = true,
+                _ => {}
+            }
+        }
+        taken
+    }
+
+    fn apply_stops(&mut self, words: &Gathered) {
+        let end = if words.has(b'P') { &[2.0, 30.0][..] } else { &[2.0, 30.0, 99.0][..] };
+        if words.has_m(self.program, end) {
+            self.ended = true;
+        } else if words.has_m(self.program, &[99.0]) {
+            self.jump(self.span_of_block());
+        } else if words.has_m(self.program, &[98.0]) {
+            self.call(self.span_of_block());
+        }
+    }
+
+    fn warn_of_rest(&mut self) {
+        if !self.ended {
+            return;
+        }
+        let next = self.block + 1;
+        let rest = self.program.word_range(next).start;
+        let start = if next < self.program.blocks().len() { rest } else { return };
+        let more = self.program.words()[start..].iter().find(|word| word.is(b'G')).map(|word| word.span);
+        if let Some(span) = more {
+            let message = format!("the program ends on line {next}: what follows is not read and stays as it is");
+            self.report.warning(span, message, None);
+        }
+    }
+
+    /// The explicit motion code of a block.
+    pub fn explicit_motion(&self, words: &Gathered) -> Option<(usize, Code)> {
+        words.g.iter().find(|g| matches!(g.code, Code::Motion(_) | Code::Cycle(_))).map(|g| (g.index, g.code))
+    }
+
+    /// Index of the current modal state in the toolpath.
+    pub fn modal_index(&mut self) -> u32 {
+        if self.modals.last() != Some(&self.modal) {
+            self.modals.push(self.modal);
+        }
+        (self.modals.len() - 1) as u32
+    }
+
+    pub fn span(&self, word: usize) -> Span {
+        self.program.words().get(word).map_or_else(|| self.span_of_block(), |word| word.span)
+    }
+
+    pub fn span_of_block(&self) -> Span {
+        self.program.blocks().get(self.block).map_or(Span { start: 0, end: 0 }, |block| block.span)
+    }
+
+    /// Forgets the whole position.
+    pub fn forget_all(&mut self) {
+        self.position.known = self.idle;
+    }
+}
+
+/// Bits of the linear axes that no word of the program names.
+fn idle_axes(program: &Program) -> u8 {
+    let named = |letter: u8| program.words().iter().any(|word| word.is(letter));
+    b"XYZ".iter().enumerate().filter(|(_, letter)| !named(**letter)).map(|(axis, _)| 1 << axis).sum()
+}

@@ -1,0 +1,224 @@
+//! Splits one line into words. Total: every byte that is not a blank ends up in exactly one word.
+
+use crate::number::{is_blank, scan_number, skip_blanks};
+use crate::word::{Span, Word, WordKind};
+
+/// Functions whose bracketed argument may follow a letter or stand in an expression.
+const FUNCTIONS: [&[u8]; 16] = [
+    b"ABS", b"ACOS", b"ADP", b"ASIN", b"ATAN", b"BCD", b"BIN", b"COS", b"EXISTS", b"EXP", b"FIX", b"FUP", b"LN", b"ROUND",
+    b"SIN", b"TAN",
+];
+/// Words that open a macro statement.
+const STATEMENTS: [&[u8]; 9] = [b"IF", b"THEN", b"ELSE", b"ENDIF", b"GOTO", b"WHILE", b"DO", b"END", b"GOTOF"];
+/// What may follow an O-word's number.
+pub(crate) const O_KEYWORDS: [&[u8]; 15] = [
+    b"SUB",
+    b"ENDSUB",
+    b"CALL",
+    b"RETURN",
+    b"IF",
+    b"ELSEIF",
+    b"ELSE",
+    b"ENDIF",
+    b"WHILE",
+    b"ENDWHILE",
+    b"DO",
+    b"REPEAT",
+    b"ENDREPEAT",
+    b"BREAK",
+    b"CONTINUE",
+];
+/// Operators between the terms of an unbracketed expression.
+const OPERATORS: [&[u8]; 10] = [b"AND", b"OR", b"XOR", b"MOD", b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE"];
+
+fn listed(list: &[&[u8]], text: &[u8]) -> bool {
+    list.iter().any(|entry| entry.eq_ignore_ascii_case(text))
+}
+
+/// The run of ASCII letters at `at`.
+pub(crate) fn letters(line: &[u8], at: usize) -> &[u8] {
+    let rest = line.get(at..).unwrap_or_default();
+    let length = rest.iter().position(|b| !b.is_ascii_alphabetic()).unwrap_or(rest.len());
+    &rest[..length]
+}
+
+/// Splits `line`, whose first byte is at offset `base` of the program, and appends its words.
+pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
+    // Block delete stands at the head, before or after the line number.
+    let mut at_head = true;
+    let mut at = 0;
+    while let Some(&byte) = line.get(at) {
+        if is_blank(byte) {
+            at += 1;
+            continue;
+        }
+        let (kind, end) = match byte {
+            b'(' => (WordKind::Comment, comment_end(line, at)),
+            b';' => (WordKind::Comment, line.len()),
+            b'%' => (WordKind::Percent, at + 1),
+            b'/' if at_head => (WordKind::BlockDelete, delete_end(line, at)),
+            b'#' => assignment(line, at),
+            _ if byte.is_ascii_alphabetic() => {
+                let word = address(line, at, base);
+                at = (word.span.end - base) as usize;
+                at_head &= word.is(b'N');
+                words.push(word);
+                continue;
+            }
+            _ => (WordKind::Unknown, unknown_end(line, at)),
+        };
+        words.push(plain(kind, at, end, base));
+        at_head = false;
+        at = end;
+    }
+}
+
+/// Offsets fit: a program is tokenised only as far as `u32` reaches.
+fn offset(base: u32, at: usize) -> u32 {
+    base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
+}
+
+fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
+    let span = Span { start: offset(base, at), end: offset(base, end) };
+    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN }
+}
+
+fn comment_end(line: &[u8], at: usize) -> usize {
+    line[at..].iter().position(|b| *b == b')').map_or(line.len(), |close| at + close + 1)
+}
+
+fn delete_end(line: &[u8], at: usize) -> usize {
+    at + 1 + usize::from(line.get(at + 1).is_some_and(u8::is_ascii_digit))
+}
+
+/// A statement runs to the comment that follows it, or to the end of the line.
+fn statement_end(line: &[u8], at: usize) -> usize {
+    let mut end = line[at..].iter().position(|b| matches!(b, b'(' | b';')).map_or(line.len(), |length| at + length);
+    while end > at + 1 && is_blank(line[end - 1]) {
+        end -= 1;
+    }
+    end
+}
+
+/// A run of bytes without meaning; `,R5.` and `=3` are kept whole.
+fn unknown_end(line: &[u8], at: usize) -> usize {
+    let mut end = at + 1;
+    if matches!(line[at], b',' | b'=') {
+        let value = end + letters(line, end).len();
+        return scan_number(line, value).map_or(value, |(past, _)| past).max(end);
+    }
+    while line.get(end).is_some_and(|b| !is_blank(*b) && !b.is_ascii_alphabetic() && !b"(;%/#,=".contains(b)) {
+        end += 1;
+    }
+    end
+}
+
+fn address(line: &[u8], at: usize, base: u32) -> Word {
+    let run = letters(line, at);
+    if run.len() > 1 && listed(&STATEMENTS, run) {
+        return plain(WordKind::Flow, at, statement_end(line, at), base);
+    }
+    let letter = line[at].to_ascii_uppercase();
+    if letter == b'O' && is_o_word(line, at + 1) {
+        return plain(WordKind::Flow, at, statement_end(line, at), base);
+    }
+    let value_at = skip_blanks(line, at + 1);
+    let (kind, end, value) = if let Some((end, value)) = scan_number(line, value_at) {
+        (WordKind::Number, end, value)
+    } else if let Some(end) = term_end(line, value_at) {
+        (WordKind::Expression, end, f64::NAN)
+    } else {
+        return plain(WordKind::Unknown, at, at + run.len(), base);
+    };
+    let span = Span { start: offset(base, at), end: offset(base, end) };
+    Word { span, value_start: offset(base, value_at), kind, letter, value }
+}
+
+/// Whether what follows an `O` makes it an O-word (`100 sub`, `<name> call`, `#1 call`) and not a program number.
+fn is_o_word(line: &[u8], after: usize) -> bool {
+    let at = skip_blanks(line, after);
+    match line.get(at) {
+        Some(b'<' | b'#' | b'[') => true,
+        Some(byte) if byte.is_ascii_digit() => {
+            let past = line[at..].iter().position(|b| !b.is_ascii_digit()).map_or(line.len(), |length| at + length);
+            listed(&O_KEYWORDS, letters(line, skip_blanks(line, past)))
+        }
+        _ => false,
+    }
+}
+
+/// End of a parameter, bracket, function call or number at `at`, signs before it included.
+fn term_end(line: &[u8], at: usize) -> Option<usize> {
+    let mut at = skip_blanks(line, at);
+    while matches!(line.get(at), Some(b'+' | b'-')) {
+        at = skip_blanks(line, at + 1);
+    }
+    match line.get(at)? {
+        b'[' => Some(bracket_end(line, at)),
+        b'#' => parameter_end(line, at),
+        b'.' | b'0'..=b'9' => scan_number(line, at).map(|(end, _)| end),
+        _ => {
+            let name = letters(line, at);
+            let open = skip_blanks(line, at + name.len());
+            let call = (listed(&FUNCTIONS, name) || name.eq_ignore_ascii_case(b"SQRT")) && line.get(open) == Some(&b'[');
+            call.then(|| bracket_end(line, open))
+        }
+    }
+}
+
+fn bracket_end(line: &[u8], at: usize) -> usize {
+    let mut depth = 0_usize;
+    for (index, byte) in line[at..].iter().enumerate() {
+        match byte {
+            b'[' => depth += 1,
+            b']' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return at + index + 1;
+        }
+    }
+    line.len()
+}
+
+/// End of `#101`, `##101`, `#<name>`, `#[#1+2]`.
+fn parameter_end(line: &[u8], at: usize) -> Option<usize> {
+    let mut at = at;
+    while line.get(at) == Some(&b'#') {
+        at += 1;
+    }
+    at = skip_blanks(line, at);
+    match line.get(at)? {
+        b'<' => Some(line[at..].iter().position(|b| *b == b'>').map_or(line.len(), |close| at + close + 1)),
+        b'[' => Some(bracket_end(line, at)),
+        b'0'..=b'9' => Some(line[at..].iter().position(|b| !b.is_ascii_digit()).map_or(line.len(), |length| at + length)),
+        _ => None,
+    }
+}
+
+fn assignment(line: &[u8], at: usize) -> (WordKind, usize) {
+    let Some(name_end) = parameter_end(line, at) else {
+        let marks = line[at..].iter().position(|b| *b != b'#').unwrap_or(line.len() - at);
+        return (WordKind::Unknown, at + marks);
+    };
+    let equals = skip_blanks(line, name_end);
+    if line.get(equals) != Some(&b'=') {
+        return (WordKind::Unknown, name_end);
+    }
+    let Some(mut end) = term_end(line, equals + 1) else {
+        return (WordKind::Unknown, equals + 1);
+    };
+    // `#1 = #2 * 3 MOD 4`: terms joined by operators; what follows without one is the next word.
+    loop {
+        let operator = skip_blanks(line, end);
+        let length = match line.get(operator) {
+            Some(b'+' | b'-' | b'*' | b'/') => 1,
+            _ if listed(&OPERATORS, letters(line, operator)) => letters(line, operator).len(),
+            _ => return (WordKind::Assignment, end),
+        };
+        match term_end(line, operator + length) {
+            Some(past) => end = past,
+            None => return (WordKind::Assignment, end),
+        }
+    }
+}

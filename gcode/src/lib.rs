@@ -1,0 +1,66 @@
+//! RS-274 part programs as bytes: split without loss, read modally, changed span by span.
+//!
+//! ```
+//! use gcode::{Dialect, Edits, MoveKind};
+//!
+//! let program = gcode::parse("G21 G90 (start)\nG0 X0 Y0 Z0\nG1X10.F600 ; cut\nM30\n");
+//! let toolpath = gcode::interpret(&program, &Dialect::Fanuc.into())?;
+//! let cut = &toolpath.moves[1];
+//! assert_eq!(cut.kind, MoveKind::Line);
+//! assert_eq!(cut.length_mm(), Some(10.0));
+//!
+//! let mut edits = Edits::new();
+//! if let Some(x) = cut.words(&program).axes[0] {
+//!     let units = toolpath.modal(cut).units;
+//!     edits.replace(program.words()[x].value_span(), gcode::format_coordinate(10.0125, units, 4)?);
+//! }
+//! assert_eq!(gcode::edit(&program, &edits)?, b"G21 G90 (start)\nG0 X0 Y0 Z0\nG1X10.0125F600 ; cut\nM30\n");
+//! # Ok::<(), gcode::GcodeError>(())
+//! ```
+//!
+//! # Frames and what is known
+//! Positions are mm and rad in the active work coordinate system before G52 and G92 ([`Modal::shift`] turns them into
+//! programmed coordinates). A coordinate is *known* once an absolute word has given it, and no longer known after G28, G53, a
+//! probing move, a subprogram call, a change of the active work offset (G54 to G55, G10 L2) and, under LinuxCNC, Z after G43.
+//! A tool change keeps the position; a linear axis that the program never names counts as known, at 0. Moves from an unknown start are read but never [`Shiftable`].
+
+mod arc;
+mod codes;
+mod cycle;
+mod diagnostic;
+mod dialect;
+mod edit;
+mod error;
+mod feed;
+mod flow;
+mod follow;
+mod format;
+mod frames;
+mod gather;
+mod interpret;
+mod lexer;
+mod modal;
+mod motion;
+mod number;
+mod position;
+mod program;
+mod report;
+mod settings;
+mod split;
+mod toolpath;
+mod word;
+
+pub use arc::{Arc, ArcTolerance};
+pub use cycle::Cycle;
+pub use diagnostic::{Diagnostic, Severity};
+pub use dialect::{ArcCentres, Dialect, Options};
+pub use edit::{Edits, edit};
+pub use error::GcodeError;
+pub use format::{format_angle, format_coordinate, format_number};
+pub use interpret::interpret;
+pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
+pub use position::{Axis, Position};
+pub use program::{Block, Program, parse};
+pub use split::is_motion_word;
+pub use toolpath::{Feed, Fixed, Move, MoveKind, MoveWords, Shiftable, Toolpath};
+pub use word::{Span, Word, WordKind};

@@ -1,0 +1,174 @@
+//! The modal state that a replacement of a move must be written in.
+
+/// Units of length words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Units {
+    /// G21.
+    Mm,
+    /// G20.
+    Inch,
+}
+
+impl Units {
+    /// Millimetres in one unit.
+    pub fn mm(self) -> f64 {
+        match self {
+            Units::Mm => 1.0,
+            Units::Inch => 25.4,
+        }
+    }
+}
+
+/// Meaning of coordinates: of axis words (G90, G91) or of arc centres (G90.1, G91.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Distance {
+    /// From the program's zero.
+    Absolute,
+    /// From the start of the move.
+    Incremental,
+}
+
+/// Meaning of F.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FeedMode {
+    /// G93: moves a minute.
+    InverseTime,
+    /// G94: units a minute.
+    PerMinute,
+    /// G95: units a spindle revolution.
+    PerRevolution,
+}
+
+/// The plane of arcs; its normal is the tool axis of cycles and length offsets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Plane {
+    /// G17.
+    Xy,
+    /// G18; counter-clockwise turns Z towards X.
+    Zx,
+    /// G19.
+    Yz,
+}
+
+impl Plane {
+    /// Axis indices (0 = X): first and second in the plane, then the normal, right-handed.
+    pub fn axes(self) -> [usize; 3] {
+        match self {
+            Plane::Xy => [0, 1, 2],
+            Plane::Zx => [2, 0, 1],
+            Plane::Yz => [1, 2, 0],
+        }
+    }
+}
+
+/// Which work coordinate system is active.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum WorkOffset {
+    /// 1 for G54 to 6 for G59, 7 to 9 for G59.1 to G59.3.
+    Standard(u8),
+    /// The P of G54.1.
+    Extended(u16),
+    /// G54.1 with a P that is not a number.
+    Unpredictable,
+}
+
+/// Cutter radius compensation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CutterCompensation {
+    /// G40.
+    Off,
+    /// G41, G41.1.
+    Left,
+    /// G42, G42.1.
+    Right,
+}
+
+/// Tool length compensation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ToolLength {
+    /// G49.
+    Off,
+    /// G43, G44 and their kin: a constant along the tool axis.
+    On,
+    /// G43.4, G43.5: the tool tip is programmed and the rotary axes turn about it.
+    TipControl,
+}
+
+/// How blocks are joined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathMode {
+    /// Not stated.
+    Default,
+    /// G61.
+    ExactPath,
+    /// G61.1.
+    ExactStop,
+    /// G64, with P (path tolerance) and Q (collinear merging) in mm where given.
+    Continuous {
+        /// Path tolerance, mm.
+        tolerance_mm: Option<f64>,
+        /// Merging tolerance, mm.
+        merge_mm: Option<f64>,
+    },
+}
+
+/// Where a canned cycle ends along the tool axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ReturnLevel {
+    /// G98: where the tool was before the cycles.
+    Initial,
+    /// G99: the R level.
+    Retract,
+}
+
+/// The modal state under which a move is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modal {
+    /// G20, G21.
+    pub units: Units,
+    /// G90, G91.
+    pub distance: Distance,
+    /// G90.1, G91.1.
+    pub arc_distance: Distance,
+    /// G93, G94, G95.
+    pub feed_mode: FeedMode,
+    /// G17, G18, G19.
+    pub plane: Plane,
+    /// G54 and on.
+    pub work_offset: WorkOffset,
+    /// G40, G41, G42.
+    pub cutter: CutterCompensation,
+    /// G43, G49.
+    pub tool_length: ToolLength,
+    /// G61, G64.
+    pub path: PathMode,
+    /// G98, G99.
+    pub return_level: ReturnLevel,
+    /// Sum of G52 and G92 by axis (mm; rad for A, B, C): a programmed absolute coordinate is the position minus this.
+    pub shift: [f64; 6],
+    /// Spindle speed, rev/min, where it is a number.
+    pub spindle_rpm: Option<f64>,
+    /// Last T.
+    pub tool: Option<u32>,
+}
+
+impl Modal {
+    /// The state before the first block.
+    pub(crate) fn initial(units: Units, arc_distance: Distance) -> Self {
+        Self {
+            units,
+            distance: Distance::Absolute,
+            arc_distance,
+            feed_mode: FeedMode::PerMinute,
+            plane: Plane::Xy,
+            work_offset: WorkOffset::Standard(1),
+            cutter: CutterCompensation::Off,
+            tool_length: ToolLength::Off,
+            path: PathMode::Default,
+            return_level: ReturnLevel::Initial,
+            shift: [0.0; 6],
+            spindle_rpm: None,
+            tool: None,
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Motion blocks: rapids, feed moves and canned cycles.
+
+use crate::codes::{Code, Motion};
+use crate::cycle::{Cycle, CycleState};
+use crate::dialect::Dialect;
+use crate::gather::Gathered;
+use crate::interpret::{AXES, FeedWord, Interpreter};
+use crate::modal::{CutterCompensation, Distance};
+use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
+use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
+
+impl Interpreter<'_> {
+    /// Carries out the motion that the block's axis words ask for.
+    pub fn apply_motion(&mut self, words: &Gathered) {
+        let explicit = self.explicit_motion(words);
+        match explicit {
+            Some((_, Code::Motion(motion))) => {
+                self.motion = Some(motion);
+                self.cycle = None;
+            }
+            Some((_, Code::Cycle(code))) => {
+                self.open_cycle(code);
+                // LinuxCNC has one motion group: after G80 no code is active.
+                if self.options.dialect == Dialect::LinuxCnc {
+                    self.motion = None;
+                }
+            }
+            _ => {}
+        }
+        let machine = words.g.iter().find(|g| g.code == Code::MachineCoordinates).map(|g| g.index);
+        let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        let axes = words.any(AXES).or_else(|| if is_arc { words.any(b"IJK") } else { None });
+        let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
+        match unknown {
+            Some(index) if feeds && self.cycle.is_none() => return self.refuse_unknown(words, index),
+            Some(index) => {
+                self.report.warning(self.span(index), "not understood and passed through", None);
+                self.forget_all();
+            }
+            None => {
+                if let Some(index) = words.unknown {
+                    self.report.warning(self.span(index), "not understood and passed through", None);
+                }
+            }
+        }
+        if let Some(cycle) = self.cycle {
+            match machine {
+                Some(index) => self.report.error(self.span(index), "G53 cannot go with a canned cycle", None),
+                None => self.run_cycle(words, cycle, explicit.is_some()),
+            }
+            return;
+        }
+        let Some(first) = axes else { return };
+        let Some(motion) = self.motion else {
+            let help = "write G0, G1, G2 or G3 in this block or before it";
+            self.report.error(self.span(first), "axis words, but no motion code is active", Some(help));
+            return;
+        };
+        if let (Some(index), true) = (machine, is_arc) {
+            self.report.error(self.span(index), "G53 goes with G0 and G1 only", None);
+            return;
+        }
+        let explicit_motion = explicit.is_some();
+        match motion {
+            Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
+            Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),
+            Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
+            // A rigid tap comes back to where it began.
+            Motion::RigidTap => self.push_fixed(MoveKind::Thread, self.position, Fixed::Threading, explicit_motion),
+            Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise => {
+                let at = explicit.map_or(first, |(index, _)| index);
+                self.feed_move(words, motion, at, machine.is_some(), explicit_motion);
+            }
+        }
+    }
+
+    /// Whether an unknown word may have been meant as a coordinate, such as `X=5`.
+    fn may_be_geometry(&self, index: usize) -> bool {
+        let first = self.program.text(self.span(index)).first().map(u8::to_ascii_uppercase);
+        first.is_some_and(|letter| b"XYZABCIJKRUVW,".contains(&letter))
+    }
+
+    /// A move that is never compensated; `loses_place` where its end is not in the program's frame.
+    fn travel(&mut self, words: &Gathered, kind: MoveKind, why: Fixed, loses_place: bool, explicit_motion: bool) {
+        let start = self.position;
+        self.position = self.target(words, 1);
+        if loses_place {
+            self.lose_named(words, start);
+        }
+        if !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some() {
+            self.forget_all();
+        }
+        let fixed = if kind == MoveKind::Rapid && loses_place { Fixed::MachineCoordinates } else { why };
+        self.push_fixed(kind, start, fixed, explicit_motion);
+    }
+
+    /// The named axes go to a place that is not known in the program's frame.
+    fn lose_named(&mut self, words: &Gathered, start: Position) {
+        for axis in (0..6).filter(|axis| words.has(AXIS_LETTERS[*axis])) {
+            self.position.nominal[axis] = start.nominal[axis];
+            self.position.forget(axis);
+        }
+    }
+
+    fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
+        self.fed = true;
+        let start = self.position;
+        let end = self.target(words, 1);
+        let sound = self.check_feed_move(words, motion, at);
+        let kind = match motion {
+            _ if !sound => None,
+            Motion::Line => Some(MoveKind::Line),
+            _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
+        };
+        let feed = if sound { self.feed_of(words, at) } else { None };
+        self.position = end;
+        if machine {
+            self.lose_named(words, start);
+        }
+        let (Some(kind), Some(feed)) = (kind, feed) else { return };
+        let feed_word = match self.feed {
+            FeedWord::Value { written, .. } => Some(written),
+            _ => None,
+        };
+        let shiftable = self.shiftable(words, start, machine);
+        let modal = self.modal_index();
+        self.moves.push(Move {
+            block: self.block as u32,
+            modal,
+            kind,
+            start,
+            end: self.position,
+            feed: Some(feed),
+            feed_word,
+            explicit_motion,
+            shiftable,
+        });
+    }
+
+    fn shiftable(&self, words: &Gathered, start: Position, machine: bool) -> Shiftable {
+        let rotary_known = (3..6).all(|axis| !words.has(AXIS_LETTERS[axis]) || start.knows(axis));
+        let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
+        if machine {
+            Shiftable::No(Fixed::MachineCoordinates)
+        } else if compensated {
+            Shiftable::No(Fixed::CutterCompensation)
+        } else if words.has_m(self.program, &[6.0]) {
+            Shiftable::No(Fixed::ToolChange)
+        } else if words.block_delete {
+            Shiftable::No(Fixed::OptionalBlock)
+        } else if start.xyz_mm().is_none() || !rotary_known {
+            Shiftable::No(Fixed::UnknownStart)
+        } else {
+            Shiftable::Yes
+        }
+    }
+
+    fn open_cycle(&mut self, code: u16) {
+        let normal = self.modal.plane.axes()[2];
+        let here = self.position.knows(normal).then(|| self.position.nominal[normal]);
+        self.cycle = Some(match self.cycle {
+            Some(running) => CycleState { code, ..running },
+            None => CycleState { code, initial_mm: here, retract_mm: None, bottom_mm: None },
+        });
+    }
+
+    fn run_cycle(&mut self, words: &Gathered, mut cycle: CycleState, explicit_motion: bool) {
+        let normal = self.modal.plane.axes()[2];
+        let unit = self.modal.units.mm();
+        let incremental = self.modal.distance == Distance::Incremental;
+        let shift = self.modal.shift[normal];
+        let level = |letter: u8, base: Option<f64>, old: Option<f64>| match words.index(letter) {
+            None => old,
+            Some(_) => {
+                let value = words.number(self.program, letter).filter(|n| n.abs() <= LARGEST_COORDINATE)? * unit;
+                if incremental { Some(base? + value) } else { Some(value + shift) }
+            }
+        };
+        cycle.retract_mm = level(b'R', cycle.initial_mm, cycle.retract_mm);
+        cycle.bottom_mm = level(AXIS_LETTERS[normal], cycle.retract_mm, cycle.bottom_mm);
+        self.cycle = Some(cycle);
+        if words.any(AXES).is_none() && !words.has(b'R') {
+            return;
+        }
+        let count_letter = match self.options.dialect {
+            Dialect::LinuxCnc => b'L',
+            Dialect::Fanuc if words.has(b'K') => b'K',
+            Dialect::Fanuc => b'L',
+        };
+        let count = words.number(self.program, count_letter);
+        let repeats = if words.has(count_letter) { count.unwrap_or(1.0).clamp(0.0, 1e6) as u32 } else { 1 };
+        if repeats == 0 {
+            return;
+        }
+        let start = self.position;
+        self.position = self.target(words, repeats);
+        self.position.nominal[normal] = start.nominal[normal];
+        match cycle.end_level(self.modal.return_level, self.options.dialect) {
+            Some(height) => self.position.set(normal, height),
+            None => self.position.forget(normal),
+        }
+        let unsure = !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some();
+        let threading = self.options.dialect == Dialect::LinuxCnc && cycle.code == 76;
+        if unsure || threading || (words.has(count_letter) && count.is_none()) {
+            self.forget_all();
+        }
+        let kind = MoveKind::Cycle(Cycle { code: cycle.code, bottom_mm: cycle.bottom_mm, retract_mm: cycle.retract_mm, repeats });
+        self.push_fixed(kind, start, if threading { Fixed::Threading } else { Fixed::Cycle }, explicit_motion);
+    }
+}

@@ -1,0 +1,176 @@
+//! A program: its bytes, and the blocks and words found in them.
+
+use crate::lexer::lex_line;
+use crate::word::{Span, Word, WordKind};
+
+/// One line of a program.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// The bytes of the line without its ending.
+    pub span: Span,
+    /// Offset past the line ending (equal to `span.end` on a last line that has none).
+    pub next: u32,
+    first_word: u32,
+}
+
+/// A part program: bytes as they came, split into blocks and words that point into them.
+///
+/// Block `i` is line `i + 1`. Offsets are 32 bits wide: of a program longer than 4 GiB the rest is kept but not split
+/// (see [`Program::is_whole`]).
+#[derive(Clone, Debug)]
+pub struct Program {
+    bytes: Vec<u8>,
+    blocks: Vec<Block>,
+    words: Vec<Word>,
+}
+
+/// Splits any bytes into blocks and words. It never fails: what it does not know becomes [`WordKind::Unknown`].
+///
+/// Time and memory grow linearly with the length.
+pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
+    let bytes = bytes.into();
+    let limit = bytes.len().min(u32::MAX as usize);
+    let text = &bytes[..limit];
+    let mut blocks = Vec::with_capacity(limit / 24);
+    let mut words = Vec::with_capacity(limit / 6);
+    let mut start = 0;
+    while start < limit {
+        let length = text[start..].iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(limit - start);
+        let end = start + length;
+        let ending = match (text.get(end), text.get(end + 1)) {
+            (Some(b'\r'), Some(b'\n')) => 2,
+            (Some(_), _) => 1,
+            (None, _) => 0,
+        };
+        let span = Span { start: start as u32, end: end as u32 };
+        blocks.push(Block { span, next: (end + ending) as u32, first_word: words.len() as u32 });
+        lex_line(&text[start..end], span.start, &mut words);
+        start = end + ending;
+    }
+    Program { bytes, blocks, words }
+}
+
+impl Program {
+    /// The program's bytes, exactly as given to [`parse`].
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The blocks, one a line.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// All words of all blocks, in order.
+    pub fn words(&self) -> &[Word] {
+        &self.words
+    }
+
+    /// Indices into [`Program::words`] of the words of a block; empty for a block that does not exist.
+    pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
+        let Some(here) = self.blocks.get(block) else { return 0..0 };
+        let end = self.blocks.get(block + 1).map_or(self.words.len(), |next| next.first_word as usize);
+        here.first_word as usize..end
+    }
+
+    /// The words of a block; empty for a block that does not exist.
+    pub fn block_words(&self, block: usize) -> &[Word] {
+        &self.words[self.word_range(block)]
+    }
+
+    /// Index of the first word of a block with this letter (upper case) and a value.
+    pub fn find(&self, block: usize, letter: u8) -> Option<usize> {
+        self.word_range(block).find(|index| self.words[*index].is(letter))
+    }
+
+    /// The bytes under a span; empty where the span does not lie in the program.
+    pub fn text(&self, span: Span) -> &[u8] {
+        self.bytes.get(span.range()).unwrap_or_default()
+    }
+
+    /// Index of the block that holds the byte at `offset`, or of the last block before it.
+    pub fn block_at(&self, offset: u32) -> usize {
+        self.blocks.partition_point(|block| block.span.start <= offset).saturating_sub(1)
+    }
+
+    /// The first line ending in the program, which inserted lines use too; `\n` where there is none.
+    pub fn line_ending(&self) -> &'static [u8] {
+        let first = self.blocks.first().map_or(&[][..], |block| &self.bytes[block.span.end as usize..block.next as usize]);
+        match first {
+            b"\r\n" => b"\r\n",
+            b"\r" => b"\r",
+            _ => b"\n",
+        }
+    }
+
+    /// Whether every byte was split into blocks, which is so for programs below 4 GiB.
+    pub fn is_whole(&self) -> bool {
+        self.bytes.len() <= u32::MAX as usize
+    }
+
+    /// Whether a block starts with a block-delete slash.
+    pub fn is_optional(&self, block: usize) -> bool {
+        self.block_words(block).iter().take(2).any(|word| word.kind == WordKind::BlockDelete)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kinds(text: &str) -> Vec<(WordKind, String)> {
+        let program = parse(text);
+        program.words().iter().map(|w| (w.kind, String::from_utf8_lossy(program.text(w.span)).into_owned())).collect()
+    }
+
+    fn texts(text: &str) -> Vec<String> {
+        kinds(text).into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn words_need_no_spaces_and_may_have_them_inside() {
+        assert_eq!(texts("N10G1X1.5Y-.2F100."), ["N10", "G1", "X1.5", "Y-.2", "F100."]);
+        assert_eq!(texts("g 1 x 1 2 .5 y+ 3"), ["g 1", "x 1 2 .5", "y+ 3"]);
+        let program = parse("g 1 x 1 2 .5");
+        assert_eq!(program.words()[1].letter, b'X');
+        assert_eq!(program.words()[1].value, 12.5);
+        assert_eq!(program.text(program.words()[1].value_span()), b"1 2 .5");
+    }
+
+    #[test]
+    fn line_endings_are_told_apart() {
+        let program = parse("%\r\nG0\rG1\n\nG2");
+        let lines: Vec<_> = program.blocks().iter().map(|b| (program.text(b.span), b.next - b.span.end)).collect();
+        assert_eq!(lines, [(&b"%"[..], 2), (b"G0", 1), (b"G1", 1), (b"", 1), (b"G2", 0)]);
+        assert_eq!(program.line_ending(), b"\r\n");
+        assert_eq!(program.block_at(4), 1);
+        assert_eq!(parse("").blocks().len(), 0);
+    }
+
+    #[test]
+    fn every_kind_of_word_is_recognised() {
+        use WordKind::*;
+        let cases = [
+            ("%", vec![Percent]),
+            ("O1234(NAME", vec![Number, Comment]),
+            ("/2 N1 G1 X2 ; rest", vec![BlockDelete, Number, Number, Number, Comment]),
+            ("N5/G1", vec![Number, BlockDelete, Number]),
+            ("G1 / X1", vec![Number, Unknown, Number]),
+            ("#501 = 1 ( SELECT )", vec![Assignment, Comment]),
+            ("#1=#2*SIN[#3]-2 X#1", vec![Assignment, Expression]),
+            ("#<a b>=[1+[2]] Y[#1+2]Z-#[3]", vec![Assignment, Expression, Expression]),
+            ("X SIN[30] Ysqrt[4]", vec![Expression, Expression]),
+            ("o100 sub", vec![Flow]),
+            ("O<name> call [1] [2] (x)", vec![Flow, Comment]),
+            ("N10IF[#1EQ0]GOTO20", vec![Number, Flow]),
+            ("WHILE [#1 LT 3] DO1", vec![Flow]),
+            ("END1", vec![Flow]),
+            ("G1 X1 ,R2. !? \u{e9}", vec![Number, Number, Unknown, Unknown, Unknown]),
+            ("M. HELLO X=3", vec![Unknown, Unknown, Unknown, Unknown, Unknown]),
+        ];
+        for (text, expected) in cases {
+            let found: Vec<_> = kinds(text).into_iter().map(|(kind, _)| kind).collect();
+            assert_eq!(found, expected, "{text}");
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Collects diagnostics up to a cap.
+
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::program::Program;
+use crate::word::Span;
+
+/// Most errors, and most warnings, that are kept.
+const CAP: usize = 20;
+
+/// The diagnostics of one interpretation.
+#[derive(Debug)]
+pub(crate) struct Report<'a> {
+    program: &'a Program,
+    diagnostics: Vec<Diagnostic>,
+    errors: usize,
+    warnings: usize,
+    /// The block whose state was last complained about, so that one cause is told once.
+    last_cause: Option<(&'static str, usize)>,
+}
+
+impl<'a> Report<'a> {
+    pub fn new(program: &'a Program) -> Self {
+        Self { program, diagnostics: Vec::new(), errors: 0, warnings: 0, last_cause: None }
+    }
+
+    pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        self.errors += 1;
+        self.push(Severity::Error, self.errors, span, message.into(), help);
+    }
+
+    pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        self.warnings += 1;
+        self.push(Severity::Warning, self.warnings, span, message.into(), help);
+    }
+
+    /// An error with a cause in an earlier block: told once for each cause.
+    pub fn error_from(&mut self, kind: &'static str, cause: usize, span: Span, message: impl Into<String>, help: &str) {
+        if self.last_cause != Some((kind, cause)) {
+            self.last_cause = Some((kind, cause));
+            self.error(span, message, Some(help));
+        }
+    }
+
+    fn push(&mut self, severity: Severity, count: usize, span: Span, message: String, help: Option<&str>) {
+        if count > CAP {
+            return;
+        }
+        let mut diagnostic = Diagnostic::new(self.program, severity, span, message);
+        diagnostic.help = help.map(str::to_owned);
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Whether so many errors were found that reading on is of no use.
+    pub fn is_full(&self) -> bool {
+        self.errors >= CAP
+    }
+
+    pub fn has_errors(&self) -> bool {
+        self.errors > 0
+    }
+
+    pub fn into_diagnostics(self) -> Vec<Diagnostic> {
+        self.diagnostics
+    }
+}

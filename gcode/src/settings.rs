@@ -1,0 +1,127 @@
+//! Modal codes and the words F, S, T: what holds until it is changed.
+
+use crate::codes::{Code, PathCode, cancels};
+use crate::dialect::Dialect;
+use crate::gather::Gathered;
+use crate::interpret::{FeedWord, Interpreter};
+use crate::modal::{FeedMode, PathMode, ToolLength, WorkOffset};
+
+impl Interpreter<'_> {
+    /// Applies the block's modal words in the order in which a control does, before any motion.
+    pub fn apply_settings(&mut self, words: &Gathered) {
+        // Units and feed mode come before F, whatever their order in the block.
+        for g in &words.g {
+            match g.code {
+                Code::Units(units) => {
+                    self.modal.units = units;
+                    self.units_stated = true;
+                }
+                Code::FeedMode(mode) if mode != self.modal.feed_mode => {
+                    self.modal.feed_mode = mode;
+                    self.feed = FeedWord::Unset;
+                }
+                Code::SurfaceSpeed(on) => self.set_surface_speed(on),
+                _ => {}
+            }
+        }
+        self.read_feed(words);
+        self.read_spindle_and_tool(words);
+        for g in &words.g {
+            self.apply_setting(words, g.code, g.tenths);
+        }
+    }
+
+    fn set_surface_speed(&mut self, on: bool) {
+        if on {
+            self.modal.spindle_rpm = None;
+        }
+    }
+
+    fn read_feed(&mut self, words: &Gathered) {
+        let Some(index) = words.index(b'F') else { return };
+        self.feed = match self.program.words()[index].number() {
+            Some(written) if self.modal.feed_mode == FeedMode::InverseTime => FeedWord::Value { written, mm: written },
+            Some(written) => FeedWord::Value { written, mm: written * self.modal.units.mm() },
+            None => FeedWord::Unpredictable { block: self.block },
+        };
+    }
+
+    fn read_spindle_and_tool(&mut self, words: &Gathered) {
+        if words.has(b'S') {
+            let surface_speed = words.g.iter().any(|g| g.code == Code::SurfaceSpeed(true));
+            self.modal.spindle_rpm = if surface_speed { None } else { words.number(self.program, b'S') };
+        }
+        if words.has(b'T') {
+            let number = words.number(self.program, b'T');
+            self.modal.tool = number.filter(|n| (0.0..=f64::from(u32::MAX)).contains(n)).map(|n| n as u32);
+        }
+    }
+
+    fn apply_setting(&mut self, words: &Gathered, code: Code, tenths: u16) {
+        match code {
+            Code::Distance(distance) => self.modal.distance = distance,
+            Code::ArcDistance(distance) => {
+                self.modal.arc_distance = distance;
+                self.arc_distance_stated = true;
+            }
+            Code::Plane(plane) => self.modal.plane = plane,
+            Code::Cutter(cutter) => self.modal.cutter = cutter,
+            Code::ReturnLevel(level) => self.modal.return_level = level,
+            Code::ToolLength(length) => self.set_tool_length(length),
+            Code::OneShot(crate::codes::OneShot::ToolOffset) => self.modal.tool_length = ToolLength::On,
+            Code::WorkOffset(offset) => self.set_work_offset(offset),
+            Code::ExtendedWorkOffset => {
+                let number = words.number(self.program, b'P').filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);
+                self.set_work_offset(number.map_or(WorkOffset::Unpredictable, |n| WorkOffset::Extended(n as u16)));
+            }
+            Code::Path(path) => self.set_path(words, path),
+            Code::TransformOn if self.transforms.iter().all(|(_, on)| *on != tenths) => {
+                self.transforms.push((self.block, tenths))
+            }
+            Code::TransformOff => self.cancel_transforms(tenths),
+            Code::ModalMacroOn => self.modal_macro = Some(self.block),
+            Code::ModalMacroOff => self.modal_macro = None,
+            Code::CancelCycle => {
+                self.cycle = None;
+                if self.options.dialect == Dialect::LinuxCnc {
+                    self.motion = None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A rapid to absolute coordinates must follow before the place is known again.
+    fn cancel_transforms(&mut self, off: u16) {
+        let active = self.transforms.len();
+        self.transforms.retain(|(_, on)| !cancels(off, *on));
+        if self.transforms.len() < active {
+            self.forget_all();
+        }
+    }
+
+    fn set_tool_length(&mut self, length: ToolLength) {
+        let unchanged = length == ToolLength::Off && self.modal.tool_length == ToolLength::Off;
+        self.modal.tool_length = length;
+        // LinuxCNC shows the same place with another Z; elsewhere the offset is taken up with the next Z word.
+        if self.options.dialect == Dialect::LinuxCnc && !unchanged {
+            self.position.forget(2);
+        }
+    }
+
+    fn set_work_offset(&mut self, offset: WorkOffset) {
+        if offset != self.modal.work_offset || offset == WorkOffset::Unpredictable {
+            self.modal.work_offset = offset;
+            self.forget_all();
+        }
+    }
+
+    fn set_path(&mut self, words: &Gathered, path: PathCode) {
+        let length = |letter| words.number(self.program, letter).map(|value| value * self.modal.units.mm());
+        self.modal.path = match path {
+            PathCode::ExactPath => PathMode::ExactPath,
+            PathCode::ExactStop => PathMode::ExactStop,
+            PathCode::Continuous => PathMode::Continuous { tolerance_mm: length(b'P'), merge_mm: length(b'Q') },
+        };
+    }
+}

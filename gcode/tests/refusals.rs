@@ -1,0 +1,121 @@
+//! Programs that must be refused, with the message that a user sees.
+
+use gcode::{Dialect, GcodeError, interpret, parse};
+
+fn refused_as(dialect: Dialect, text: &str) -> (String, usize) {
+    let program = parse(text);
+    match interpret(&program, &dialect.into()) {
+        Err(GcodeError::Refused { diagnostics }) => {
+            let errors: Vec<_> = diagnostics.iter().filter(|d| d.is_error()).collect();
+            (errors[0].render(&program, "part.nc"), errors.len())
+        }
+        other => panic!("not refused: {other:?}\n{text}"),
+    }
+}
+
+/// The head that makes everything but the fault under test valid.
+const HEAD: &str = "G21 G90 G0 X0 Y0 Z0 F100\n";
+
+#[test]
+fn a_parameter_in_a_feed_move_is_shown() {
+    let (text, _) = refused_as(Dialect::Fanuc, "G21 G0 X0 Y0 Z0\n#101=5\nN20 G1 X#101 Y[#1+2] F100\n");
+    let expected = "\
+error: a feed move depends on a parameter
+ --> part.nc:3:8
+  |
+3 | N20 G1 X#101 Y[#1+2] F100
+  |        ^^^^^
+  = help: only numbers can be compensated: replace the parameter by its value
+";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn an_arc_without_a_circle_is_shown() {
+    let (text, _) = refused_as(Dialect::Fanuc, &format!("{HEAD}G91.1\nG3 X10 Y10 I0 J8\n"));
+    let expected = "\
+error: no circle: its radius is 8.0000 mm at the start and 10.1980 mm at the end
+ --> part.nc:3:12
+  |
+3 | G3 X10 Y10 I0 J8
+  |            ^^
+";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn each_fault_has_its_own_words() {
+    let cases = [
+        (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
+        (Dialect::LinuxCnc, "G0 G80 X1", "G80 contradicts G0 in the same block", "^^^"),
+        (Dialect::Fanuc, "G#1 X1", "this G code cannot be told", "^^^"),
+        (Dialect::Fanuc, "G6.2 X1", "G6.2 moves the tool in a way that is not interpreted", "^^^^"),
+        (Dialect::LinuxCnc, "G5.1 X1 I1 J1", "G5.1 moves the tool in a way", "^^^^"),
+        (Dialect::Fanuc, "G123 X1", "G123 is unknown, and its block has axis words", "^^^^"),
+        (Dialect::Fanuc, "G2 X1 Y1", "an arc without centre or radius", "^^"),
+        (Dialect::Fanuc, "G2 X1 Y1 R1 I1", "both a radius and a centre", "^^"),
+        (Dialect::Fanuc, "G2 X1 Y1 I1 K1", "not in the plane of the arc", "^^"),
+        (Dialect::Fanuc, "G2 R5 X0 Y0", "from a point to itself", "^^"),
+        (Dialect::Fanuc, "G2 X10 Y0 R3", "half its chord 5.0000 mm", "^^"),
+        (Dialect::Fanuc, "G28\nG2 X10 Y0 R5", "the start of this arc is not known", "^^"),
+        (Dialect::Fanuc, "G1 X1 X2", "this letter stands twice", "^^"),
+        (Dialect::Fanuc, "G1 X1 E5", "E has no meaning in this feed move", "^^"),
+        (Dialect::Fanuc, "G1 X1 I5", "I has no meaning in this feed move", "^^"),
+        (Dialect::Fanuc, "G1 X1 U5", "U has no meaning in this feed move", "^^"),
+        (Dialect::Fanuc, "G1 Y1 X10000000000", "this number is beyond any machine", "^^^^^^^^^^^^"),
+        (Dialect::Fanuc, "G1 X1 ,R2", "not understood in a feed move", "^^^"),
+        (Dialect::Fanuc, "G1 X=5", "not understood in a feed move", "^"),
+        (Dialect::Fanuc, "G1 X1 F0", "the feed is not positive", "^^"),
+        (Dialect::Fanuc, "G1 X1 F#1", "a feed move depends on a parameter", "^^^"),
+        (Dialect::Fanuc, "F#1\nG1 X1", "the feed comes from a parameter on line 2", "^^"),
+        (Dialect::Fanuc, "G93\nG1 X1", "no feed was given", "^^"),
+        (Dialect::Fanuc, "G93 G1 X1 F5\nX2", "G93 needs an F word", "^^"),
+        (Dialect::Fanuc, "G95 G1 X1 F5", "G95 needs a spindle speed", "^^"),
+        (Dialect::Fanuc, "G68 X0 Y0 R30\nG1 X1", "a feed move under G68 of line 2", "^^"),
+        (Dialect::Fanuc, "G1\nG16\nX1 Y30", "a feed move under G16 of line 3", "^^"),
+        (Dialect::Fanuc, "G51 X0 Y0 P2000\nG1 X1", "a feed move under G51 of line 2", "^^"),
+        (Dialect::Fanuc, "G68 X0 Y0 R30\nG16\nG15\nG1 X1", "a feed move under G68 of line 2", "^^"),
+        (Dialect::Fanuc, "G1 X1 GOTO 5", "a flow statement in a block with codes", "^^^^^^"),
+        (Dialect::LinuxCnc, "G7\nG1 X1", "a feed move under G7 of line 2", "^^"),
+        (Dialect::Fanuc, "G66 P9000\nG1 X1", "under the modal macro of line 2", "^^"),
+        (Dialect::Fanuc, "IF[#1EQ0]GOTO10\nG1 X1", "after the jump or condition on line 2", "^^"),
+        (Dialect::Fanuc, "G1 X1\nGOTO10", "a jump or condition after feed moves", "^^^^^^"),
+        (Dialect::Fanuc, "G1 X1\nM99 P10", "a jump or condition after feed moves", "^^^^^^^"),
+        (Dialect::Fanuc, "WHILE[#1LT3]DO1\nG1 X1\nEND1", "loop or branch that opens on line 2", "^^"),
+        (Dialect::LinuxCnc, "o100 sub\nG1 X1\no100 endsub", "inside the subprogram that opens on line 2", "^^"),
+        (Dialect::LinuxCnc, "o1 if [#1 GT 0]\nG91\no1 endif\nG1 X1", "after the jump or condition on line 3", "^^"),
+        (Dialect::LinuxCnc, "o1 do\nG0 X1\nG1 Y1\no1 while [1]", "loop or branch that opens on line 2", "^^"),
+        (Dialect::LinuxCnc, "G80\nX1", "no motion code is active", "^^"),
+        (Dialect::LinuxCnc, "G3 X0 Y0 I5 P1.5", "whole number of turns", "^^"),
+        (Dialect::Fanuc, "G53 G2 X1 Y1 R5", "G53 goes with G0 and G1 only", "^^^"),
+        (Dialect::Fanuc, "G90.1 G2 X10 Y0 I5", "an absolute arc centre needs both", "^^"),
+    ];
+    for (dialect, text, message, carets) in cases {
+        let (rendered, _) = refused_as(dialect, &format!("{HEAD}{text}\n"));
+        assert!(rendered.contains(message), "{text}: {rendered}");
+        assert!(rendered.lines().any(|line| line.ends_with(&format!(" {carets}"))), "{text}: {rendered}");
+    }
+}
+
+#[test]
+fn an_axis_word_without_any_motion_code_is_refused() {
+    let (text, _) = refused_as(Dialect::Fanuc, "X1 Y2\n");
+    assert!(text.contains("axis words, but no motion code is active"));
+}
+
+#[test]
+fn one_cause_is_told_once_and_the_list_is_capped() {
+    let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}G68 R30\nG1 X1\nX2\nX3\nX4\n"));
+    assert_eq!(once, 1);
+    let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X#1\n".repeat(100)));
+    assert_eq!(many, 20);
+    let error = interpret(&parse(format!("{HEAD}G1 X#1\nX#2\n")), &Dialect::Fanuc.into()).expect_err("refused");
+    assert_eq!(error.to_string(), "the program is refused: line 2: a feed move depends on a parameter (and 1 more)");
+}
+
+#[test]
+fn parameters_outside_feed_moves_pass() {
+    let text =
+        format!("{HEAD}#501=1\nG10 L2 P#501 X[#510]\nS#3 M3\nT#4\nG0 X#5\nG0 X1\nG1 X2\n#<_x>=[2*3]\nIF[#1EQ0]THEN#2=1\nX3\n");
+    assert!(interpret(&parse(text), &Dialect::Fanuc.into()).is_ok());
+}

@@ -1,0 +1,247 @@
+//! What programs mean, checked on small ones.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use gcode::{
+    Arc, ArcCentres, Axis, CutterCompensation, Dialect, Feed, FeedMode, Fixed, Move, MoveKind, Options, PathMode, Plane,
+    Shiftable, ToolLength, Toolpath, WorkOffset, interpret, parse,
+};
+
+fn read_as(dialect: Dialect, text: &str) -> Toolpath {
+    match interpret(&parse(text), &dialect.into()) {
+        Ok(toolpath) => toolpath,
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+fn read(text: &str) -> Toolpath {
+    read_as(Dialect::Fanuc, text)
+}
+
+fn arc(step: &Move) -> Arc {
+    match step.kind {
+        MoveKind::Arc(arc) => arc,
+        other => panic!("no arc: {other:?}"),
+    }
+}
+
+fn last(toolpath: &Toolpath) -> Move {
+    *toolpath.moves.last().expect("there is a move")
+}
+
+fn close(a: [f64; 3], b: [f64; 3]) {
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} is not {b:?}");
+}
+
+#[test]
+fn units_distances_and_feeds() {
+    let path = read("G20 G90\nG0 X1 Y1 Z1\nG1 X2 F60\nG91 Y.5\nG21 Z25.4 F120\n");
+    assert_eq!(path.moves[1].feed, Some(Feed::Linear { mm_s: 25.4 }));
+    close(last(&path).end.xyz_mm().expect("known"), [50.8, 38.1, 50.8]);
+    assert_eq!(last(&path).feed, Some(Feed::Linear { mm_s: 2.0 }));
+    assert_eq!(last(&path).feed_word, Some(120.0));
+    let inverse = read("G21 G93 G0 X0 Y0 Z0\nG1 X1 F30\n");
+    assert_eq!(last(&inverse).feed, Some(Feed::Duration { seconds: 2.0 }));
+    assert_eq!(inverse.modal(&last(&inverse)).feed_mode, FeedMode::InverseTime);
+    let per_turn = read("G21 G95 S600 G0 X0 Y0 Z0\nG1 X1 F.1\n");
+    assert_eq!(last(&per_turn).feed, Some(Feed::Linear { mm_s: 1.0 }));
+    let turning = read("G20 G0 X0 Y0 Z0 A0\nG1 A90 F180\n");
+    assert!(matches!(last(&turning).feed, Some(Feed::Angular { rad_s }) if (rad_s - TAU / 120.0).abs() < 1e-12));
+    assert!((last(&turning).end.rotary_rad()[0].expect("known") - FRAC_PI_2).abs() < 1e-12);
+}
+
+#[test]
+fn arcs_in_all_planes_turn_about_their_normal() {
+    // Counter-clockwise quarter about the normal, seen from its tip: XY from X to Y, ZX from Z to X, YZ from Y to Z.
+    for (text, plane, end, middle) in [
+        ("G17 G3 X0 Y10 I-10", Plane::Xy, [0.0, 10.0, 0.0], [1.0, 1.0, 0.0]),
+        ("G19 G3 Y0 Z10 J-10", Plane::Yz, [0.0, 0.0, 10.0], [0.0, 1.0, 1.0]),
+        ("G18 G3 Z0 X10 K-10", Plane::Zx, [10.0, 0.0, 0.0], [1.0, 0.0, 1.0]),
+    ] {
+        let start = ["X10 Y0 Z0", "X0 Y10 Z0", "X0 Y0 Z10"]
+            [[Plane::Xy, Plane::Yz, Plane::Zx].iter().position(|p| *p == plane).expect("listed")];
+        let path = read(&format!("G21 G0 {start}\n{text} F100\n"));
+        let step = last(&path);
+        assert_eq!(arc(&step).plane, plane);
+        assert!((arc(&step).sweep - FRAC_PI_2).abs() < 1e-12);
+        close(step.point_mm(1.0), end);
+        close(step.point_mm(0.5), middle.map(|m| m * 10.0 / 2.0_f64.sqrt()));
+        let clockwise = read(&format!("G21 G0 {start}\n{} F100\n", text.replace("G3", "G2")));
+        assert!((arc(&last(&clockwise)).sweep + 0.75 * TAU).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn radius_and_centre_and_absolute_centre_agree() {
+    let texts = [
+        "G2 X20 Y10 I0 J-10",
+        "G2 X20 Y10 R10",
+        "G91.1 G2 X20 Y10 J-10",
+        "G90.1 G2 X20 Y10 I10 J10",
+        "G91 G2 X10 Y-10 R10",
+        "G20 G2 X[] Y[] R[]",
+    ];
+    for text in texts {
+        let text = text.replace("X[] Y[] R[]", "X.78740157480315 Y.39370078740157 R.39370078740157");
+        let path = read(&format!("G21 G0 X10 Y20 Z0\n{text} F100\n"));
+        let arc = arc(&last(&path));
+        assert!((arc.sweep + FRAC_PI_2).abs() < 1e-9, "{text}: {}", arc.sweep);
+        assert!((arc.centre_mm[0] - 10.0).abs() < 1e-9 && (arc.centre_mm[1] - 10.0).abs() < 1e-9, "{text}");
+    }
+    let long = read("G21 G0 X10 Y20 Z0\nG2 X20 Y10 R-10 F100\n");
+    assert!((arc(&last(&long)).sweep + 1.5 * std::f64::consts::PI).abs() < 1e-9);
+    assert!((arc(&last(&long)).centre_mm[0] - 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn circles_and_helices() {
+    let circle = read("G21 G0 X10 Y0 Z5\nG3 I-10 Z0 F100\n");
+    let step = last(&circle);
+    assert_eq!(arc(&step).sweep, TAU);
+    close(step.point_mm(0.25), [0.0, 10.0, 3.75]);
+    assert!((step.length_mm().expect("an arc has a length") - (TAU * 10.0).hypot(5.0)).abs() < 1e-9);
+    let turns = read_as(Dialect::LinuxCnc, "G21 G0 X10 Y0 Z5\nG2 X-10 I-10 Z0 P3 F100\n");
+    assert!((arc(&last(&turns)).sweep + 2.5 * TAU).abs() < 1e-12);
+}
+
+#[test]
+fn absolute_centres_are_recognised_only_where_nothing_else_fits() {
+    let text = "G21 G0 X10 Y20 Z0\nG2 X20 Y10 I10 J10 F100\nG2 X10 Y0 I10 J10\n";
+    let path = read(text);
+    assert!(path.warnings.iter().any(|w| w.message.contains("absolute")));
+    assert_eq!(arc(&path.moves[1]).centre_mm, [10.0, 10.0]);
+    let strict = Options { arc_centres: ArcCentres::Incremental, ..Options::default() };
+    assert!(interpret(&parse(text), &strict).is_err());
+    assert!(interpret(&parse(format!("G91.1\n{text}")), &Options::default()).is_err());
+    let told = Options { arc_centres: ArcCentres::Absolute, ..Options::default() };
+    assert!(interpret(&parse(text), &told).is_ok_and(|path| path.warnings.is_empty()));
+}
+
+#[test]
+fn shifts_leave_no_jump() {
+    for shift in ["G92 X0 Y0", "G52 X10 Y5"] {
+        let path = read(&format!("G21 G0 X10 Y5 Z0\nG1 X20 F100\nG0 X10 Y5\n{shift}\nG1 X10 Y0\n"));
+        let step = last(&path);
+        close(step.start.xyz_mm().expect("known"), [10.0, 5.0, 0.0]);
+        close(step.end.xyz_mm().expect("known"), [20.0, 5.0, 0.0]);
+        assert_eq!(path.modal(&step).shift[..2], [10.0, 5.0]);
+        assert_eq!(path.programmed(&step, 0, 10.0, 20.0), Some(10.0));
+    }
+    let back = read("G21 G0 X10 Y5 Z0\nG92 X0\nG92.2\nG1 X12 F100\nG92.3\nX3\nG92.1\nX10\n");
+    let ends: Vec<_> = back.moves[1..].iter().map(|m| m.end.axis(Axis::X)).collect();
+    assert_eq!(ends, [Some(12.0), Some(13.0), Some(10.0)]);
+    let fresh = read("G21 G92 X0 Y0 Z0\nG1 X1 F100\n");
+    assert_eq!(last(&fresh).shiftable, Shiftable::Yes);
+}
+
+#[test]
+fn what_makes_a_start_unknown() {
+    for (between, known) in [
+        ("", true),
+        ("G28 G91 Z0\nG90", false),
+        ("G55", false),
+        ("G54", true),
+        ("G10 L2 P1 X1", false),
+        ("G10 L2 P2 X1", true),
+        ("G10 L2 P#1 X#2", false),
+        ("G53 G0 X1", false),
+        ("M98 P100", false),
+        ("G0 X#1", false),
+        ("G65 P9000 X1", false),
+        ("M6 T1", true),
+        ("G43 H1", true),
+        ("G31 Z-1 F10", false),
+        ("G4 P100", true),
+        ("G68 X0 Y0 R30\nG0 X1\nG69", false),
+        ("G54.1 P1", false),
+        ("G92.1", true),
+        ("G80", true),
+    ] {
+        let path = read(&format!("G21 G90 G54 G0 X0 Y0 Z0\n{between}\nG1 X1 Y1 F100\n"));
+        let expected = if known { Shiftable::Yes } else { Shiftable::No(Fixed::UnknownStart) };
+        assert_eq!(last(&path).shiftable, expected, "{between}");
+    }
+    let linux = read_as(Dialect::LinuxCnc, "G21 G90 G0 X0 Y0 Z0\nG43 H1\nG1 X1 F100\nZ1\nX2\n");
+    let starts: Vec<_> = linux.moves[1..].iter().map(|m| m.shiftable == Shiftable::Yes).collect();
+    assert_eq!(starts, [false, false, true]);
+    let flat = read("G21 G0 X0 Y0\nG1 X1 F100\n");
+    assert_eq!(last(&flat).shiftable, Shiftable::Yes, "Z is never named");
+}
+
+#[test]
+fn moves_that_stay_as_they_are() {
+    let path = read(
+        "G21 G0 X0 Y0 Z0\nG1 X1 F100\n/G1 X2\nM6 T2 X3\nG41 D1 X4\nX5\nG40 X6\nX7\nG53 X0\nG0 X0 Y0\nG33 Z-1 F1\nG4 P1500\n",
+    );
+    use Fixed::{CutterCompensation as Cutter, Dwell, MachineCoordinates, OptionalBlock, Rapid, Threading, ToolChange};
+    let reasons: Vec<_> = path.moves.iter().map(|m| m.shiftable).collect();
+    let no = Shiftable::No;
+    assert_eq!(
+        reasons,
+        [
+            no(Rapid),
+            Shiftable::Yes,
+            no(OptionalBlock),
+            no(ToolChange),
+            no(Cutter),
+            no(Cutter),
+            no(Cutter),
+            Shiftable::Yes,
+            no(MachineCoordinates),
+            no(Rapid),
+            no(Threading),
+            no(Dwell),
+        ]
+    );
+    assert_eq!(path.modal(&path.moves[5]).cutter, CutterCompensation::Left);
+    assert_eq!(last(&path).kind, MoveKind::Dwell { seconds: Some(1.5) });
+    let dwell = read_as(Dialect::LinuxCnc, "G4 P1.5\n");
+    assert_eq!(last(&dwell).kind, MoveKind::Dwell { seconds: Some(1.5) });
+    let skipped = Options { block_delete: true, ..Options::default() };
+    let text = parse("G21 G0 X0 Y0 Z0\n/G1 X2 F1\nG1 X1 F100\n");
+    assert_eq!(interpret(&text, &skipped).expect("valid").moves.len(), 2);
+}
+
+#[test]
+fn cycles_repeat_until_they_are_cancelled() {
+    let path = read("G21 G90 G0 X0 Y0 Z10\nG98 G81 X1 Z-5 R2 F100\nX2\nM8\nG99 X3\nG91 X1 K3\nG90 G80\nX9\nG1 Z0 F1\n");
+    let kinds: Vec<_> = path.moves.iter().map(|m| matches!(m.kind, MoveKind::Cycle(_))).collect();
+    assert_eq!(kinds, [false, true, true, true, true, false, false]);
+    let ends: Vec<_> = path.moves.iter().map(|m| m.end.xyz_mm().expect("known")).collect();
+    close(ends[2], [2.0, 0.0, 10.0]);
+    close(ends[3], [3.0, 0.0, 2.0]);
+    close(ends[4], [6.0, 0.0, 2.0]);
+    close(ends[5], [9.0, 0.0, 2.0]);
+    assert_eq!(path.moves[5].kind, MoveKind::Rapid);
+    let MoveKind::Cycle(cycle) = path.moves[1].kind else { panic!("no cycle") };
+    assert_eq!((cycle.code, cycle.bottom_mm, cycle.retract_mm, cycle.repeats), (81, Some(-5.0), Some(2.0), 1));
+    let incremental = read("G21 G90 G0 X0 Y0 Z10\nG91 G99 G83 X1 Z-7 R-8 Q1 F100\n");
+    let MoveKind::Cycle(cycle) = last(&incremental).kind else { panic!("no cycle") };
+    assert_eq!((cycle.bottom_mm, cycle.retract_mm), (Some(-5.0), Some(2.0)));
+    let higher = read_as(Dialect::LinuxCnc, "G21 G90 G0 X0 Y0 Z1\nG98 G81 X1 Z-5 R2 F100\n");
+    close(last(&higher).end.xyz_mm().expect("known"), [1.0, 0.0, 2.0]);
+}
+
+#[test]
+fn modal_state_travels_with_the_move() {
+    let path = read_as(Dialect::LinuxCnc, "G21 G64 P0.01 Q0 G59.1 G43.4 H2 T5 S900 G18 G0 X0 Y0 Z0\nG1 X1 B30 F100\nG61.1 X2\n");
+    let modal = path.modal(&path.moves[1]);
+    assert_eq!(modal.path, PathMode::Continuous { tolerance_mm: Some(0.01), merge_mm: Some(0.0) });
+    assert_eq!(modal.work_offset, WorkOffset::Standard(7));
+    assert_eq!(modal.tool_length, ToolLength::TipControl);
+    assert_eq!((modal.tool, modal.spindle_rpm, modal.plane), (Some(5), Some(900.0), Plane::Zx));
+    assert!(path.moves[1].explicit_motion && !path.moves[2].explicit_motion);
+    assert_eq!(path.modal(&path.moves[2]).path, PathMode::ExactStop);
+    let program = parse("N1 G1 X1 Y2 F3 I#1");
+    let words = Move { block: 0, ..path.moves[1] }.words(&program);
+    assert_eq!((words.axes[0], words.axes[1], words.feed, words.centre[0]), (Some(2), Some(3), Some(4), None));
+}
+
+#[test]
+fn the_program_ends_where_the_control_stops() {
+    let path = read("%\nG21 G0 X0 Y0 Z0\nG1 X1 F100\nM30\nG1 X2\n%\nG1 X3\n");
+    assert_eq!(path.moves.len(), 2);
+    assert!(path.warnings[0].message.contains("ends on line 4"));
+    let tape = read("%\nG21 G0 X0 Y0 Z0\n%\nG1 X1 F100\n");
+    assert_eq!(tape.moves.len(), 1);
+}
