@@ -1,0 +1,25 @@
+//! Motion: curves, feed planning, sampled trajectories, kinematics and contour error.
+//!
+//! Lengths are mm, times s, angles rad. A [`Pose`] is a tool tip *and* a tool axis; a [`Trajectory`] holds the positions of any
+//! number of machine axes; [`Kinematics`] leads from one to the other.
+
+mod axis;
+pub mod contour;
+pub mod curves;
+mod error;
+mod kinematics;
+mod limits;
+mod path;
+pub mod planner;
+mod pose;
+mod trajectory;
+
+pub use axis::{Axis, AxisKind};
+pub use curves::Curve;
+pub use error::MotionError;
+pub use kinematics::{Cartesian, Kinematics};
+pub use limits::{AxisLimits, Limits};
+pub use path::{DesiredPath, poses_of};
+pub use planner::{PathSample, Piece, Plan, PlanSettings, ToolPath, plan, plan_curve};
+pub use pose::{Pose, Vec3};
+pub use trajectory::Trajectory;

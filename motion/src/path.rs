@@ -1,0 +1,81 @@
+//! The path that the part needs, sampled in time.
+
+use std::sync::Arc;
+
+use crate::{Curve, Kinematics, MotionError, Pose, Trajectory, Vec3};
+
+/// What the part needs: never changes while a reference is learned.
+#[derive(Debug, Clone)]
+pub struct DesiredPath {
+    trajectory: Trajectory,
+    poses: Vec<Pose>,
+    kinematics: Arc<dyn Kinematics>,
+    curve: Option<Arc<dyn Curve>>,
+}
+
+impl DesiredPath {
+    /// The desired path whose axis positions are `trajectory`.
+    ///
+    /// # Errors
+    /// When the axes of the trajectory are not those of the kinematics, in that order.
+    pub fn new(trajectory: Trajectory, kinematics: Arc<dyn Kinematics>) -> Result<Self, MotionError> {
+        let poses = poses_of(&trajectory, kinematics.as_ref())?;
+        Ok(Self { trajectory, poses, kinematics, curve: None })
+    }
+
+    /// The same path with the analytic curve that it samples, against which errors can be measured exactly.
+    #[must_use]
+    pub fn with_curve(mut self, curve: Arc<dyn Curve>) -> Self {
+        self.curve = Some(curve);
+        self
+    }
+
+    /// Axis positions, one sample a period: the reference of an uncompensated run.
+    #[must_use]
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// Tool poses in the workpiece frame, one a sample.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Tool tips in the workpiece frame, mm, one a sample.
+    #[must_use]
+    pub fn tips(&self) -> Vec<Vec3> {
+        self.poses.iter().map(|pose| pose.tip).collect()
+    }
+
+    /// The analytic curve, where one is known.
+    #[must_use]
+    pub fn curve(&self) -> Option<&Arc<dyn Curve>> {
+        self.curve.as_ref()
+    }
+
+    /// How the axes place the tool.
+    #[must_use]
+    pub fn kinematics(&self) -> &Arc<dyn Kinematics> {
+        &self.kinematics
+    }
+}
+
+/// Tool poses of axis positions, one a sample.
+///
+/// # Errors
+/// When the axes of the trajectory are not those of the kinematics, in that order.
+pub fn poses_of(trajectory: &Trajectory, kinematics: &dyn Kinematics) -> Result<Vec<Pose>, MotionError> {
+    if trajectory.axes() != kinematics.axes() {
+        return Err(MotionError::Mismatch("the trajectory's axes are not the machine's".into()));
+    }
+    let mut joints = vec![0.0; trajectory.axes().len()];
+    Ok((0..trajectory.len())
+        .map(|k| {
+            for (joint, position) in joints.iter_mut().zip(trajectory.at(k)) {
+                *joint = position;
+            }
+            kinematics.forward(&joints)
+        })
+        .collect())
+}

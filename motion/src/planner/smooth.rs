@@ -1,0 +1,69 @@
+//! A speed profile, sampled in time and smoothed.
+
+use super::profile::Phase;
+
+/// Arc length every period, from rest to rest, smoothed by two moving averages of `windows` samples.
+///
+/// An average over `n` samples turns a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`; the second one makes the jerk
+/// continuous. Averaging arc length rather than axis positions keeps every sample on the path.
+pub(super) fn sample(phases: &[Phase], period_s: f64, windows: [usize; 2]) -> Vec<f64> {
+    let raw = positions(phases, period_s);
+    windows.iter().fold(raw, |positions, window| average(&positions, (*window).max(1)))
+}
+
+fn positions(phases: &[Phase], period_s: f64) -> Vec<f64> {
+    let mut out = vec![0.0];
+    // Time and position at the start of the phase; summed with compensation, as there may be millions.
+    let (mut start_s, mut start_mm) = (Sum::default(), Sum::default());
+    for phase in phases {
+        let end_s = start_s.value() + phase.duration_s;
+        loop {
+            let time = out.len() as f64 * period_s;
+            if time >= end_s {
+                break;
+            }
+            let t = time - start_s.value();
+            out.push(start_mm.value() + t * (phase.speed + 0.5 * phase.acceleration * t));
+        }
+        start_s.add(phase.duration_s);
+        start_mm.add(phase.duration_s * (phase.speed + 0.5 * phase.acceleration * phase.duration_s));
+    }
+    out.push(start_mm.value());
+    out
+}
+
+/// Causal average over `window` samples; rests at both ends, so the result is `window − 1` samples longer.
+fn average(positions: &[f64], window: usize) -> Vec<f64> {
+    let last = positions.len() - 1;
+    let scale = 1.0 / window as f64;
+    let mut out: Vec<f64> = (0..positions.len() + window - 1)
+        .map(|k| {
+            let sum: f64 = (0..window).map(|back| (k + 1).checked_sub(back + 1).map_or(0.0, |i| positions[i.min(last)])).sum();
+            (sum * scale).min(positions[last])
+        })
+        .collect();
+    if let Some(end) = out.last_mut() {
+        *end = positions[last];
+    }
+    out
+}
+
+/// Kahan's sum.
+#[derive(Default)]
+struct Sum {
+    total: f64,
+    lost: f64,
+}
+
+impl Sum {
+    fn add(&mut self, value: f64) {
+        let value = value - self.lost;
+        let total = self.total + value;
+        self.lost = (total - self.total) - value;
+        self.total = total;
+    }
+
+    fn value(&self) -> f64 {
+        self.total
+    }
+}
