@@ -1,0 +1,193 @@
+//! One simulated drive: the controller's loops, the motor, the mechanics and their friction.
+
+mod friction;
+mod loops;
+mod mechanics;
+mod motor;
+mod noise;
+mod reference;
+
+use friction::{Friction, Level};
+use loops::{CurrentLag, VelocityLoop, position_loop};
+use mechanics::{Loads, TwoMass};
+use motor::Ripple;
+use noise::{Coloured, normal};
+use rand_chacha::ChaCha8Rng;
+
+use crate::spec::{DriveSpec, Rates};
+use crate::{Sensor, SimulationOptions};
+
+/// What both sensors of an axis read.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Readings {
+    /// Motor encoder, mm of the table, one a sample.
+    pub motor: Vec<f64>,
+    /// Table scale, mm, one a sample.
+    pub table: Vec<f64>,
+}
+
+/// Constants of the two masses, SI.
+#[derive(Debug, Clone)]
+struct Plant {
+    /// Travel per rad of the motor, `lead/2π`.
+    per_rad: f64,
+    motor_inertia: f64,
+    motor_viscous: f64,
+    table_inertia: f64,
+    table_viscous: f64,
+    stiffness: f64,
+    damping: f64,
+    half_width: f64,
+}
+
+/// One drive during one run.
+#[derive(Debug)]
+pub(crate) struct Drive<'a> {
+    spec: &'a DriveSpec,
+    rates: Rates,
+    options: SimulationOptions,
+    plant: Plant,
+    masses: TwoMass,
+    velocity_loop: VelocityLoop,
+    current: CurrentLag,
+    ripple: Ripple,
+    level: Level,
+    motor_friction: Friction,
+    table_friction: Friction,
+    run_level: f64,
+    drift: Coloured,
+    torque_noise: Coloured,
+    force_noise: Coloured,
+    rng: ChaCha8Rng,
+}
+
+/// Torque, forces and friction level that hold during one period of the velocity loop.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    command: f64,
+    ripple: f64,
+    extra_torque: f64,
+    disturbance: f64,
+    level: f64,
+}
+
+impl<'a> Drive<'a> {
+    /// A drive at rest at `position_mm`; all of the run's noise is drawn from `rng`.
+    pub(crate) fn at_rest(
+        spec: &'a DriveSpec,
+        rates: Rates,
+        options: SimulationOptions,
+        position_mm: f64,
+        mut rng: ChaCha8Rng,
+    ) -> Self {
+        let plant = Plant::new(spec);
+        let noise = options.noise_scale;
+        let tick_s = spec.loops.velocity_period_ms * 1e-3;
+        let friction = &spec.friction;
+        let run_level = if noise > 0.0 { 1.0 + noise * friction.run_level * normal(&mut rng) } else { 1.0 };
+        Self {
+            masses: TwoMass::at_rest(position_mm * 1e-3, &plant),
+            velocity_loop: VelocityLoop::new(&spec.loops, spec.motor.torque_limit_n_m),
+            current: CurrentLag::new(spec.loops.current_lag_ms * 1e-3, spec.loops.integration_step_us * 1e-6),
+            ripple: Ripple::new(&spec.motor),
+            level: Level::new(friction),
+            motor_friction: Friction::new(friction, friction.motor_share),
+            table_friction: Friction::new(friction, 1.0 - friction.motor_share),
+            run_level,
+            drift: Coloured::new(noise * friction.drift, friction.drift_time_s, tick_s, &mut rng),
+            torque_noise: Coloured::new(noise * spec.motor.torque_noise_n_m, spec.motor.noise_time_ms * 1e-3, tick_s, &mut rng),
+            force_noise: Coloured::new(noise * spec.table.force_noise_n, spec.table.noise_time_ms * 1e-3, tick_s, &mut rng),
+            spec,
+            rates,
+            options,
+            plant,
+            rng,
+        }
+    }
+
+    /// Follows `reference_mm` and reads both sensors at each of its samples.
+    pub(crate) fn follow(mut self, reference_mm: &[f64], period_s: f64) -> Readings {
+        let mut readings = Readings::default();
+        for k in 0..reference_mm.len() {
+            readings.motor.push(self.motor_mm());
+            readings.table.push(self.table_mm());
+            if k + 1 == reference_mm.len() {
+                break;
+            }
+            for p in 0..self.rates.position_per_sample {
+                let fraction = p as f64 / self.rates.position_per_sample as f64;
+                let (position, slope) = reference::at(reference_mm, k, fraction, period_s, self.options.interpolation);
+                let measured = match self.options.sensor {
+                    Sensor::Motor => self.motor_mm(),
+                    Sensor::Table => self.table_mm(),
+                };
+                let velocity_mm_s = position_loop(&self.spec.loops, position, slope, measured);
+                let speed = velocity_mm_s * 1e-3 / self.plant.per_rad;
+                for _ in 0..self.rates.velocity_per_position {
+                    self.velocity_period(speed);
+                }
+            }
+        }
+        readings
+    }
+
+    /// One period of the velocity loop at the commanded motor speed, rad/s.
+    fn velocity_period(&mut self, commanded: f64) {
+        let command = self.velocity_loop.step(commanded - self.masses.speed);
+        let (ripple, cogging) = self.ripple.at(self.masses.angle);
+        let place = self.level.at(self.masses.position * 1e3, self.masses.angle);
+        let held = Held {
+            command,
+            ripple,
+            extra_torque: cogging + self.torque_noise.step(&mut self.rng),
+            disturbance: self.force_noise.step(&mut self.rng),
+            // Noise scaled far up must not turn friction into a motor.
+            level: place * (self.run_level * (1.0 + self.drift.step(&mut self.rng))).max(0.0),
+        };
+        let step_s = self.spec.loops.integration_step_us * 1e-6;
+        for _ in 0..self.rates.steps_per_velocity {
+            self.integrate(held, step_s);
+        }
+    }
+
+    /// One integration step.
+    fn integrate(&mut self, held: Held, step_s: f64) {
+        let torque = self.current.step(held.command) * held.ripple + held.extra_torque;
+        self.masses.drift(step_s);
+        let motor_velocity = self.masses.speed * self.plant.per_rad;
+        let motor_friction = self.motor_friction.step(motor_velocity, held.level, step_s);
+        let table_friction = self.table_friction.step(self.masses.velocity, held.level, step_s);
+        let loads = Loads { torque, motor_friction, table_friction, disturbance: held.disturbance };
+        self.masses.kick(&self.plant, loads, step_s);
+    }
+
+    /// Reading of the motor's encoder, mm of the table.
+    fn motor_mm(&self) -> f64 {
+        let count = std::f64::consts::TAU / self.spec.motor.counts_per_turn;
+        self.quantised(self.masses.angle, count) * self.plant.per_rad * 1e3
+    }
+
+    /// Reading of the table's scale, mm.
+    fn table_mm(&self) -> f64 {
+        self.quantised(self.masses.position * 1e3, self.spec.table.scale_resolution_um * 1e-3)
+    }
+
+    fn quantised(&self, value: f64, count: f64) -> f64 {
+        if self.options.quantised { (value / count).round() * count } else { value }
+    }
+}
+
+impl Plant {
+    fn new(spec: &DriveSpec) -> Self {
+        Self {
+            per_rad: spec.screw.lead_mm * 1e-3 / std::f64::consts::TAU,
+            motor_inertia: spec.motor.inertia_kg_m2,
+            motor_viscous: spec.motor.viscous_n_m_s_rad,
+            table_inertia: spec.table.mass_kg,
+            table_viscous: spec.table.viscous_n_s_m,
+            stiffness: spec.screw.stiffness_n_m,
+            damping: spec.screw.damping_n_s_m,
+            half_width: spec.screw.backlash_half_width_um * 1e-6,
+        }
+    }
+}

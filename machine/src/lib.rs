@@ -1,0 +1,42 @@
+//! Machines: whatever turns a commanded motion into an actual one, and simulated feed drives.
+//!
+//! # One simulated axis
+//! Extends the single-axis servo system of Paper D, section II (eq. 1-7: motor, two-mass transmission, cascaded P, PI and current
+//! loops) by what makes a real axis non-linear. `θ` is the motor's angle, `x` the table's position, `R = lead/2π`:
+//! ```text
+//! position loop   v* = K_pp (r − x_enc) + k_ff ṙ                 every 1 ms, x_enc in whole counts
+//! velocity loop   T* = K_v (ω* − θ̇) + K_v/T_i ∫(ω* − θ̇) dt        every 0.25 ms, |T*| ≤ T_max, anti-windup
+//! current loop    τ_c Ṫ_i = T* − T_i                             exact exponential
+//! torque          T = T_i (1 + ripple(θ)) + cogging(θ) + noise
+//! motor           J θ̈ = T − B_m θ̇ − F R − F_fm R
+//! table           M ẍ = F − F_ft − B_t ẋ + noise
+//! transmission    F = K_s dead(θR − x) + C_s (θ̇R − ẋ)            no force inside the backlash
+//! ```
+//! The velocity loop sees the motor's speed itself, not a difference of counts. The friction forces `F_fm`, `F_ft` of the motor's and
+//! the table's side are LuGre or Maxwell-slip models whose Coulomb level depends on direction, place, run and time.
+//!
+//! The steady tracking error in a ramp is `v (1 − k_ff) / K_pp`: positive for positive `v`.
+//!
+//! [`SimulatedMachine::run_full`] returns both views of a run: a motor encoder cannot see backlash and the screw's stretch.
+
+mod drive;
+mod error;
+mod simulated;
+mod spec;
+
+pub use error::MachineError;
+use motion::Trajectory;
+pub use simulated::{Interpolation, Run, Sensor, SimulatedMachine, SimulationOptions};
+pub use spec::{
+    AxisSpec, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FrictionSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec,
+    MachineSpec, MotorSpec, Patch, PathSpec, PreslidingSpec, RotaryAxis, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
+};
+
+/// What turns a commanded motion into an actual one.
+pub trait Machine {
+    /// Runs `reference` once and returns the actual positions at the same instants, same axes.
+    ///
+    /// # Errors
+    /// When the reference does not fit the machine (axes, period), or the run failed.
+    fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError>;
+}

@@ -1,0 +1,228 @@
+//! A machine of simulated drives.
+
+use motion::{Axis, Trajectory};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::drive::{Drive, Readings};
+use crate::spec::{DriveSpec, MachineSpec, Rates};
+use crate::{Machine, MachineError};
+
+/// Where the position loop and the log take an axis's position from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Sensor {
+    /// The encoder on the motor's shaft; it cannot see backlash and the screw's stretch.
+    #[default]
+    Motor,
+    /// A scale on the table.
+    Table,
+}
+
+/// The reference between its samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Straight lines.
+    #[default]
+    Linear,
+    /// Cubic Hermite segments with central-difference slopes.
+    Cubic,
+}
+
+/// How a machine is simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SimulationOptions {
+    /// Feedback of the position loop, and the view that [`Machine::run`] returns.
+    pub sensor: Sensor,
+    /// Factor on all run-to-run noise: torque and force noise, each run's friction level, drift. 1 as described; at 0 nothing is drawn and
+    /// every run is the same.
+    pub noise_scale: f64,
+    /// Whether encoder and scale read whole counts, in the loop and in the log.
+    pub quantised: bool,
+    /// The reference between its samples.
+    pub interpolation: Interpolation,
+}
+
+impl Default for SimulationOptions {
+    fn default() -> Self {
+        Self { sensor: Sensor::Motor, noise_scale: 1.0, quantised: true, interpolation: Interpolation::Linear }
+    }
+}
+
+impl SimulationOptions {
+    /// The machine without run-to-run noise; encoders still count, so a run is exactly repeatable but not smoothed.
+    #[must_use]
+    pub fn noise_free() -> Self {
+        Self { noise_scale: 0.0, ..Self::default() }
+    }
+}
+
+/// One run, seen from both ends of the screws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// What the motor encoders read.
+    pub motor: Trajectory,
+    /// What table scales read: where the tool is.
+    pub table: Trajectory,
+}
+
+/// A machine of simulated drives, one a (linear) axis.
+///
+/// Every run starts with an approach: each axis comes from 1 mm below its first position and rests there, which defines the state of
+/// friction, backlash and integrators. Noise is drawn from `ChaCha8(seed)`, one stream for each run and axis.
+#[derive(Debug, Clone)]
+pub struct SimulatedMachine {
+    axes: Vec<(Axis, DriveSpec, Rates)>,
+    period_s: f64,
+    options: SimulationOptions,
+    seed: u64,
+    runs: u64,
+}
+
+/// Approach before a run, mm, and its times, s.
+const APPROACH_MM: f64 = 1.0;
+const APPROACH_S: f64 = 0.15;
+const REST_S: f64 = 0.25;
+
+impl SimulatedMachine {
+    /// The machine that `spec` describes, with motor encoders and all noise; `seed` decides the noise of all runs.
+    ///
+    /// # Errors
+    /// When the description is not sound or an axis has no drive.
+    pub fn new(spec: &MachineSpec, seed: u64) -> Result<Self, MachineError> {
+        spec.check()?;
+        let axes = spec
+            .axes
+            .iter()
+            .map(|axis| {
+                let name = axis.name();
+                let drive = axis.drive().ok_or_else(|| {
+                    MachineError::BadDescription(format!(
+                        "axis `{name}` has no `drive`; only a linear axis with a drive can be simulated"
+                    ))
+                })?;
+                let rates = drive.rates(&format!("axes.{name}.drive"), spec.sampling_period_ms)?;
+                Ok((axis.axis(), drive.clone(), rates))
+            })
+            .collect::<Result<_, MachineError>>()?;
+        Ok(Self { axes, period_s: spec.sampling_period_s(), options: SimulationOptions::default(), seed, runs: 0 })
+    }
+
+    /// The same machine, simulated otherwise.
+    ///
+    /// # Errors
+    /// When the noise's scale is negative or not finite.
+    pub fn with_options(mut self, options: SimulationOptions) -> Result<Self, MachineError> {
+        if !(options.noise_scale.is_finite() && options.noise_scale >= 0.0) {
+            return Err(MachineError::BadDescription(format!(
+                "the noise's scale is {}; it must be zero or more, and finite",
+                options.noise_scale
+            )));
+        }
+        self.options = options;
+        Ok(self)
+    }
+
+    /// How the machine is simulated.
+    #[must_use]
+    pub fn options(&self) -> SimulationOptions {
+        self.options
+    }
+
+    /// Number of runs drawn from the sequence so far.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        self.runs
+    }
+
+    /// Runs `reference` with the next noise of the sequence and returns both views.
+    ///
+    /// # Errors
+    /// When axes or period are not the machine's, there is no sample, or a drive is unstable.
+    pub fn run_full(&mut self, reference: &Trajectory) -> Result<Run, MachineError> {
+        let run = self.simulate(reference, self.seed, self.runs)?;
+        self.runs += 1;
+        Ok(run)
+    }
+
+    /// Runs `reference` with noise of its own seed, outside the sequence, and returns both views.
+    ///
+    /// # Errors
+    /// As [`SimulatedMachine::run_full`].
+    pub fn run_with_seed(&self, reference: &Trajectory, seed: u64) -> Result<Run, MachineError> {
+        self.simulate(reference, seed, 0)
+    }
+
+    fn simulate(&self, reference: &Trajectory, seed: u64, run: u64) -> Result<Run, MachineError> {
+        self.check(reference)?;
+        let mut readings = vec![Readings::default(); self.axes.len()];
+        // Axes share nothing, so the result does not depend on how the threads are scheduled.
+        std::thread::scope(|scope| {
+            for (i, (out, column)) in readings.iter_mut().zip(reference.columns()).enumerate() {
+                let (_, drive, rates) = &self.axes[i];
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                rng.set_stream((run << 8) | i as u64);
+                scope.spawn(move || *out = self.follow(drive, *rates, column, rng));
+            }
+        });
+        let (mut motor, mut table) = (Vec::new(), Vec::new());
+        for ((axis, _, _), readings) in self.axes.iter().zip(readings) {
+            let samples = readings.motor.iter().zip(&readings.table);
+            if let Some(k) = samples.clone().position(|(m, t)| !(m.is_finite() && t.is_finite())) {
+                return Err(MachineError::Unstable { axis: axis.name.clone(), time_s: k as f64 * self.period_s });
+            }
+            motor.push(readings.motor);
+            table.push(readings.table);
+        }
+        Ok(Run { motor: reference.with_columns(motor)?, table: reference.with_columns(table)? })
+    }
+
+    /// Approach, rest, and the reference itself; only the last is kept.
+    fn follow(&self, spec: &DriveSpec, rates: Rates, reference: &[f64], rng: ChaCha8Rng) -> Readings {
+        let first = reference.first().copied().unwrap_or(0.0);
+        let rise = (APPROACH_S / self.period_s).ceil() as usize;
+        let lead_in = rise + (REST_S / self.period_s).ceil() as usize;
+        let mut all: Vec<f64> = (0..lead_in)
+            .map(|k| {
+                let angle = std::f64::consts::PI * k.min(rise) as f64 / rise as f64;
+                first - APPROACH_MM * 0.5 * (1.0 + angle.cos())
+            })
+            .collect();
+        all.extend_from_slice(reference);
+        let drive = Drive::at_rest(spec, rates, self.options, first - APPROACH_MM, rng);
+        let mut readings = drive.follow(&all, self.period_s);
+        readings.motor.drain(..lead_in);
+        readings.table.drain(..lead_in);
+        readings
+    }
+
+    fn check(&self, reference: &Trajectory) -> Result<(), MachineError> {
+        let names = |axes: Vec<&Axis>| axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>().join(" ");
+        let own: Vec<&Axis> = self.axes.iter().map(|(axis, _, _)| axis).collect();
+        let given: Vec<&Axis> = reference.axes().iter().collect();
+        if own != given {
+            return Err(MachineError::Misfit(format!("its axes are `{}`, the machine's are `{}`", names(given), names(own))));
+        }
+        if (reference.period_s() - self.period_s).abs() > 1e-9 * self.period_s {
+            return Err(MachineError::Misfit(format!(
+                "its period is {} s, the machine's is {} s; resample it",
+                reference.period_s(),
+                self.period_s
+            )));
+        }
+        if reference.is_empty() {
+            return Err(MachineError::Misfit("it has no sample".into()));
+        }
+        Ok(())
+    }
+}
+
+impl Machine for SimulatedMachine {
+    /// Runs with the next noise of the sequence and returns what the chosen sensor reads.
+    fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+        let run = self.run_full(reference)?;
+        Ok(match self.options.sensor {
+            Sensor::Motor => run.motor,
+            Sensor::Table => run.table,
+        })
+    }
+}

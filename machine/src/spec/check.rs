@@ -1,0 +1,40 @@
+//! Range checks that name the key and the remedy.
+
+use crate::MachineError;
+
+/// Refuses `value` unless it is positive and finite.
+pub(super) fn positive(key: &str, value: f64) -> Result<(), MachineError> {
+    within(key, value, value > 0.0, "positive and finite")
+}
+
+/// Refuses `value` unless it is zero or more, and finite.
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), MachineError> {
+    within(key, value, value >= 0.0, "zero or more, and finite")
+}
+
+/// Refuses `value` unless it is finite and in 0..=1.
+pub(super) fn share(key: &str, value: f64) -> Result<(), MachineError> {
+    within(key, value, (0.0..=1.0).contains(&value), "a share between 0 and 1")
+}
+
+/// Refuses `value` unless it is finite and `holds`.
+pub(super) fn within(key: &str, value: f64, holds: bool, remedy: &str) -> Result<(), MachineError> {
+    if value.is_finite() && holds {
+        Ok(())
+    } else {
+        Err(MachineError::BadDescription(format!("`{key}` is {value}; it must be {remedy}")))
+    }
+}
+
+/// How often `part` goes into `whole`, refused unless a whole number, at least 1.
+pub(super) fn multiple(whole_key: &str, whole: f64, part_key: &str, part: f64) -> Result<usize, MachineError> {
+    let ratio = whole / part;
+    let count = ratio.round();
+    if ratio.is_finite() && (1.0..=1e6).contains(&count) && (ratio - count).abs() < 1e-6 * count {
+        Ok(count as usize)
+    } else {
+        Err(MachineError::BadDescription(format!(
+            "`{whole_key}` is {ratio} times `{part_key}`; it must be a whole multiple of it"
+        )))
+    }
+}

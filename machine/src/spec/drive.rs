@@ -1,0 +1,220 @@
+//! A simulated drive as it stands in a machine file.
+
+use serde::{Deserialize, Serialize};
+
+use super::check::{multiple, not_negative, positive, within};
+use super::friction::FrictionSpec;
+use crate::MachineError;
+
+/// A simulated ball-screw drive: loops, motor, screw, table and friction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveSpec {
+    /// The cascaded controller.
+    pub loops: LoopSpec,
+    /// The motor and its encoder.
+    pub motor: MotorSpec,
+    /// From the motor to the table.
+    pub screw: ScrewSpec,
+    /// The table and its scale.
+    pub table: TableSpec,
+    /// Friction on both sides of the screw.
+    pub friction: FrictionSpec,
+}
+
+/// Position, velocity and current loop.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopSpec {
+    /// Position gain `K_pp`, 1/s.
+    pub position_gain_1_s: f64,
+    /// Share `k_ff` of the reference's velocity that is fed forward.
+    pub feed_forward: f64,
+    /// Proportional gain of the velocity loop, N·m·s/rad.
+    pub velocity_gain_n_m_s_rad: f64,
+    /// Integral time of the velocity loop, ms.
+    pub integral_time_ms: f64,
+    /// Time constant of the current loop, ms.
+    pub current_lag_ms: f64,
+    /// Period of the position loop, ms.
+    pub position_period_ms: f64,
+    /// Period of the velocity loop, ms; ripple, noise and friction levels are renewed at this rate.
+    pub velocity_period_ms: f64,
+    /// Integration step of the mechanics, µs.
+    pub integration_step_us: f64,
+}
+
+/// A motor with an encoder on its shaft.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorSpec {
+    /// Inertia of motor and screw, kg·m².
+    pub inertia_kg_m2: f64,
+    /// Viscous friction, N·m·s/rad.
+    pub viscous_n_m_s_rad: f64,
+    /// Largest commanded torque, N·m.
+    pub torque_limit_n_m: f64,
+    /// Encoder counts per turn.
+    pub counts_per_turn: f64,
+    /// Ripple, as a share of the torque.
+    pub ripple: Vec<Harmonic>,
+    /// Cogging torque.
+    pub cogging: Vec<TorqueHarmonic>,
+    /// Standard deviation of the torque noise, N·m.
+    pub torque_noise_n_m: f64,
+    /// Correlation time of the torque noise, ms.
+    pub noise_time_ms: f64,
+}
+
+/// A wave over the motor's turn: `amplitude · sin(per_turn · θ + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Harmonic {
+    /// Amplitude as a share.
+    pub amplitude: f64,
+    /// Waves per turn of the motor.
+    pub per_turn: f64,
+    /// Phase, rad.
+    pub phase_rad: f64,
+}
+
+/// A torque over the motor's turn: `amplitude_n_m · sin(per_turn · θ + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TorqueHarmonic {
+    /// Amplitude, N·m.
+    pub amplitude_n_m: f64,
+    /// Waves per turn of the motor.
+    pub per_turn: f64,
+    /// Phase, rad.
+    pub phase_rad: f64,
+}
+
+/// A screw with a nut.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScrewSpec {
+    /// Travel per turn, mm.
+    pub lead_mm: f64,
+    /// Stiffness `K_s`, N/m.
+    pub stiffness_n_m: f64,
+    /// Damping `C_s`, N·s/m.
+    pub damping_n_s_m: f64,
+    /// Half the width of the dead zone, µm.
+    pub backlash_half_width_um: f64,
+}
+
+/// A table with a scale.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// Moved mass, kg.
+    pub mass_kg: f64,
+    /// Viscous friction `B_t`, N·s/m.
+    pub viscous_n_s_m: f64,
+    /// Standard deviation of the force noise, N.
+    pub force_noise_n: f64,
+    /// Correlation time of the force noise, ms.
+    pub noise_time_ms: f64,
+    /// Resolution of the table's scale, µm.
+    pub scale_resolution_um: f64,
+}
+
+/// How the drive's rates divide one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Rates {
+    /// Position loops in a sampling period of the reference.
+    pub position_per_sample: usize,
+    /// Velocity loops in a position loop.
+    pub velocity_per_position: usize,
+    /// Integration steps in a velocity loop.
+    pub steps_per_velocity: usize,
+}
+
+impl DriveSpec {
+    /// Refuses values out of range; `at` is the drive's place in the file.
+    pub(super) fn check(&self, at: &str, sampling_period_ms: f64) -> Result<(), MachineError> {
+        let key = |name: &str| format!("{at}.{name}");
+        let (loops, motor, screw, table) = (&self.loops, &self.motor, &self.screw, &self.table);
+        for (name, value) in [
+            ("loops.position_gain_1_s", loops.position_gain_1_s),
+            ("loops.velocity_gain_n_m_s_rad", loops.velocity_gain_n_m_s_rad),
+            ("loops.integral_time_ms", loops.integral_time_ms),
+            ("loops.current_lag_ms", loops.current_lag_ms),
+            ("loops.position_period_ms", loops.position_period_ms),
+            ("loops.velocity_period_ms", loops.velocity_period_ms),
+            ("loops.integration_step_us", loops.integration_step_us),
+            ("motor.inertia_kg_m2", motor.inertia_kg_m2),
+            ("motor.torque_limit_n_m", motor.torque_limit_n_m),
+            ("motor.counts_per_turn", motor.counts_per_turn),
+            ("motor.noise_time_ms", motor.noise_time_ms),
+            ("screw.lead_mm", screw.lead_mm),
+            ("screw.stiffness_n_m", screw.stiffness_n_m),
+            ("table.mass_kg", table.mass_kg),
+            ("table.noise_time_ms", table.noise_time_ms),
+            ("table.scale_resolution_um", table.scale_resolution_um),
+        ] {
+            positive(&key(name), value)?;
+        }
+        for (name, value) in [
+            ("loops.feed_forward", loops.feed_forward),
+            ("motor.viscous_n_m_s_rad", motor.viscous_n_m_s_rad),
+            ("motor.torque_noise_n_m", motor.torque_noise_n_m),
+            ("screw.damping_n_s_m", screw.damping_n_s_m),
+            ("screw.backlash_half_width_um", screw.backlash_half_width_um),
+            ("table.viscous_n_s_m", table.viscous_n_s_m),
+            ("table.force_noise_n", table.force_noise_n),
+        ] {
+            not_negative(&key(name), value)?;
+        }
+        for (i, wave) in motor.ripple.iter().enumerate() {
+            wave.check(&key(&format!("motor.ripple[{i}]")))?;
+        }
+        for (i, wave) in motor.cogging.iter().enumerate() {
+            let wave = Harmonic { amplitude: wave.amplitude_n_m, per_turn: wave.per_turn, phase_rad: wave.phase_rad };
+            wave.check(&key(&format!("motor.cogging[{i}]")))?;
+        }
+        self.friction.check(&key("friction"))?;
+        self.rates(at, sampling_period_ms)?;
+        self.check_step(&key("loops.integration_step_us"))
+    }
+
+    /// How the rates divide one another, refused unless by whole numbers.
+    pub(crate) fn rates(&self, at: &str, sampling_period_ms: f64) -> Result<Rates, MachineError> {
+        let position = format!("{at}.loops.position_period_ms");
+        let velocity = format!("{at}.loops.velocity_period_ms");
+        let step = format!("{at}.loops.integration_step_us");
+        let loops = &self.loops;
+        Ok(Rates {
+            position_per_sample: multiple("sampling_period_ms", sampling_period_ms, &position, loops.position_period_ms)?,
+            velocity_per_position: multiple(&position, loops.position_period_ms, &velocity, loops.velocity_period_ms)?,
+            steps_per_velocity: multiple(&velocity, loops.velocity_period_ms, &step, loops.integration_step_us * 1e-3)?,
+        })
+    }
+
+    /// The semi-implicit integration holds for `ω dt < 2`; far less keeps it accurate.
+    fn check_step(&self, key: &str) -> Result<(), MachineError> {
+        let radius = self.screw.lead_mm * 1e-3 / std::f64::consts::TAU;
+        let motor = self.motor.inertia_kg_m2 / (radius * radius);
+        let mass = motor.min(self.table.mass_kg);
+        let stiffness = self.screw.stiffness_n_m + self.friction.presliding_stiffness_n_m();
+        let damping = self.screw.damping_n_s_m + self.table.viscous_n_s_m;
+        let step_s = self.loops.integration_step_us * 1e-6;
+        let largest = (0.3 * (mass / stiffness).sqrt()).min(0.3 * mass / damping.max(1e-9));
+        within(
+            key,
+            self.loops.integration_step_us,
+            (0.5e-6..=largest).contains(&step_s),
+            &format!("at least 0.5 µs and at most {:.3} µs for this stiffness, damping and mass", largest * 1e6),
+        )
+    }
+}
+
+impl Harmonic {
+    /// Refuses what is not finite.
+    pub(super) fn check(&self, at: &str) -> Result<(), MachineError> {
+        within(&format!("{at}.amplitude"), self.amplitude, true, "finite")?;
+        positive(&format!("{at}.per_turn"), self.per_turn)?;
+        within(&format!("{at}.phase_rad"), self.phase_rad, true, "finite")
+    }
+}

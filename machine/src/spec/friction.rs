@@ -1,0 +1,167 @@
+//! Friction as it stands in a machine file.
+
+use serde::{Deserialize, Serialize};
+
+use super::Harmonic;
+use super::check::{not_negative, positive, share, within};
+use crate::MachineError;
+
+/// Friction of an axis, split between the motor's and the table's side.
+///
+/// On each side the level is scaled by `(1 ± direction_asymmetry)` with the sign of the speed, by
+/// `1 + Σ waves + Σ screw_waves + Σ patches` with place, by `1 + run_level·N(0,1)` once a run and by `1 + drift(t)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionSpec {
+    /// Coulomb friction `F_c` of both sides together, N.
+    pub coulomb_n: f64,
+    /// Static friction `F_s` of both sides together, N.
+    pub static_n: f64,
+    /// Stribeck velocity `v_s`, mm/s.
+    pub stribeck_mm_s: f64,
+    /// Share of the friction that acts on the motor's side.
+    pub motor_share: f64,
+    /// Relative difference of the two directions from their mean.
+    pub direction_asymmetry: f64,
+    /// Relative standard deviation of the level drawn once a run.
+    pub run_level: f64,
+    /// Relative standard deviation of the slow drift.
+    pub drift: f64,
+    /// Correlation time of the drift, s.
+    pub drift_time_s: f64,
+    /// How the friction builds up before sliding.
+    pub presliding: PreslidingSpec,
+    /// Waves along the axis.
+    pub waves: Vec<Wave>,
+    /// Waves over the screw's turn.
+    pub screw_waves: Vec<Harmonic>,
+    /// Worn or tight places.
+    #[serde(default)]
+    pub patches: Vec<Patch>,
+}
+
+/// Friction before sliding.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "lowercase", deny_unknown_fields)]
+pub enum PreslidingSpec {
+    /// LuGre: one bristle of exponential build-up.
+    Lugre {
+        /// Bristle stiffness `σ0` of each side, N/m.
+        stiffness_n_m: f64,
+        /// Bristle damping `σ1` of each side, N·s/m; fades with the Stribeck curve.
+        damping_n_s_m: f64,
+    },
+    /// Maxwell-slip: elastic elements in parallel, each with a slip limit.
+    Maxwell {
+        /// Share of the friction force that each element carries; they sum to 1.
+        shares: Vec<f64>,
+        /// Displacement at which each element slips, at Coulomb level, µm.
+        slip_um: Vec<f64>,
+        /// Damping while sticking, N·s/m of each side; fades with the Stribeck curve.
+        damping_n_s_m: f64,
+    },
+}
+
+/// A wave along the axis: `amplitude · sin(2π x / period + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wave {
+    /// Amplitude as a share.
+    pub amplitude: f64,
+    /// Length of the wave, mm.
+    pub period_mm: f64,
+    /// Phase, rad.
+    pub phase_rad: f64,
+}
+
+/// A worn or tight place: `amplitude · exp(−((x − centre)/width)²)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Amplitude as a share; negative where friction is lower.
+    pub amplitude: f64,
+    /// Centre, mm.
+    pub centre_mm: f64,
+    /// Width, mm.
+    pub width_mm: f64,
+}
+
+impl FrictionSpec {
+    /// Refuses values out of range; `at` is the friction's place in the file.
+    pub(super) fn check(&self, at: &str) -> Result<(), MachineError> {
+        let key = |name: &str| format!("{at}.{name}");
+        not_negative(&key("coulomb_n"), self.coulomb_n)?;
+        within(&key("static_n"), self.static_n, self.static_n >= self.coulomb_n, "at least `coulomb_n`")?;
+        positive(&key("stribeck_mm_s"), self.stribeck_mm_s)?;
+        share(&key("motor_share"), self.motor_share)?;
+        for (name, value) in
+            [("direction_asymmetry", self.direction_asymmetry.abs()), ("run_level", self.run_level), ("drift", self.drift)]
+        {
+            within(&key(name), value, (0.0..0.2).contains(&value), "below 0.2")?;
+        }
+        positive(&key("drift_time_s"), self.drift_time_s)?;
+        let mut lowest = 1.0;
+        for (i, wave) in self.waves.iter().enumerate() {
+            within(&key(&format!("waves[{i}].amplitude")), wave.amplitude, true, "finite")?;
+            positive(&key(&format!("waves[{i}].period_mm")), wave.period_mm)?;
+            within(&key(&format!("waves[{i}].phase_rad")), wave.phase_rad, true, "finite")?;
+            lowest -= wave.amplitude.abs();
+        }
+        for (i, wave) in self.screw_waves.iter().enumerate() {
+            wave.check(&key(&format!("screw_waves[{i}]")))?;
+            lowest -= wave.amplitude.abs();
+        }
+        for (i, patch) in self.patches.iter().enumerate() {
+            within(&key(&format!("patches[{i}].amplitude")), patch.amplitude, true, "finite")?;
+            within(&key(&format!("patches[{i}].centre_mm")), patch.centre_mm, true, "finite")?;
+            positive(&key(&format!("patches[{i}].width_mm")), patch.width_mm)?;
+            lowest += patch.amplitude.min(0.0);
+        }
+        within(
+            &key("waves, screw_waves and patches: lowest level"),
+            lowest,
+            lowest > 0.05,
+            "above 0.05 of the mean; lower their amplitudes",
+        )?;
+        self.presliding.check(&key("presliding"))
+    }
+
+    /// Largest stiffness that friction adds on one side, N/m.
+    pub(super) fn presliding_stiffness_n_m(&self) -> f64 {
+        match &self.presliding {
+            PreslidingSpec::Lugre { stiffness_n_m, .. } => *stiffness_n_m,
+            PreslidingSpec::Maxwell { shares, slip_um, .. } => {
+                shares.iter().zip(slip_um).map(|(share, slip)| self.coulomb_n * share / (slip * 1e-6)).sum()
+            }
+        }
+    }
+}
+
+impl PreslidingSpec {
+    fn check(&self, at: &str) -> Result<(), MachineError> {
+        match self {
+            Self::Lugre { stiffness_n_m, damping_n_s_m } => {
+                positive(&format!("{at}.stiffness_n_m"), *stiffness_n_m)?;
+                not_negative(&format!("{at}.damping_n_s_m"), *damping_n_s_m)
+            }
+            Self::Maxwell { shares, slip_um, damping_n_s_m } => {
+                not_negative(&format!("{at}.damping_n_s_m"), *damping_n_s_m)?;
+                for (i, value) in shares.iter().enumerate() {
+                    positive(&format!("{at}.shares[{i}]"), *value)?;
+                }
+                for (i, value) in slip_um.iter().enumerate() {
+                    positive(&format!("{at}.slip_um[{i}]"), *value)?;
+                }
+                if shares.len() != slip_um.len() || shares.is_empty() {
+                    return Err(MachineError::BadDescription(format!(
+                        "`{at}` has {} `shares` and {} `slip_um`; give one of each for every element, at least one element",
+                        shares.len(),
+                        slip_um.len()
+                    )));
+                }
+                let sum: f64 = shares.iter().sum();
+                within(&format!("{at}.shares: sum"), sum, (sum - 1.0).abs() < 1e-6, "1")
+            }
+        }
+    }
+}

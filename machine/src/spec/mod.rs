@@ -1,0 +1,165 @@
+//! A machine as a TOML file describes it.
+
+mod axis;
+mod builtin;
+mod check;
+mod drive;
+mod friction;
+mod read;
+
+use std::sync::Arc;
+
+pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
+pub use builtin::BUILTIN_MACHINES;
+pub(crate) use drive::Rates;
+pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
+pub use friction::{FrictionSpec, Patch, PreslidingSpec, Wave};
+use motion::{Axis, Cartesian, Kinematics, Limits};
+use serde::{Deserialize, Serialize};
+
+use crate::MachineError;
+use check::positive;
+
+/// A machine: axes, limits, kinematics, controller, and the drives of a simulated one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineSpec {
+    /// What the machine is called.
+    pub name: String,
+    /// Sampling period of the reference, ms.
+    pub sampling_period_ms: f64,
+    /// Limits along the path.
+    pub path: PathSpec,
+    /// How the axes place the tool.
+    #[serde(default)]
+    pub kinematics: KinematicsSpec,
+    /// What the controller reads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<ControllerSpec>,
+    /// The axes, in the order of every trajectory.
+    pub axes: Vec<AxisSpec>,
+}
+
+/// Limits along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathSpec {
+    /// Largest speed, mm/s.
+    pub velocity_mm_s: f64,
+    /// Largest acceleration along the path, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Largest jerk along the path, mm/s³.
+    pub jerk_mm_s3: f64,
+    /// Largest acceleration across the path, mm/s².
+    pub centripetal_mm_s2: f64,
+}
+
+/// How the axes place the tool.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum KinematicsSpec {
+    /// Perpendicular linear axes, upright tool.
+    #[default]
+    Cartesian,
+}
+
+/// What a controller reads: how a compensated program is written for it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerSpec {
+    /// Decimals of a coordinate in mm.
+    pub decimals: u8,
+    /// How a point carries its time.
+    pub carrier: Carrier,
+    /// Time between the points of a program, ms.
+    pub point_spacing_ms: f64,
+}
+
+/// How a point of a program carries its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Carrier {
+    /// Inverse time: `F` is one over the block's minutes.
+    G93,
+    /// Feed per minute on every block.
+    G94,
+}
+
+impl MachineSpec {
+    /// Sampling period of the reference, s.
+    #[must_use]
+    pub fn sampling_period_s(&self) -> f64 {
+        self.sampling_period_ms * 1e-3
+    }
+
+    /// The axes, in order.
+    #[must_use]
+    pub fn motion_axes(&self) -> Vec<Axis> {
+        self.axes.iter().map(AxisSpec::axis).collect()
+    }
+
+    /// Limits of the axes and the path.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        Limits {
+            axes: self.axes.iter().map(AxisSpec::limits).collect(),
+            path_velocity_mm_s: self.path.velocity_mm_s,
+            path_acceleration_mm_s2: self.path.acceleration_mm_s2,
+            path_jerk_mm_s3: self.path.jerk_mm_s3,
+            centripetal_mm_s2: self.path.centripetal_mm_s2,
+        }
+    }
+
+    /// How the axes place the tool.
+    #[must_use]
+    pub fn kinematics(&self) -> Arc<dyn Kinematics> {
+        match self.kinematics {
+            KinematicsSpec::Cartesian => Arc::new(Cartesian::new(self.motion_axes())),
+        }
+    }
+
+    /// Refuses values out of range.
+    ///
+    /// # Errors
+    /// Names the key and what it has to be.
+    pub fn check(&self) -> Result<(), MachineError> {
+        positive("sampling_period_ms", self.sampling_period_ms)?;
+        for (key, value) in [
+            ("path.velocity_mm_s", self.path.velocity_mm_s),
+            ("path.acceleration_mm_s2", self.path.acceleration_mm_s2),
+            ("path.jerk_mm_s3", self.path.jerk_mm_s3),
+            ("path.centripetal_mm_s2", self.path.centripetal_mm_s2),
+        ] {
+            positive(key, value)?;
+        }
+        if let Some(controller) = &self.controller {
+            positive("controller.point_spacing_ms", controller.point_spacing_ms)?;
+            if controller.decimals > 12 {
+                return Err(MachineError::BadDescription(format!(
+                    "`controller.decimals` is {}; it must be 12 or less",
+                    controller.decimals
+                )));
+            }
+        }
+        if self.axes.is_empty() {
+            return Err(MachineError::BadDescription("there is no `[[axes]]`; describe at least one axis".into()));
+        }
+        for (i, axis) in self.axes.iter().enumerate() {
+            let name = axis.name();
+            if self.axes[..i].iter().any(|other| other.name() == name) {
+                return Err(MachineError::BadDescription(format!(
+                    "axis `{name}` is described twice; give every axis a name of its own"
+                )));
+            }
+            axis.check(self.sampling_period_ms)?;
+        }
+        Ok(())
+    }
+}
+
+impl Default for ControllerSpec {
+    /// Six decimals, inverse time, a point every 4 ms: what LinuxCNC follows.
+    fn default() -> Self {
+        Self { decimals: 6, carrier: Carrier::G93, point_spacing_ms: 4.0 }
+    }
+}

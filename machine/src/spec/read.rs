@@ -1,0 +1,65 @@
+//! Machine files: TOML in and out, with drive values common to all axes.
+
+use toml::{Table, Value};
+
+use super::MachineSpec;
+use crate::MachineError;
+
+impl MachineSpec {
+    /// Reads a machine file. A top-level `[drive]` holds values common to all linear axes; an axis's own `drive` overrides them key by key.
+    ///
+    /// # Errors
+    /// When the text is not TOML, a key is unknown or missing, or a value is out of range.
+    pub fn from_toml(text: &str) -> Result<Self, MachineError> {
+        let bad = |error: toml::de::Error| MachineError::BadDescription(error.to_string());
+        let mut file: Table = text.parse().map_err(bad)?;
+        match file.remove("drive") {
+            None => {}
+            Some(Value::Table(common)) => share_out(&common, &mut file),
+            Some(_) => {
+                return Err(MachineError::BadDescription("`drive` is not a table; write `[drive]` and its keys below".into()));
+            }
+        }
+        let spec: Self = file.try_into().map_err(bad)?;
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// The machine file, with every axis's drive written out in full.
+    ///
+    /// # Errors
+    /// When a value has no form in TOML.
+    pub fn to_toml(&self) -> Result<String, MachineError> {
+        toml::to_string(self).map_err(|error| MachineError::BadDescription(error.to_string()))
+    }
+}
+
+/// Puts the common drive below the own drive of every linear axis.
+fn share_out(common: &Table, file: &mut Table) {
+    let axes = file.get_mut("axes").and_then(Value::as_array_mut);
+    for axis in axes.into_iter().flatten().filter_map(Value::as_table_mut) {
+        if axis.get("kind").and_then(Value::as_str) != Some("linear") {
+            continue;
+        }
+        match axis.get_mut("drive") {
+            Some(Value::Table(own)) => fill(own, common),
+            Some(_) => {}
+            None => {
+                axis.insert("drive".into(), Value::Table(common.clone()));
+            }
+        }
+    }
+}
+
+/// Adds the keys of `common` that `own` lacks, table by table.
+fn fill(own: &mut Table, common: &Table) {
+    for (key, value) in common {
+        match (own.get_mut(key), value) {
+            (Some(Value::Table(own)), Value::Table(common)) => fill(own, common),
+            (Some(_), _) => {}
+            (None, value) => {
+                own.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
