@@ -1,0 +1,198 @@
+//! What keeps a learned reference safe: standstill, largest shift, the axes' limits.
+
+use motion::{DesiredPath, Limits, Trajectory};
+
+use crate::CompensationError;
+
+/// Bounds on the correction, applied after every update of a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guard {
+    /// Largest correction of an axis, mm or rad.
+    pub max_shift: f64,
+    /// The machine's limits; the corrected reference exceeds none by more than [`Guard::OVERSHOOT`].
+    pub limits: Option<Limits>,
+    /// The correction may move this long before a motion begins and after it ends, s; in between it stands still.
+    pub settle_s: f64,
+    /// Share of the correction to keep at every sample, in `[0, 1]`; empty keeps all.
+    pub weights: Vec<f64>,
+}
+
+impl Default for Guard {
+    fn default() -> Self {
+        Self { max_shift: 0.1, limits: None, settle_s: 0.02, weights: Vec::new() }
+    }
+}
+
+impl Guard {
+    /// Factor by which a corrected reference may exceed the limits that the desired path was planned to: a path at its limit
+    /// could not be corrected at all otherwise.
+    pub const OVERSHOOT: f64 = 1.1;
+
+    /// `reference` with its correction against `desired` bounded.
+    ///
+    /// # Errors
+    /// When the two do not match.
+    pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
+        let path = desired.trajectory();
+        path.check_matches(reference)?;
+        let rests = rests(path, (self.settle_s / path.period_s()).round() as usize);
+        let mut columns = Vec::with_capacity(path.axes().len());
+        for (axis, (column, target)) in reference.columns().iter().zip(path.columns()).enumerate() {
+            let mut correction: Vec<f64> =
+                column.iter().zip(target).map(|(r, d)| (r - d).clamp(-self.max_shift, self.max_shift)).collect();
+            correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
+            hold(&mut correction, &rests);
+            if let Some(limit) = self.limits.as_ref().and_then(|limits| limits.axes.get(axis)) {
+                fade_where_too_fast(&mut correction, target, path.period_s(), limit.velocity, limit.acceleration);
+            }
+            columns.push(correction.iter().zip(target).map(|(c, d)| c + d).collect());
+        }
+        Ok(path.with_columns(columns)?)
+    }
+}
+
+/// Stretches `(first, last)` in which no axis of the desired path moves, shortened by `settle` samples on the sides where one does.
+fn rests(path: &Trajectory, settle: usize) -> Vec<(usize, usize)> {
+    let n = path.len();
+    let still = |k: usize| path.columns().iter().all(|column| column[k] == column[k - 1]);
+    let mut rests = Vec::new();
+    let mut k = 1;
+    while k < n {
+        let first = k - 1;
+        while k < n && still(k) {
+            k += 1;
+        }
+        let last = k - 1;
+        let from = if first == 0 { 0 } else { first + settle };
+        let to = if last + 1 == n { last } else { last.saturating_sub(settle) };
+        if last > first && to > from {
+            rests.push((from, to));
+        }
+        k += 1;
+    }
+    rests
+}
+
+/// Holds the correction through every rest: nothing is learned there that could not wind up. A rest at the start holds zero.
+fn hold(correction: &mut [f64], rests: &[(usize, usize)]) {
+    for &(first, last) in rests {
+        let held = if first == 0 { 0.0 } else { correction[first] };
+        let step = held - correction[last];
+        correction[first..=last].fill(held);
+        // The law's value is taken up again over the settling time, without a step.
+        let fade = correction.len().min(last + 1 + FADE) - (last + 1);
+        for (i, value) in correction[last + 1..last + 1 + fade].iter_mut().enumerate() {
+            *value += step * (1.0 - (i + 1) as f64 / (FADE + 1) as f64);
+        }
+    }
+}
+
+/// Samples over which a held correction is left.
+const FADE: usize = 10;
+
+/// Scales the correction down around samples at which the corrected axis would exceed its limits.
+fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, velocity: f64, acceleration: f64) {
+    const HALF_WIDTH: usize = 25;
+    let n = correction.len();
+    for _ in 0..20 {
+        let mut scale = vec![1.0_f64; n];
+        let mut exceeded = false;
+        let value = |c: &[f64], k: usize| c[k] + desired[k];
+        for k in 2..n {
+            let v = |c: &[f64], k: usize| (value(c, k) - value(c, k - 1)) / period_s;
+            let plain = |k: usize| (desired[k] - desired[k - 1]) / period_s;
+            let (speed, rate) = (v(correction, k).abs(), ((v(correction, k) - v(correction, k - 1)) / period_s).abs());
+            let allowed_speed = (velocity * Guard::OVERSHOOT).max(plain(k).abs());
+            let allowed_rate = (acceleration * Guard::OVERSHOOT).max(((plain(k) - plain(k - 1)) / period_s).abs());
+            if speed > allowed_speed * (1.0 + 1e-9) || rate > allowed_rate * (1.0 + 1e-9) {
+                exceeded = true;
+                for (i, s) in scale.iter_mut().enumerate().take((k + HALF_WIDTH).min(n)).skip(k.saturating_sub(HALF_WIDTH)) {
+                    // A raised cosine: 0.3 at the place, 1 at the window's ends.
+                    let distance = i.abs_diff(k) as f64 / HALF_WIDTH as f64;
+                    let window = 1.0 - 0.35 * (1.0 + (std::f64::consts::PI * distance).cos());
+                    *s = s.min(window);
+                }
+            }
+        }
+        if !exceeded {
+            return;
+        }
+        for (c, s) in correction.iter_mut().zip(&scale) {
+            *c *= s;
+        }
+    }
+    // Still too fast after twenty reductions by a third: no correction is better than a wild one.
+    correction.fill(0.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use motion::{Axis, Cartesian};
+
+    use super::*;
+
+    fn desired(positions: Vec<f64>) -> DesiredPath {
+        let axes = vec![Axis::named("x")];
+        let trajectory = Trajectory::new(0.002, axes.clone(), vec![positions]).unwrap();
+        DesiredPath::new(trajectory, Arc::new(Cartesian::new(axes))).unwrap()
+    }
+
+    /// Rest, a move of 1 mm in 0.4 s, rest, and back.
+    fn there_and_back() -> DesiredPath {
+        let ramp = |k: usize| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / 200.0).cos();
+        let mut positions = vec![0.0; 100];
+        positions.extend((1..=200).map(ramp));
+        positions.extend(vec![1.0; 200]);
+        positions.extend((0..200).rev().map(ramp));
+        positions.extend(vec![0.0; 100]);
+        desired(positions)
+    }
+
+    fn shifted(path: &DesiredPath, shift: impl Fn(usize) -> f64) -> Trajectory {
+        let column = path.trajectory().columns()[0].iter().enumerate().map(|(k, d)| d + shift(k)).collect();
+        path.trajectory().with_columns(vec![column]).unwrap()
+    }
+
+    fn correction(path: &DesiredPath, reference: &Trajectory) -> Vec<f64> {
+        reference.columns()[0].iter().zip(&path.trajectory().columns()[0]).map(|(r, d)| r - d).collect()
+    }
+
+    #[test]
+    fn nothing_moves_at_a_standstill_and_nothing_jumps() {
+        let path = there_and_back();
+        let wild = shifted(&path, |k| 0.01 * (k as f64 * 0.05).sin());
+        let held = correction(&path, &Guard::default().apply(&path, &wild).unwrap());
+        assert!(held[..85].iter().all(|c| *c == 0.0));
+        assert!(held[315..480].iter().all(|c| (c - held[315]).abs() < 1e-15));
+        assert!(held[320] != 0.0);
+        let largest = held.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+        assert!(largest < 0.003, "{largest}");
+    }
+
+    #[test]
+    fn no_shift_exceeds_the_bound() {
+        let path = there_and_back();
+        let guard = Guard { max_shift: 0.02, ..Guard::default() };
+        let bounded = correction(&path, &guard.apply(&path, &shifted(&path, |_| 5.0)).unwrap());
+        assert!(bounded.iter().all(|c| c.abs() <= 0.02 + 1e-15));
+    }
+
+    #[test]
+    fn the_axis_limits_are_held() {
+        let path = there_and_back();
+        let limits = Limits::uniform(1, 10.0, 100.0, 0.02);
+        let guard = Guard { limits: Some(limits), ..Guard::default() };
+        let reference = guard.apply(&path, &shifted(&path, |k| 0.01 * (k as f64 * 0.9).sin())).unwrap();
+        let x = &reference.columns()[0];
+        for k in 2..x.len() {
+            let a = (x[k] - 2.0 * x[k - 1] + x[k - 2]) / 4e-6;
+            assert!(a.abs() <= 110.0 + 1e-3, "{a} at {k}");
+        }
+        // A gentle correction is left alone.
+        let gentle = shifted(&path, |k| 0.001 * (k as f64 * 0.01).sin());
+        let kept = correction(&path, &guard.apply(&path, &gentle).unwrap());
+        assert!((kept[200] - 0.001 * 2.0_f64.sin()).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,94 @@
+//! Spatial iterative learning control, sILC (Papers A and B).
+
+use motion::contour::{ContourEstimator, HermiteFootPoint};
+use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+
+use crate::{CompensationError, CompensationLaw, LowPass, move_tips};
+
+/// How the learning gain changes from run to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gain {
+    /// The same in every run; the papers use 0.8.
+    Constant(f64),
+    /// `1/j` in run `j`: averages the noise of the runs away, where a constant gain learns it anew each time.
+    Decreasing,
+}
+
+impl Gain {
+    /// Gain of update `j`, counted from zero.
+    #[must_use]
+    pub fn at(self, j: usize) -> f64 {
+        match self {
+            Self::Constant(gain) => gain,
+            Self::Decreasing => 1.0 / (j + 1) as f64,
+        }
+    }
+}
+
+/// `x_r,i = x_r,i−1 + Q ε_i`, `x_r,0 = x_d`, with `ε` from the actual curve to the desired sample (Paper A, eq. 21-23; in space
+/// Paper B, eq. 11).
+pub struct SpatialIlc {
+    gain: Gain,
+    low_pass: Option<LowPass>,
+    estimator: Box<dyn ContourEstimator>,
+    updates: usize,
+}
+
+impl SpatialIlc {
+    /// The law with learning gain `Q` and, where given, a zero-phase low-pass on every update.
+    ///
+    /// # Errors
+    /// When a constant gain is not positive. Gains of 2 and more are allowed: they diverge, which Paper A shows.
+    pub fn new(gain: Gain, low_pass: Option<LowPass>) -> Result<Self, CompensationError> {
+        if let Gain::Constant(value) = gain
+            && !(value.is_finite() && value > 0.0)
+        {
+            return Err(CompensationError::BadSetting {
+                name: "learning gain Q",
+                value,
+                remedy: "it must be positive; it converges below 2",
+            });
+        }
+        Ok(Self { gain, low_pass, estimator: Box::new(HermiteFootPoint::default()), updates: 0 })
+    }
+
+    /// The same law with another contour-error estimator.
+    #[must_use]
+    pub fn with_estimator(mut self, estimator: Box<dyn ContourEstimator>) -> Self {
+        self.estimator = estimator;
+        self
+    }
+}
+
+impl CompensationLaw for SpatialIlc {
+    fn name(&self) -> &'static str {
+        "spatial-ilc"
+    }
+
+    fn update(
+        &mut self,
+        desired: &DesiredPath,
+        reference: &Trajectory,
+        actual: &Trajectory,
+    ) -> Result<Trajectory, CompensationError> {
+        let actual: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+        let errors = self.estimator.estimate(&desired.tips(), &actual)?;
+        let gain = self.gain.at(self.updates);
+        let mut shifts: Vec<Vec3> = errors.iter().map(|error| error.vector * gain).collect();
+        if let Some(filter) = &self.low_pass {
+            smooth(&mut shifts, filter);
+        }
+        self.updates += 1;
+        move_tips(desired, reference, &shifts)
+    }
+}
+
+/// Filters each coordinate of the shifts.
+fn smooth(shifts: &mut [Vec3], filter: &LowPass) {
+    for axis in 0..3 {
+        let column: Vec<f64> = shifts.iter().map(|shift| shift[axis]).collect();
+        for (shift, value) in shifts.iter_mut().zip(filter.zero_phase(&column)) {
+            shift[axis] = value;
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The loop: run, measure, move, again.
+
+use machine::Machine;
+use motion::{DesiredPath, Trajectory};
+
+use crate::{CompensationError, CompensationLaw, Guard};
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StopRule {
+    /// Largest number of updates.
+    pub updates: usize,
+    /// Stop when an update lowers the measure by less than this share of it; negative never stops early.
+    pub stall: f64,
+}
+
+/// One run of the loop.
+#[derive(Debug, Clone)]
+pub struct Round {
+    /// What was commanded.
+    pub reference: Trajectory,
+    /// What the machine did.
+    pub actual: Trajectory,
+    /// The measure that the caller asked for, of this run.
+    pub measure: f64,
+}
+
+/// Every run of a loop.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// The runs in order; the first one is uncompensated unless the loop started from a given reference.
+    pub rounds: Vec<Round>,
+}
+
+impl Learned {
+    /// The run with the smallest measure.
+    #[must_use]
+    pub fn best(&self) -> Option<&Round> {
+        self.rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure))
+    }
+
+    /// The last run.
+    #[must_use]
+    pub fn last(&self) -> Option<&Round> {
+        self.rounds.last()
+    }
+}
+
+/// Runs `law` on `machine`, starting from `start` (or from the desired path), and keeps every run.
+///
+/// `measure` gives the figure by which the loop judges a run: smaller is better.
+///
+/// # Errors
+/// When the machine refuses a reference, or a moved pose cannot be reached.
+pub fn learn(
+    machine: &mut dyn Machine,
+    law: &mut dyn CompensationLaw,
+    desired: &DesiredPath,
+    start: Option<Trajectory>,
+    guard: &Guard,
+    stop: &StopRule,
+    measure: &mut dyn FnMut(&DesiredPath, &Trajectory) -> f64,
+) -> Result<Learned, CompensationError> {
+    let mut reference = start.unwrap_or_else(|| desired.trajectory().clone());
+    let mut rounds = Vec::with_capacity(stop.updates + 1);
+    for update in 0..=stop.updates {
+        let actual = machine.run(&reference)?;
+        let figure = measure(desired, &actual);
+        let stalled = rounds.last().is_some_and(|last: &Round| figure > (1.0 - stop.stall) * last.measure);
+        let next = (update < stop.updates && !stalled)
+            .then(|| law.update(desired, &reference, &actual).and_then(|next| guard.apply(desired, &next)))
+            .transpose()?;
+        rounds.push(Round { reference, actual, measure: figure });
+        match next {
+            Some(next) => reference = next,
+            None => break,
+        }
+    }
+    Ok(Learned { rounds })
+}

@@ -1,0 +1,17 @@
+//! Compensation laws and the loop that runs them.
+//!
+//! Every method is the same loop: run a reference on a machine, measure the error, let a law move the reference. The machine is a
+//! real one, a simulated one, or a learned model of one; a law never knows which.
+
+mod error;
+mod filter;
+mod guard;
+mod law;
+pub mod laws;
+mod learn;
+
+pub use error::CompensationError;
+pub use filter::LowPass;
+pub use guard::Guard;
+pub use law::{CompensationLaw, move_tips};
+pub use learn::{Learned, Round, StopRule, learn};

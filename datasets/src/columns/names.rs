@@ -1,0 +1,150 @@
+//! The words of a column name.
+
+use super::Unit;
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Time,
+    Reference,
+    Actual,
+    /// A position of which the name does not say whether it is commanded or actual.
+    Position,
+}
+
+/// A column name that was understood to its last word.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Meaning {
+    pub role: Role,
+    /// Lower-case axis name; empty for the time.
+    pub axis: String,
+    pub unit: Option<Unit>,
+}
+
+const TIME: &[&str] = &["t", "time", "timestamp"];
+const REFERENCE: &[&str] =
+    &["ref", "reference", "cmd", "command", "commanded", "des", "desired", "set", "setpoint", "sp", "target"];
+const ACTUAL: &[&str] = &["act", "actual", "enc", "encoder", "fb", "feedback", "meas", "measured"];
+const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value"];
+
+/// What a column name says; `None` when it has a word that is not known, so that `x_act_velocity` is never taken for a position.
+pub(super) fn understand(name: &str) -> Option<Meaning> {
+    let mut role = None;
+    let mut axis = String::new();
+    let mut unit = None;
+    for (index, word) in words(name).iter().enumerate() {
+        let word = word.as_str();
+        let new_role = if TIME.contains(&word) {
+            Some(Role::Time)
+        } else if REFERENCE.contains(&word) {
+            Some(Role::Reference)
+        } else if ACTUAL.contains(&word) {
+            Some(Role::Actual)
+        } else {
+            None
+        };
+        if let Some(new_role) = new_role {
+            if role.replace(new_role).is_some_and(|old| old != new_role) {
+                return None;
+            }
+        } else if let Some(found) = axis_name(word) {
+            if !axis.is_empty() {
+                return None;
+            }
+            axis = found;
+        } else if index > 0 && Unit::named(word).is_some() {
+            if unit.is_some() {
+                return None;
+            }
+            unit = Unit::named(word);
+        } else if !NEUTRAL.contains(&word) {
+            return None;
+        }
+    }
+    let role = match role {
+        Some(Role::Time) if axis.is_empty() => Role::Time,
+        Some(Role::Time) => return None,
+        _ if axis.is_empty() => return None,
+        Some(role) => role,
+        None => Role::Position,
+    };
+    Some(Meaning { role, axis, unit })
+}
+
+/// Lower-case words: split at everything that is neither letter nor digit, and where a capital follows a small letter or digit.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for character in name.chars() {
+        let is_word = character.is_alphanumeric() || character == '°';
+        let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit());
+        if !is_word || hump {
+            words.push(String::new());
+        }
+        if is_word && let Some(word) = words.last_mut() {
+            word.extend(character.to_lowercase());
+        }
+        before = character;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// `x`, `x1`, `j3`, `q3`, `axis1`, `joint1`; spindles (`s1`) are no axes here.
+fn axis_name(word: &str) -> Option<String> {
+    let digits = word.find(|c: char| c.is_ascii_digit()).unwrap_or(word.len());
+    let (letters, number) = word.split_at(digits);
+    if !number.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    match letters {
+        "x" | "y" | "z" | "u" | "v" | "w" | "a" | "b" | "c" => Some(word.to_owned()),
+        "j" | "q" | "joint" if !number.is_empty() => Some(format!("j{number}")),
+        "axis" if !number.is_empty() => Some(word.to_owned()),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn meaning(name: &str) -> Option<(Role, String)> {
+        understand(name).map(|meaning| (meaning.role, meaning.axis))
+    }
+
+    #[test]
+    fn names_of_many_houses_are_understood() {
+        for (name, role, axis) in [
+            ("t", Role::Time, ""),
+            ("time [s]", Role::Time, ""),
+            ("x_ref", Role::Reference, "x"),
+            ("X1_CommandPosition", Role::Reference, "x1"),
+            ("X1_ActualPosition", Role::Actual, "x1"),
+            ("j6_cmd_deg", Role::Reference, "j6"),
+            ("Axis X Set Position (mm)", Role::Reference, "x"),
+            ("y-fb-um", Role::Actual, "y"),
+            ("ActPosZ", Role::Actual, "z"),
+        ] {
+            assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_word_that_is_not_known_makes_the_name_unknown() {
+        for name in [
+            "X1_ActualVelocity",
+            "x_act_error",
+            "S1_ActualPosition",
+            "drive_volt",
+            "x_ref_act",
+            "x_y_ref",
+            "",
+            "M1_CURRENT_FEEDRATE",
+            "tool_condition",
+            "x_time",
+        ] {
+            assert_eq!(meaning(name), None, "{name}");
+        }
+    }
+}

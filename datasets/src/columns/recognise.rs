@@ -1,0 +1,157 @@
+//! Columns known by their names.
+
+use std::path::Path;
+
+use motion::{Axis, AxisKind};
+
+use super::names::{Meaning, Role, understand};
+use super::{AxisColumns, ColumnMap, Quantity, Source, Unit};
+use crate::{DatasetError, Table};
+
+pub(super) fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
+    let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
+    let meanings = meanings(table);
+    let time = time(&meanings).map_err(fail)?;
+    let mut axes: Vec<AxisColumns> = Vec::new();
+    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
+    for name in axis_names(&meanings, &[Role::Reference, Role::Actual]) {
+        let reference = only(&meanings, &name, Role::Reference).map_err(fail)?;
+        let actual = only(&meanings, &name, Role::Actual).map_err(fail)?;
+        if let (Some((reference, unit)), Some((actual, actual_unit))) = (reference, actual) {
+            let axis = axis(&short_name(&name, &meanings), &[unit, actual_unit]).map_err(fail)?;
+            used.extend([reference, actual]);
+            axes.push(AxisColumns { axis, reference: source(reference, unit), actual: source(actual, actual_unit) });
+        }
+    }
+    if axes.is_empty() {
+        return Err(fail("no axis has both a commanded and an actual position by its column names".to_owned()));
+    }
+    let unused = unused(table, &used);
+    Ok(ColumnMap { time, axes, unused })
+}
+
+/// Time and position columns of a reference: `t,x,y,z`, or the commanded ones of a log.
+pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<(Option<Source>, Vec<(Axis, Source)>), DatasetError> {
+    let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
+    let meanings = meanings(table);
+    let mut axes = Vec::new();
+    for role in [Role::Position, Role::Reference] {
+        for name in axis_names(&meanings, &[role]) {
+            if let Some((column, unit)) = only(&meanings, &name, role).map_err(fail)? {
+                let axis = axis(&short_name(&name, &meanings), &[unit]).map_err(fail)?;
+                axes.push((axis, source(column, unit)));
+            }
+        }
+        if !axes.is_empty() {
+            return Ok((time(&meanings).map_err(fail)?, axes));
+        }
+    }
+    Err(fail("no column is named like an axis".to_owned()))
+}
+
+pub(super) fn time_column(table: &Table) -> Result<Option<Source>, String> {
+    time(&meanings(table))
+}
+
+pub(super) fn unit_of_name(name: &str) -> Option<Unit> {
+    understand(name).and_then(|meaning| meaning.unit).or_else(|| {
+        // Names that are not understood as a whole still end in their unit: `motor_travel_um`.
+        let (_, last) = name.rsplit_once(['_', ' ', '[', '('])?;
+        Unit::named(last)
+    })
+}
+
+pub(super) fn unused(table: &Table, used: &[usize]) -> Vec<String> {
+    table.names.iter().enumerate().filter(|(index, _)| !used.contains(index)).map(|(_, name)| name.clone()).collect()
+}
+
+/// The axis of a name; a unit of length or angle decides its kind.
+pub(super) fn axis(name: &str, units: &[Option<Unit>]) -> Result<Axis, String> {
+    let mut axis = Axis::named(name);
+    let mut quantities = units.iter().flatten().map(|unit| unit.quantity);
+    if let Some(first) = quantities.next() {
+        if quantities.any(|other| other != first) || first == Quantity::Time {
+            return Err(format!("the units of axis `{name}` contradict each other"));
+        }
+        axis.kind = match first {
+            Quantity::Angle => AxisKind::Rotary,
+            _ => AxisKind::Linear,
+        };
+    }
+    Ok(axis)
+}
+
+/// Period from a column of commanded positions and one of commanded velocities, s: `Σ|Δx| / Σ|v|`; a hint, no measurement.
+pub(crate) fn implied_period_s(table: &Table) -> Option<f64> {
+    table.names.iter().zip(&table.columns).find_map(|(name, positions)| {
+        let velocity = name.replace("Position", "Velocity").replace("pos", "vel");
+        if velocity == *name {
+            return None;
+        }
+        let index = table.names.iter().position(|other| *other == velocity)?;
+        let travel: f64 = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        let speed: f64 = table.columns[index].iter().map(|value| value.abs()).sum();
+        let period_s = travel / speed;
+        (period_s.is_finite() && period_s > 0.0).then_some(period_s)
+    })
+}
+
+fn meanings(table: &Table) -> Vec<Option<Meaning>> {
+    table.names.iter().map(|name| understand(name)).collect()
+}
+
+fn time(meanings: &[Option<Meaning>]) -> Result<Option<Source>, String> {
+    let Some((column, unit)) = only(meanings, "", Role::Time)? else {
+        return Ok(None);
+    };
+    match unit {
+        Some(unit) if unit.quantity != Quantity::Time => Err("the time column's unit is not one of time".to_owned()),
+        _ => Ok(Some(source(column, unit))),
+    }
+}
+
+fn source(column: usize, unit: Option<Unit>) -> Source {
+    Source { column, scale: unit.map_or(1.0, |unit| unit.scale) }
+}
+
+fn axis_names(meanings: &[Option<Meaning>], roles: &[Role]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for meaning in meanings.iter().flatten() {
+        if roles.contains(&meaning.role) && !names.contains(&meaning.axis) {
+            names.push(meaning.axis.clone());
+        }
+    }
+    names
+}
+
+/// `x1` becomes `x` where no other axis begins with that letter.
+fn short_name(name: &str, meanings: &[Option<Meaning>]) -> String {
+    let letter = &name[..name.len().min(1)];
+    let alone = meanings.iter().flatten().all(|meaning| meaning.axis == name || !meaning.axis.starts_with(letter));
+    let lettered = name.len() > 1 && !matches!(letter, "j") && !name.starts_with("axis");
+    if alone && lettered { letter.to_owned() } else { name.to_owned() }
+}
+
+type Found = Option<(usize, Option<Unit>)>;
+
+fn only(meanings: &[Option<Meaning>], axis: &str, role: Role) -> Result<Found, String> {
+    let mut found = meanings.iter().enumerate().filter_map(|(index, meaning)| {
+        let meaning = meaning.as_ref()?;
+        (meaning.role == role && meaning.axis == axis).then_some((index, meaning.unit))
+    });
+    let first = found.next();
+    match (first, found.next()) {
+        (Some((first, _)), Some((second, _))) => Err(format!(
+            "columns {} and {} both claim to be the {} of {}",
+            first + 1,
+            second + 1,
+            match role {
+                Role::Actual => "actual position",
+                Role::Time => "time",
+                _ => "command",
+            },
+            if axis.is_empty() { "the log" } else { axis }
+        )),
+        _ => Ok(first),
+    }
+}

@@ -1,0 +1,132 @@
+//! What can go wrong with logs, references and excitation.
+
+use std::path::{Path, PathBuf};
+
+use motion::MotionError;
+use thiserror::Error;
+
+/// Errors of this crate; those of a file name it, and where they can its line and column.
+#[derive(Debug, Error)]
+pub enum DatasetError {
+    /// The file cannot be opened, read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file's bytes are not what its format says.
+    #[error("{}: {message}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// A row has more fields, or before the last row fewer, than there are columns.
+    #[error("{}: line {line}: {found} fields where the header has {expected}", path.display())]
+    Ragged {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// Fields in that line.
+        found: usize,
+        /// Fields in the header.
+        expected: usize,
+    },
+    /// A value that is needed is empty, NaN, infinite or not a number.
+    #[error("{}: line {line}: column `{column}` has no finite number; delete the row and those before or after it, or log the run again", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file (text) or row (Parquet), from 1.
+        line: usize,
+        /// Name of the column.
+        column: String,
+    },
+    /// The column mapping cannot be read.
+    #[error("column mapping `{text}`: {reason}; write it as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`")]
+    Mapping {
+        /// The entry.
+        text: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The columns needed are not there or not unique.
+    #[error("{}: {reason}; the columns are {}; name them with a mapping like `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`", path.display(), list(names))]
+    Columns {
+        /// The file.
+        path: PathBuf,
+        /// What is missing or ambiguous.
+        reason: String,
+        /// Names of all columns of the file.
+        names: Vec<String>,
+    },
+    /// Nothing says when the samples were taken.
+    #[error("{}: no time column and no sampling period given{hints}", path.display())]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// What the data themselves say about rate and digits; empty or starting with `; `.
+        hints: String,
+    },
+    /// A time stamp does not come after the one before.
+    #[error("{}: line {line}: time {time_s} s does not come after {before_s} s; sort the rows, or cut the file there into two runs", path.display())]
+    TimeOrder {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// Its time, s.
+        time_s: f64,
+        /// The time before, s.
+        before_s: f64,
+    },
+    /// Too few rows to do anything with.
+    #[error("{}: {rows} rows; a log needs at least {needed}", path.display())]
+    TooShort {
+        /// The file.
+        path: PathBuf,
+        /// Rows found.
+        rows: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// A setting is out of range.
+    #[error("{name} is {value}; {remedy}")]
+    BadSetting {
+        /// The setting, with its unit.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it has to be.
+        remedy: &'static str,
+    },
+    /// Runs cannot be split or put together.
+    #[error("{0}")]
+    Runs(String),
+    /// Columns that do not make a trajectory.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+}
+
+impl DatasetError {
+    pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn format(path: &Path, message: impl ToString) -> Self {
+        Self::Format { path: path.to_owned(), message: message.to_string() }
+    }
+}
+
+fn list(names: &[String]) -> String {
+    const SHOWN: usize = 16;
+    let mut text = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}

@@ -1,0 +1,171 @@
+//! Excitation: random motion that shows all that a model has to learn, within the machine's limits.
+//!
+//! Paper D, eq. 13: each axis passes random positions `~ N(0, σ²)` at random knots `t_{j+1} = t_j + 0.04 + U(0.04, 0.08)` on a spline of
+//! degree five, with time scaled until speed and acceleration keep their limits. Unlike the paper's one long path, each run here is a few
+//! seconds with starts and stops of its own, and runs differ in speed and sharpness: variety teaches more than length.
+
+mod plan;
+mod scale;
+mod spline;
+
+use motion::{Axis, AxisKind, Limits, Trajectory};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::DatasetError;
+pub use plan::{ExcitationPlan, RunPlan};
+use scale::Sampled;
+use spline::QuinticSpline;
+
+/// Lever arm with which a spread of positions in mm is turned into one of angles, mm.
+const LEVER_MM: f64 = 100.0;
+/// Mean knot interval before time is scaled, s.
+const MEAN_INTERVAL_S: f64 = 0.1;
+/// Rest before and after the motion of each run, s.
+const REST_S: f64 = 0.1;
+/// Draws in which a piece's duration comes near the planned one.
+const DRAWS: usize = 4;
+
+/// Random runs for a machine: name and reference of each, every one from rest to rest at the middle of the travel.
+///
+/// `travel` holds the lowest and highest position of each axis (mm or rad); `period_s` is the sampling period. Axis and path limits hold
+/// for finite differences of the samples. The same plan, settings and seed give the same runs.
+///
+/// # Errors
+/// When a limit, the period, the plan or the travel is out of range.
+pub fn excite(
+    plan: &ExcitationPlan,
+    limits: &Limits,
+    axes: &[Axis],
+    travel: &[(f64, f64)],
+    period_s: f64,
+    seed: u64,
+) -> Result<Vec<(String, Trajectory)>, DatasetError> {
+    limits.check()?;
+    plan.check()?;
+    if axes.is_empty() || limits.axes.len() != axes.len() || travel.len() != axes.len() {
+        return Err(DatasetError::Runs(format!(
+            "{} axes, limits for {} and travel for {}; every axis needs both",
+            axes.len(),
+            limits.axes.len(),
+            travel.len()
+        )));
+    }
+    if !(period_s > 0.0 && period_s <= 0.02) {
+        return Err(DatasetError::BadSetting {
+            name: "period_s",
+            value: period_s,
+            remedy: "excitation needs a sampling period above 0 and up to 0.02 s",
+        });
+    }
+    if let Some((low, high)) = travel.iter().find(|(low, high)| !(low.is_finite() && high.is_finite() && high > low)) {
+        return Err(DatasetError::BadSetting {
+            name: "travel (highest − lowest)",
+            value: high - low,
+            remedy: "it must be positive and finite",
+        });
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    plan.runs
+        .iter()
+        .enumerate()
+        .map(|(index, run)| {
+            let name = format!("{:02}-{}", index + 1, run.name);
+            let mut stage = Stage { run, limits, axes, travel, period_s, rng: &mut rng };
+            Ok((name, stage.play()?))
+        })
+        .collect()
+}
+
+/// One run in the making.
+struct Stage<'a> {
+    run: &'a RunPlan,
+    limits: &'a Limits,
+    axes: &'a [Axis],
+    travel: &'a [(f64, f64)],
+    period_s: f64,
+    rng: &'a mut ChaCha8Rng,
+}
+
+impl Stage<'_> {
+    /// Rest, pieces with dwells between them, rest.
+    fn play(&mut self) -> Result<Trajectory, DatasetError> {
+        let home: Vec<f64> = self.travel.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
+        let mut columns: Vec<Vec<f64>> = home.iter().map(|&position| vec![position]).collect();
+        self.dwell(&mut columns, REST_S);
+        for piece in 0..self.run.pieces {
+            let start: Vec<f64> = columns.iter().filter_map(|column| column.last().copied()).collect();
+            let end = if piece + 1 == self.run.pieces {
+                home.clone()
+            } else {
+                (0..home.len()).map(|axis| self.position(axis)).collect()
+            };
+            let motion = self.piece(&start, &end)?;
+            for (column, samples) in columns.iter_mut().zip(motion) {
+                column.extend(samples.into_iter().skip(1));
+            }
+            let rest_s = if piece + 1 == self.run.pieces { REST_S } else { self.run.dwell_s };
+            self.dwell(&mut columns, rest_s);
+        }
+        Ok(Trajectory::new(self.period_s, self.axes.to_vec(), columns)?)
+    }
+
+    fn dwell(&self, columns: &mut [Vec<f64>], rest_s: f64) {
+        let samples = (rest_s / self.period_s).round() as usize;
+        for column in columns {
+            if let Some(&last) = column.last() {
+                column.resize(column.len() + samples, last);
+            }
+        }
+    }
+
+    /// A piece from rest to rest, of about the planned duration.
+    fn piece(&mut self, start: &[f64], end: &[f64]) -> Result<Vec<Vec<f64>>, DatasetError> {
+        let wanted_s = self.run.piece_s(REST_S);
+        let mut intervals = 8;
+        for draw in 1.. {
+            let splines = self.splines(intervals, start, end)?;
+            let sampled = Sampled::within(&splines, self.axes, self.limits, self.run.speed_share, self.period_s);
+            let ratio = wanted_s / sampled.duration_s;
+            let next = ((intervals as f64 * ratio).round() as usize).clamp(2, 4000);
+            if draw >= DRAWS || (0.8..1.25).contains(&ratio) || next == intervals {
+                return Ok(sampled.columns);
+            }
+            intervals = next;
+        }
+        Ok(Vec::new())
+    }
+
+    fn splines(&mut self, intervals: usize, start: &[f64], end: &[f64]) -> Result<Vec<QuinticSpline>, DatasetError> {
+        let total_s = intervals as f64 * MEAN_INTERVAL_S;
+        (0..self.axes.len())
+            .map(|axis| {
+                let mut times = vec![0.0];
+                let mut time = 0.0;
+                for _ in 0..intervals {
+                    time += 0.04 + self.rng.random_range(0.04..0.08);
+                    times.push(time);
+                }
+                // All axes end together.
+                times.iter_mut().for_each(|t| *t *= total_s / time);
+                let mut values = vec![start[axis]];
+                values.extend((1..intervals).map(|_| self.position(axis)));
+                values.push(end[axis]);
+                let spline = QuinticSpline::through(&times, &values)?;
+                Ok(spline.squeezed(self.travel[axis]))
+            })
+            .collect()
+    }
+
+    /// A random position of an axis, at most as far from the middle as the travel allows.
+    fn position(&mut self, axis: usize) -> f64 {
+        let (low, high) = self.travel[axis];
+        let sigma = match self.axes[axis].kind {
+            AxisKind::Linear => self.run.sigma_mm,
+            AxisKind::Rotary => self.run.sigma_mm / LEVER_MM,
+        };
+        let normal: f64 = StandardNormal.sample(self.rng);
+        (f64::midpoint(low, high) + sigma * normal).clamp(low, high)
+    }
+}

@@ -1,0 +1,112 @@
+//! Which runs an excitation has.
+
+use crate::DatasetError;
+
+/// One run of an excitation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunPlan {
+    /// Part of the run's name.
+    pub name: String,
+    /// Planned duration with rests, s; reached within about a quarter.
+    pub seconds: f64,
+    /// Standard deviation of the positions that linear axes pass, mm; rotary axes take it at a lever arm of 100 mm.
+    pub sigma_mm: f64,
+    /// Share of the speed limits that is used, 0 to 1; acceleration and jerk keep theirs.
+    pub speed_share: f64,
+    /// Pieces from rest to rest.
+    pub pieces: usize,
+    /// Rest between pieces, s.
+    pub dwell_s: f64,
+}
+
+impl RunPlan {
+    /// The paper's spread of positions, σ = 18 mm, at a share of the speed limits.
+    #[must_use]
+    pub fn standard(name: &str, seconds: f64, speed_share: f64) -> Self {
+        Self { name: name.to_owned(), seconds, sigma_mm: 18.0, speed_share, pieces: 2, dwell_s: 0.1 }
+    }
+
+    /// Many small sharp turns, σ = 4 mm.
+    #[must_use]
+    pub fn sharp(name: &str, seconds: f64) -> Self {
+        Self { sigma_mm: 4.0, ..Self::standard(name, seconds, 1.0) }
+    }
+
+    /// Planned duration of one piece, s, without `rest_s` before and after the run.
+    pub(super) fn piece_s(&self, rest_s: f64) -> f64 {
+        let dwells_s = self.pieces.saturating_sub(1) as f64 * self.dwell_s;
+        ((self.seconds - 2.0 * rest_s - dwells_s) / self.pieces as f64).max(0.2)
+    }
+
+    fn check(&self) -> Result<(), DatasetError> {
+        let positive = "it must be positive and finite";
+        let settings = [
+            ("seconds", self.seconds, self.seconds > 0.0, positive),
+            ("sigma_mm", self.sigma_mm, self.sigma_mm > 0.0, positive),
+            (
+                "speed_share",
+                self.speed_share,
+                self.speed_share > 0.0 && self.speed_share <= 1.0,
+                "it must be above 0 and at most 1",
+            ),
+            ("pieces", self.pieces as f64, self.pieces > 0, "a run has at least one piece"),
+            ("dwell_s", self.dwell_s, self.dwell_s >= 0.0, "it must not be negative"),
+        ];
+        match settings.iter().find(|(_, value, fits, _)| !(value.is_finite() && *fits)) {
+            Some(&(name, value, _, remedy)) => Err(DatasetError::BadSetting { name, value, remedy }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The runs of an excitation, in order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExcitationPlan {
+    /// The runs.
+    pub runs: Vec<RunPlan>,
+}
+
+impl Default for ExcitationPlan {
+    /// One minute.
+    fn default() -> Self {
+        Self::of_seconds(60.0)
+    }
+}
+
+impl ExcitationPlan {
+    /// Ten runs of together about `seconds`: five at full speed, one at half and two at a quarter of it, two sharp ones.
+    #[must_use]
+    pub fn of_seconds(seconds: f64) -> Self {
+        let each = seconds / 10.0;
+        let full = || RunPlan::standard("full", each, 1.0);
+        let slow = || RunPlan::standard("slow", each, 0.25);
+        let sharp = || RunPlan::sharp("sharp", each);
+        Self {
+            runs: vec![
+                full(),
+                slow(),
+                sharp(),
+                full(),
+                RunPlan::standard("half", each, 0.5),
+                full(),
+                slow(),
+                sharp(),
+                full(),
+                full(),
+            ],
+        }
+    }
+
+    /// Planned duration of all runs, s.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.runs.iter().map(|run| run.seconds).sum()
+    }
+
+    pub(super) fn check(&self) -> Result<(), DatasetError> {
+        if self.runs.is_empty() {
+            return Err(DatasetError::Runs("the excitation plan has no run".to_owned()));
+        }
+        self.runs.iter().try_for_each(RunPlan::check)
+    }
+}

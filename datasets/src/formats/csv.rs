@@ -1,0 +1,172 @@
+//! Text tables: comma, semicolon, tab or blanks, decimal point or comma, comments, a preamble, a row of units.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use polars::prelude::{CsvParseOptions, CsvReadOptions, DataType, Field, Schema, SerReader};
+
+use super::dialect::Dialect;
+use super::text::{self, Line};
+use super::{HEAD_BYTES, LogFormat};
+use crate::columns::Unit;
+use crate::{Check, DatasetError, Finding, Severity, Table};
+
+/// Text tables with a header line; the separator and the decimal sign are found by themselves.
+///
+/// Files without a header get the column names `1`, `2`, …, for a mapping to refer to.
+#[derive(Debug, Clone, Copy)]
+pub struct Csv;
+
+impl LogFormat for Csv {
+    fn name(&self) -> &'static str {
+        "CSV"
+    }
+
+    fn recognises(&self, head: &[u8]) -> bool {
+        let head = &head[..head.len().min(HEAD_BYTES)];
+        head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]) || !head.contains(&0)
+    }
+
+    fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
+        let text = text::decode(&bytes);
+        let (lines, comments) = text::lines(&text);
+        let dialect = Dialect::sniff(&lines);
+        let Some(first) = lines.iter().position(|line| dialect.is_data(line.text)) else {
+            return Err(DatasetError::format(path, "no line holds numbers"));
+        };
+        let names = header(&dialect, &lines[..first], &comments);
+        let mut rows = lines[first..].to_vec();
+        let mut findings = Vec::new();
+        check_widths(path, &dialect, &mut rows, &mut findings)?;
+        drop_cut_number(&text, &dialect, &mut rows, &mut findings);
+        Ok(Table {
+            columns: parse(path, &dialect, &rows)?,
+            lines: rows.iter().map(|row| row.number).collect(),
+            names,
+            period_s: None,
+            findings,
+        })
+    }
+}
+
+/// Column names from the last line of the right width before the data (with a row of units added to the names), or from a comment.
+fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<String> {
+    let mut candidates =
+        comments.iter().chain(before).rev().map(|line| dialect.fields(line.text)).filter(|fields| fields.len() == dialect.width);
+    let numbered = || (1..=dialect.width).map(|column| column.to_string()).collect();
+    let Some(last) = candidates.next() else {
+        return numbered();
+    };
+    let is_units =
+        last.iter().all(|word| word.is_empty() || Unit::named(word).is_some()) && last.iter().any(|word| !word.is_empty());
+    match candidates.next() {
+        Some(names) if is_units => names
+            .iter()
+            .zip(&last)
+            .map(|(name, unit)| match Unit::named(unit) {
+                Some(_) => format!("{name} {unit}"),
+                None => (*name).to_owned(),
+            })
+            .collect(),
+        _ => last.iter().map(|name| (*name).to_owned()).collect(),
+    }
+}
+
+/// Refuses rows of the wrong width; the last one may have been cut off by a stop of the recording and is dropped.
+fn check_widths(
+    path: &Path,
+    dialect: &Dialect,
+    rows: &mut Vec<Line<'_>>,
+    findings: &mut Vec<Finding>,
+) -> Result<(), DatasetError> {
+    let last = rows.len().saturating_sub(1);
+    for (index, row) in rows.iter().enumerate() {
+        let fields = dialect.fields(row.text);
+        let surplus = fields.iter().skip(dialect.width).any(|field| !field.is_empty());
+        if fields.len() < dialect.width && index == last {
+            findings.push(Finding::new(
+                Severity::Warn,
+                Check::Mended,
+                format!(
+                    "the last row (line {}) is cut off after {} of {} fields; it was left out",
+                    row.number,
+                    fields.len(),
+                    dialect.width
+                ),
+            ));
+        } else if fields.len() < dialect.width || surplus {
+            return Err(DatasetError::Ragged {
+                path: path.to_owned(),
+                line: row.number,
+                found: fields.len(),
+                expected: dialect.width,
+            });
+        }
+    }
+    if !findings.is_empty() {
+        rows.pop();
+    }
+    Ok(())
+}
+
+/// A file that ends within a number has a last row of full width with a wrong last value: fewer decimals than the row before.
+fn drop_cut_number(text: &str, dialect: &Dialect, rows: &mut Vec<Line<'_>>, findings: &mut Vec<Finding>) {
+    if text.ends_with('\n') || !findings.is_empty() {
+        return;
+    }
+    let decimals = |row: &Line<'_>| {
+        let sign = if dialect.decimal_comma { ',' } else { '.' };
+        dialect.fields(row.text).last().map_or(0, |field| field.split_once(sign).map_or(0, |(_, after)| after.len()))
+    };
+    if let [.., before, last] = rows.as_slice()
+        && decimals(last) < decimals(before)
+    {
+        findings.push(Finding::new(
+            Severity::Warn,
+            Check::Mended,
+            format!("the last row (line {}) ends within a number, without a line end; it was left out", last.number),
+        ));
+        rows.pop();
+    }
+}
+
+fn parse(path: &Path, dialect: &Dialect, rows: &[Line<'_>]) -> Result<Vec<Vec<f64>>, DatasetError> {
+    let failed = |error: polars::error::PolarsError| DatasetError::format(path, error);
+    // Blanks are put to one tab; all other separators are one byte already.
+    let separator = if dialect.separator == ' ' { '\t' } else { dialect.separator };
+    let mut body = String::with_capacity(rows.iter().map(|row| row.text.len() + 1).sum());
+    for row in rows {
+        for (index, field) in dialect.fields(row.text).iter().take(dialect.width).enumerate() {
+            if index > 0 {
+                body.push(separator);
+            }
+            if dialect.number(field).is_some() {
+                body.push_str(field);
+            }
+        }
+        body.push('\n');
+    }
+    let schema: Schema = (0..dialect.width).map(|index| Field::new(index.to_string().into(), DataType::Float64)).collect();
+    let frame = CsvReadOptions::default()
+        .with_has_header(false)
+        .with_schema(Some(Arc::new(schema)))
+        .with_ignore_errors(true)
+        .with_parse_options(
+            CsvParseOptions::default()
+                .with_separator(separator as u8)
+                .with_quote_char(None)
+                .with_decimal_comma(dialect.decimal_comma),
+        )
+        .into_reader_with_file_handle(Cursor::new(body.into_bytes()))
+        .finish()
+        .map_err(failed)?;
+    if frame.height() != rows.len() {
+        return Err(DatasetError::format(path, format!("{} rows were read of {}", frame.height(), rows.len())));
+    }
+    frame
+        .columns()
+        .iter()
+        .map(|column| Ok(column.f64().map_err(failed)?.iter().map(|value| value.unwrap_or(f64::NAN)).collect()))
+        .collect()
+}

@@ -1,0 +1,108 @@
+//! Which separator and decimal sign a text log uses, and where its header is.
+
+use super::text::Line;
+
+/// How the fields of a text log are written.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Dialect {
+    /// Between fields; `' '` stands for any run of blanks.
+    pub separator: char,
+    /// Whether `1,5` is one and a half.
+    pub decimal_comma: bool,
+    /// Fields in a row.
+    pub width: usize,
+}
+
+/// How many lines are looked at.
+const SNIFFED: usize = 200;
+
+impl Dialect {
+    /// The dialect in which most lines have the same number of fields and the most numbers.
+    pub fn sniff(lines: &[Line<'_>]) -> Self {
+        let lines = &lines[..lines.len().min(SNIFFED)];
+        let mut best = (0, Self::new(',', false, 1));
+        for (separator, decimal_comma) in
+            [(',', false), (';', false), (';', true), ('\t', false), ('\t', true), (' ', false), (' ', true)]
+        {
+            let mut dialect = Self::new(separator, decimal_comma, 1);
+            let widths: Vec<usize> = lines.iter().map(|line| dialect.fields(line.text).len()).collect();
+            dialect.width = most_common(&widths);
+            let numbers = lines
+                .iter()
+                .map(|line| dialect.fields(line.text))
+                .filter(|fields| fields.len() == dialect.width)
+                .map(|fields| fields.iter().filter(|field| dialect.number(field).is_some()).count())
+                .sum();
+            if numbers > best.0 {
+                best = (numbers, dialect);
+            }
+        }
+        best.1
+    }
+
+    fn new(separator: char, decimal_comma: bool, width: usize) -> Self {
+        Self { separator, decimal_comma, width }
+    }
+
+    /// The fields of a line; separators between double quotes do not count.
+    pub fn fields<'a>(&self, line: &'a str) -> Vec<&'a str> {
+        if self.separator == ' ' {
+            return line.split_whitespace().collect();
+        }
+        let mut quoted = false;
+        line.split(|character| {
+            quoted ^= character == '"';
+            character == self.separator && !quoted
+        })
+        .map(|field| field.trim().trim_matches('"').trim())
+        .collect()
+    }
+
+    /// The number that a field is.
+    pub fn number(&self, field: &str) -> Option<f64> {
+        if self.decimal_comma {
+            if field.contains('.') {
+                return None;
+            }
+            field.replace(',', ".").parse().ok()
+        } else {
+            field.parse().ok()
+        }
+    }
+
+    /// Whether a row of the right width holds a number.
+    pub fn is_data(&self, line: &str) -> bool {
+        let fields = self.fields(line);
+        fields.len() == self.width && fields.iter().any(|field| self.number(field).is_some())
+    }
+}
+
+fn most_common(widths: &[usize]) -> usize {
+    let count = |width: usize| widths.iter().filter(|&&other| other == width).count();
+    widths.iter().copied().max_by_key(|&width| (count(width), width)).unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::text::lines;
+    use super::*;
+
+    fn sniff(text: &str) -> Dialect {
+        Dialect::sniff(&lines(text).0)
+    }
+
+    #[test]
+    fn separators_and_decimal_commas_are_told_apart() {
+        assert_eq!(sniff("t,x\n0,1\n1,2\n"), Dialect::new(',', false, 2));
+        assert_eq!(sniff("t;x\n0.5;1\n1;2\n"), Dialect::new(';', false, 2));
+        assert_eq!(sniff("t;x\n0,5;1,25\n1,0;2,5\n"), Dialect::new(';', true, 2));
+        assert_eq!(sniff("t\tx\n0,5\t1,25\n1,0\t2,5\n"), Dialect::new('\t', true, 2));
+        assert_eq!(sniff("t  x\n0.5  1.25\n1.0 2.5\n"), Dialect::new(' ', false, 2));
+    }
+
+    #[test]
+    fn a_separator_between_quotes_is_none() {
+        let dialect = Dialect::new(',', false, 2);
+        assert_eq!(dialect.fields("\"a,b\", 2"), vec!["a,b", "2"]);
+    }
+}

@@ -1,0 +1,53 @@
+//! File formats: one file a format, each of which turns bytes into a [`Table`].
+
+mod csv;
+mod dialect;
+mod parquet;
+mod text;
+
+use std::path::Path;
+
+use crate::{DatasetError, Table};
+
+pub use csv::Csv;
+pub use parquet::Parquet;
+
+/// A way in which logs are stored.
+///
+/// A new controller's format is one file with an implementation of this and one line in [`FORMATS`]. What its columns mean is not
+/// decided here: it only has to name them so that [`ColumnMap::recognise`](crate::ColumnMap::recognise) understands, as `x_ref`, `x_act_um`.
+pub trait LogFormat: Sync {
+    /// Name for messages.
+    fn name(&self) -> &'static str;
+
+    /// Whether a file that begins with `head` (up to [`HEAD_BYTES`] bytes) is of this format.
+    fn recognises(&self, head: &[u8]) -> bool;
+
+    /// The file's columns; `path` is for messages.
+    ///
+    /// # Errors
+    /// When the bytes break the format's rules.
+    fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError>;
+}
+
+/// How much of a file a format may look at to recognise it.
+pub const HEAD_BYTES: usize = 4096;
+
+/// All formats, the most particular first.
+pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &Csv];
+
+/// The columns of a file in any format that is known.
+///
+/// # Errors
+/// When the file cannot be read, no format recognises it, or it breaks its format's rules.
+pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
+    let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
+    if bytes.is_empty() {
+        return Err(DatasetError::format(path, "the file is empty"));
+    }
+    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
+    match FORMATS.iter().find(|format| format.recognises(head)) {
+        Some(format) => format.read(path, bytes),
+        None => Err(DatasetError::format(path, "neither CSV nor Parquet; export the log as one of them")),
+    }
+}

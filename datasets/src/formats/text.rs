@@ -1,0 +1,61 @@
+//! Bytes of a text log to its lines: encodings, comments, line ends.
+
+/// A line that carries data or a header.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Line<'a> {
+    /// Number in the file, from 1.
+    pub number: usize,
+    /// Without line end and outer blanks other than tabs.
+    pub text: &'a str,
+}
+
+/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; foreign bytes become U+FFFD.
+pub(crate) fn decode(bytes: &[u8]) -> String {
+    let utf16 = |read: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| read([pair[0], pair[1]])).collect();
+        String::from_utf16_lossy(&units)
+    };
+    if bytes.starts_with(&[0xFF, 0xFE]) {
+        utf16(u16::from_le_bytes)
+    } else if bytes.starts_with(&[0xFE, 0xFF]) {
+        utf16(u16::from_be_bytes)
+    } else {
+        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        String::from_utf8_lossy(bytes).into_owned()
+    }
+}
+
+/// Lines with content, and the comment lines (`#`, `%`, `//`, without their mark) before the first of them.
+pub(crate) fn lines(text: &str) -> (Vec<Line<'_>>, Vec<Line<'_>>) {
+    let mut content = Vec::new();
+    let mut comments = Vec::new();
+    for (index, text) in text.split('\n').enumerate() {
+        let number = index + 1;
+        let text = text.trim_matches([' ', '\r']);
+        let comment = ["#", "%", "//"].iter().find_map(|mark| text.strip_prefix(mark));
+        match comment {
+            Some(text) if content.is_empty() => comments.push(Line { number, text: text.trim() }),
+            Some(_) => {}
+            None if text.trim().is_empty() => {}
+            None => content.push(Line { number, text }),
+        }
+    }
+    (content, comments)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn byte_order_marks_and_comments_are_taken_off() {
+        assert_eq!(decode(b"\xEF\xBB\xBFt,x"), "t,x");
+        assert_eq!(decode(b"\xFF\xFEt\0,\0"), "t,");
+        assert_eq!(decode(b"\xFE\xFF\0t\0,"), "t,");
+        let (content, comments) = lines("# t x\r\n\r\n 1 2 \n# later\n3\t\n");
+        assert_eq!(comments[0].text, "t x");
+        assert_eq!(content.len(), 2);
+        assert_eq!((content[0].number, content[0].text), (3, "1 2"));
+        assert_eq!((content[1].number, content[1].text), (5, "3\t"));
+    }
+}

@@ -1,0 +1,34 @@
+//! Excitation, logs in and out, their quality checks and splits.
+//!
+//! A file is read in three steps, so that a new controller's format is one file: a [`LogFormat`] turns bytes into a [`Table`] of named
+//! columns, a [`ColumnMap`] says which column is which axis in which unit, and [`read_log`] makes a [`Log`] at a uniform rate of both.
+//! Nothing wrong with a log stays silent: every check adds a [`Finding`] to a [`Report`].
+
+mod atomic;
+pub mod columns;
+mod error;
+pub mod excitation;
+pub mod formats;
+mod log;
+pub mod quality;
+mod read;
+mod reference;
+mod report;
+mod splits;
+mod table;
+mod timing;
+mod write;
+
+pub use atomic::write_atomically;
+pub use columns::{ColumnMap, Source};
+pub use error::DatasetError;
+pub use excitation::{ExcitationPlan, RunPlan, excite};
+pub use formats::LogFormat;
+pub use log::Log;
+pub use quality::{Purpose, assess, assess_runs, moving_axes};
+pub use read::{ReadOptions, read_log};
+pub use reference::{read_reference, write_reference};
+pub use report::{Check, Finding, Place, Report, Severity};
+pub use splits::{Split, UNSCORED_S, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
+pub use table::Table;
+pub use write::write_log;

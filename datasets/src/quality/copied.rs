@@ -1,0 +1,78 @@
+//! Command recorded in place of the actual position.
+
+use super::Purpose;
+use super::signals::Signals;
+use crate::{Check, Finding, Report, Severity};
+
+/// Shortest total, in rows, and share of the log, from which equal rows are reported.
+const FEWEST_ROWS: usize = 20;
+const FEWEST_SHARE: f64 = 0.01;
+/// Stretches named in the message.
+const LISTED: usize = 3;
+
+pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) {
+    let moving: Vec<&Signals> = signals.iter().filter(|axis| axis.moves()).collect();
+    let Some(first) = moving.first() else {
+        return;
+    };
+    let mut all_copied = false;
+    for axis in &moving {
+        if axis.error.iter().all(|error| *error == 0.0) {
+            all_copied = true;
+            report.push(
+                Finding::new(
+                    Severity::Refuse,
+                    Check::Copied,
+                    "the actual position equals the command in every row: it is a copy of it; log the encoder's position",
+                )
+                .in_column(axis.actual_name()),
+            );
+        }
+    }
+    if all_copied {
+        return;
+    }
+    let rows = first.error.len();
+    let equal: Vec<bool> = (0..rows).map(|k| moving.iter().all(|axis| axis.error[k] == 0.0)).collect();
+    let total = equal.iter().filter(|equal| **equal).count();
+    let moves = |k: usize| k > 0 && moving.iter().any(|axis| axis.reference_steps[k - 1] != 0.0);
+    let in_motion = (0..rows).filter(|&k| equal[k] && moves(k)).count();
+    if total < FEWEST_ROWS || (total as f64) < FEWEST_SHARE * rows as f64 {
+        return;
+    }
+    let severity = if in_motion >= FEWEST_ROWS || purpose == Purpose::Training { Severity::Warn } else { Severity::Note };
+    let mut stretches = stretches(&equal);
+    stretches.sort_by_key(|(start, end)| std::cmp::Reverse(end - start));
+    let listed: Vec<String> = stretches.iter().take(LISTED).map(|(start, end)| format!("{}-{}", start + 1, end)).collect();
+    let start = stretches.iter().map(|(start, _)| *start).min().unwrap_or(0);
+    report.push(
+        Finding::new(
+            severity,
+            Check::Copied,
+            format!(
+                "{total} of {rows} rows have command = actual on all moving axes, {in_motion} of them while the command moves \
+                 ({} stretches, longest: rows {}): the logger fills in one for the other there; leave these rows out or fix the logger",
+                stretches.len(),
+                listed.join(", ")
+            ),
+        )
+        .at_sample(start, first.period_s),
+    );
+}
+
+/// Ranges of consecutive `true`, as start and end (excluded).
+pub(super) fn stretches(flags: &[bool]) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut start = None;
+    for (k, &flag) in flags.iter().chain(std::iter::once(&false)).enumerate() {
+        match (flag, start) {
+            (true, None) => start = Some(k),
+            (false, Some(from)) => {
+                found.push((from, k));
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    found
+}

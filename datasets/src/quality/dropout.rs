@@ -1,0 +1,56 @@
+//! Rows in which the actual position was not measured: zeros, or the last value again and again.
+
+use super::Purpose;
+use super::copied::stretches;
+use super::signals::{Signals, largest, quantile};
+use crate::{Check, Finding, Report};
+
+/// Fewest rows with the same actual position, and longest command travel in them as a multiple of the largest usual tracking error.
+const FROZEN_ROWS: usize = 10;
+const FROZEN_TRAVEL: f64 = 3.0;
+
+/// Reports zeros and frozen values, and returns the rows that they touch.
+pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> Vec<bool> {
+    let zero = zeros(axis);
+    let frozen = frozen(axis);
+    for (rows, what) in [
+        (&zero, "read exactly 0 amid the travel: the position was not transmitted there"),
+        (&frozen, "repeat one value while the command moves on: the log lost contact with the encoder"),
+    ] {
+        let stretches = stretches(rows);
+        if let Some((first, _)) = stretches.first() {
+            let total = rows.iter().filter(|lost| **lost).count();
+            report.push(
+                Finding::new(
+                    purpose.grave(),
+                    Check::Dropout,
+                    format!("{total} rows in {} stretches {what}; cut them out, the rest as separate runs", stretches.len()),
+                )
+                .in_column(axis.actual_name())
+                .at_sample(*first, axis.period_s),
+            );
+        }
+    }
+    zero.iter().zip(&frozen).map(|(zero, frozen)| *zero || *frozen).collect()
+}
+
+/// Zeros that no motion leads to: the command is further away from 0 than it ever is from the actual position elsewhere.
+fn zeros(axis: &Signals) -> Vec<bool> {
+    let elsewhere: Vec<f64> =
+        axis.error.iter().zip(axis.actual).filter(|(_, actual)| **actual != 0.0).map(|(error, _)| *error).collect();
+    let limit = 2.0 * largest(&elsewhere).min(10.0 * quantile(&elsewhere, 0.95)) + axis.of_kind(0.05, 5e-4);
+    axis.actual.iter().zip(axis.reference).map(|(actual, reference)| *actual == 0.0 && reference.abs() > limit).collect()
+}
+
+fn frozen(axis: &Signals) -> Vec<bool> {
+    let still: Vec<bool> = axis.actual_steps.iter().map(|step| *step == 0.0).collect();
+    let limit = FROZEN_TRAVEL * quantile(&axis.error, 0.95) + axis.of_kind(0.05, 5e-4);
+    let mut rows = vec![false; axis.actual.len()];
+    for (start, end) in stretches(&still) {
+        let travel = (axis.reference[end] - axis.reference[start]).abs();
+        if end - start >= FROZEN_ROWS && travel > limit && axis.actual[start] != 0.0 {
+            rows[start..=end].fill(true);
+        }
+    }
+    rows
+}

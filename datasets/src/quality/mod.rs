@@ -1,0 +1,67 @@
+//! Whether a log is fit for its purpose: each check is a function of the log alone, with its thresholds beside it.
+
+mod copied;
+mod digits;
+mod dropout;
+mod jumps;
+mod motion_checks;
+mod pairing;
+mod rate;
+mod runs;
+mod signals;
+mod units;
+
+pub(crate) use digits::{significant_digits, step_of};
+pub use rate::SLOWEST_HZ;
+pub use runs::assess_runs;
+pub(crate) use signals::rest_speed;
+
+use crate::{Log, Report, Severity};
+use signals::Signals;
+
+/// What a log is wanted for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To learn a machine from.
+    Training,
+    /// To measure tracking and contour error of the run.
+    Measuring,
+}
+
+impl Purpose {
+    /// `Refuse` for training, for measuring only `Warn`.
+    fn grave(self) -> Severity {
+        match self {
+            Self::Training => Severity::Refuse,
+            Self::Measuring => Severity::Warn,
+        }
+    }
+}
+
+/// All checks of one run. For training, ask [`assess_runs`] about all runs together: it also sees what no run of them shows.
+#[must_use]
+pub fn assess(log: &Log, purpose: Purpose) -> Report {
+    let mut report = Report::default();
+    rate::check(log, purpose, &mut report);
+    if log.len() < rate::FEWEST_SAMPLES {
+        return report;
+    }
+    let signals = Signals::of(log);
+    motion_checks::check(&signals, purpose, &mut report);
+    copied::check(&signals, purpose, &mut report);
+    let moving: Vec<&Signals> = signals.iter().filter(|axis| axis.moves()).collect();
+    for axis in &moving {
+        digits::check(axis, purpose, &mut report);
+        units::check(axis, &mut report);
+        let lost = dropout::check(axis, purpose, &mut report);
+        jumps::check(axis, &lost, purpose, &mut report);
+    }
+    pairing::check(&moving, &mut report);
+    report
+}
+
+/// Indices of the axes whose command moves in this run; the others teach nothing and are left out of training.
+#[must_use]
+pub fn moving_axes(log: &Log) -> Vec<usize> {
+    Signals::of(log).iter().enumerate().filter(|(_, axis)| axis.moves()).map(|(index, _)| index).collect()
+}

@@ -1,0 +1,48 @@
+//! Sampling rate and length.
+
+use super::Purpose;
+use crate::{Check, Finding, Log, Report, Severity};
+
+/// Slowest sampling rate from which a machine can be learned, Hz: below it reversals and starts fall between samples.
+pub const SLOWEST_HZ: f64 = 50.0;
+/// Below this rate the peaks at reversals are blunted, Hz.
+const SLOW_HZ: f64 = 100.0;
+/// Fewest samples on which anything can be said.
+pub(super) const FEWEST_SAMPLES: usize = 50;
+/// Shortest run that is worth something for training, s.
+const SHORT_S: f64 = 1.0;
+
+pub(super) fn check(log: &Log, purpose: Purpose, report: &mut Report) {
+    let rate_hz = 1.0 / log.period_s();
+    if rate_hz < SLOWEST_HZ * (1.0 - 1e-6) {
+        report.push(Finding::new(
+            purpose.grave(),
+            Check::Rate,
+            format!(
+                "sampled at {rate_hz:.3} Hz (every {:.3} ms); training needs at least {SLOWEST_HZ} Hz: log at the servo rate. If the time \
+                 column is not in s, say so in the column mapping, as `t=time:ms`",
+                1e3 * log.period_s()
+            ),
+        ));
+    } else if rate_hz < SLOW_HZ {
+        report.push(Finding::new(
+            Severity::Warn,
+            Check::Rate,
+            format!("sampled at {rate_hz:.1} Hz: peaks at reversals fall between samples; log at 250 Hz or more"),
+        ));
+    }
+    let duration_s = log.reference.duration_s();
+    if log.len() < FEWEST_SAMPLES {
+        report.push(Finding::new(
+            Severity::Refuse,
+            Check::Rate,
+            format!("only {} samples; at least {FEWEST_SAMPLES} are needed", log.len()),
+        ));
+    } else if duration_s < SHORT_S && purpose == Purpose::Training {
+        report.push(Finding::new(
+            Severity::Warn,
+            Check::Rate,
+            format!("the run lasts {duration_s:.2} s; runs of several seconds teach more"),
+        ));
+    }
+}

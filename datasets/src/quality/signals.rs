@@ -1,0 +1,115 @@
+//! The signals of one axis that the checks look at, and the statistics they share.
+
+use motion::{Axis, AxisKind};
+
+use crate::Log;
+
+/// Commanded and actual position of one axis, with what is derived from them.
+pub(super) struct Signals<'a> {
+    pub axis: &'a Axis,
+    pub reference: &'a [f64],
+    pub actual: &'a [f64],
+    /// Reference − actual.
+    pub error: Vec<f64>,
+    /// Change of the reference from each sample to the next.
+    pub reference_steps: Vec<f64>,
+    /// Change of the actual position from each sample to the next.
+    pub actual_steps: Vec<f64>,
+    pub period_s: f64,
+}
+
+impl<'a> Signals<'a> {
+    /// One an axis.
+    pub fn of(log: &'a Log) -> Vec<Self> {
+        let columns = log.reference.columns().iter().zip(log.actual.columns());
+        log.axes()
+            .iter()
+            .zip(columns)
+            .map(|(axis, (reference, actual))| Self {
+                axis,
+                reference,
+                actual,
+                error: reference.iter().zip(actual).map(|(r, a)| r - a).collect(),
+                reference_steps: steps(reference),
+                actual_steps: steps(actual),
+                period_s: log.period_s(),
+            })
+            .collect()
+    }
+
+    /// Whether the command moves at all.
+    pub fn moves(&self) -> bool {
+        range(self.reference) > self.of_kind(1e-3, 1e-5)
+    }
+
+    /// One of two thresholds, for a linear (mm) or a rotary axis (rad).
+    pub fn of_kind(&self, linear_mm: f64, rotary_rad: f64) -> f64 {
+        match self.axis.kind {
+            AxisKind::Linear => linear_mm,
+            AxisKind::Rotary => rotary_rad,
+        }
+    }
+
+    pub fn unit(&self) -> &'static str {
+        self.axis.kind.unit()
+    }
+
+    pub fn actual_name(&self) -> String {
+        format!("{}_act", self.axis)
+    }
+
+    pub fn reference_name(&self) -> String {
+        format!("{}_ref", self.axis)
+    }
+}
+
+/// Below this speed a command counts as at rest: 0.01 mm/s, 1e-4 rad/s.
+pub(crate) fn rest_speed(kind: AxisKind) -> f64 {
+    match kind {
+        AxisKind::Linear => 1e-2,
+        AxisKind::Rotary => 1e-4,
+    }
+}
+
+pub(super) fn steps(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+pub(super) fn range(values: &[f64]) -> f64 {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if high >= low { high - low } else { 0.0 }
+}
+
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| value.abs().max(most))
+}
+
+pub(super) fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// The `share` quantile of the magnitudes, 0 for none.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    if magnitudes.is_empty() {
+        return 0.0;
+    }
+    let index = ((magnitudes.len() - 1) as f64 * share).round() as usize;
+    *magnitudes.select_nth_unstable_by(index, f64::total_cmp).1
+}
+
+/// Correlation about the means, and the slope of `b` on `a`; 0 where one of them is constant.
+pub(super) fn correlation(a: &[f64], b: &[f64]) -> (f64, f64) {
+    let count = a.len().min(b.len()).max(1) as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (a - mean_a, b - mean_b);
+        aa += a * a;
+        bb += b * b;
+        ab += a * b;
+    }
+    if aa > 0.0 && bb > 0.0 { (ab / (aa * bb).sqrt(), ab / aa) } else { (0.0, 0.0) }
+}

@@ -1,0 +1,136 @@
+//! Logs from files.
+
+use std::path::Path;
+
+use motion::{Axis, Trajectory};
+
+use crate::columns::implied_period_s;
+use crate::formats::read_table;
+use crate::quality::{significant_digits, step_of};
+use crate::timing::{resample, settle};
+use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
+
+/// How a file is to be understood, where it does not speak for itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Column mapping, as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um` (see [`ColumnMap::parse`]).
+    pub columns: Option<String>,
+    /// Sampling period, s; for files without time stamps. Stamps, where there are any, go first.
+    pub period_s: Option<f64>,
+}
+
+/// Reads one run, and reports what had to be mended for it to have a uniform rate.
+///
+/// The report is about reading alone: whether the log is fit for a purpose, [`assess`](crate::assess) says.
+///
+/// # Errors
+/// When the file cannot be read, its columns are not understood, a value that is needed is missing, the time stamps go back, or
+/// nothing states the sampling period.
+pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
+    let table = read_table(path)?;
+    let map = match &options.columns {
+        Some(text) => ColumnMap::parse(text, path, &table)?,
+        None => ColumnMap::recognise(path, &table)?,
+    };
+    let mut report = Report { findings: table.findings.clone() };
+    if !map.unused.is_empty() {
+        report.push(Finding::new(Severity::Note, Check::Mended, format!("columns not used: {}", map.unused.join(", "))));
+    }
+    let mut sources = Vec::new();
+    for axis in &map.axes {
+        sources.push((axis.axis.clone(), axis.reference));
+    }
+    for axis in &map.axes {
+        sources.push((axis.axis.clone(), axis.actual));
+    }
+    let (period_s, mut columns, findings) = uniform_columns(path, &table, map.time, &sources, options.period_s)?;
+    report.findings.extend(findings);
+    let actual = columns.split_off(map.axes.len());
+    let axes: Vec<Axis> = map.axes.into_iter().map(|columns| columns.axis).collect();
+    let log =
+        Log::new(run_name(path), Trajectory::new(period_s, axes.clone(), columns)?, Trajectory::new(period_s, axes, actual)?)?;
+    Ok((log, report))
+}
+
+pub(crate) fn run_name(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "log".to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+type Uniform = (f64, Vec<Vec<f64>>, Vec<Finding>);
+
+/// The columns of `sources` at a uniform rate, that rate, and what was done for it.
+pub(crate) fn uniform_columns(
+    path: &Path,
+    table: &Table,
+    time: Option<Source>,
+    sources: &[(Axis, Source)],
+    period_s: Option<f64>,
+) -> Result<Uniform, DatasetError> {
+    let mut columns =
+        sources.iter().map(|(_, source)| table.finite(path, source.column, source.scale)).collect::<Result<Vec<_>, _>>()?;
+    let Some(time) = time else {
+        let period_s = table
+            .period_s
+            .or(period_s)
+            .ok_or_else(|| DatasetError::NoTime { path: path.to_owned(), hints: hints(table, sources, &columns) })?;
+        return Ok((period_s, columns, Vec::new()));
+    };
+    let mut times = table.finite(path, time.column, time.scale)?;
+    let mut lines = table.lines.clone();
+    let mut findings = drop_repeated_rows(&mut times, &mut lines, &mut columns);
+    let timing = settle(path, &times, &lines)?;
+    findings.extend(timing.findings);
+    if timing.resample {
+        columns = columns.iter().map(|column| resample(&times, column, timing.period_s)).collect();
+    }
+    Ok((timing.period_s, columns, findings))
+}
+
+/// A row written twice (same stamp, same values) carries nothing.
+fn drop_repeated_rows(times: &mut Vec<f64>, lines: &mut Vec<usize>, columns: &mut [Vec<f64>]) -> Vec<Finding> {
+    let keep: Vec<bool> = (0..times.len())
+        .map(|k| k == 0 || times[k] != times[k - 1] || columns.iter().any(|column| column[k] != column[k - 1]))
+        .collect();
+    let Some(first) = keep.iter().position(|keep| !keep) else {
+        return Vec::new();
+    };
+    let message = format!(
+        "{} rows repeat the row before them, stamp and all (first in line {}); they were left out",
+        keep.iter().filter(|keep| !**keep).count(),
+        lines[first]
+    );
+    let retain = |column: &mut Vec<f64>| {
+        let mut kept = keep.iter();
+        column.retain(|_| kept.next().copied().unwrap_or(true));
+    };
+    retain(times);
+    columns.iter_mut().for_each(retain);
+    let mut kept = keep.iter();
+    lines.retain(|_| kept.next().copied().unwrap_or(true));
+    vec![Finding::new(Severity::Warn, Check::Mended, message)]
+}
+
+/// What a file without time stamps tells about itself: its probable rate, and how few digits it has.
+fn hints(table: &Table, sources: &[(Axis, Source)], columns: &[Vec<f64>]) -> String {
+    let mut hints = String::from("; state the sampling period if it is known");
+    if let Some(period_s) = implied_period_s(table) {
+        hints += &format!(". Its velocity columns suggest about {:.2} s ({:.0} Hz)", period_s, 1.0 / period_s);
+        if 1.0 / period_s < crate::quality::SLOWEST_HZ {
+            hints += &format!(", too slow for training, which needs at least {} Hz", crate::quality::SLOWEST_HZ);
+        }
+    }
+    let coarsest = sources
+        .iter()
+        .zip(columns)
+        .filter_map(|((axis, _), column)| {
+            let step = step_of(column)?;
+            Some((axis, step, significant_digits(column, step)))
+        })
+        .min_by_key(|(_, _, digits)| *digits);
+    if let Some((axis, step, digits)) = coarsest
+        && digits <= 4
+    {
+        hints += &format!("; positions of `{axis}` have {digits} significant digits (steps of {step} {})", axis.kind.unit());
+    }
+    hints
+}

@@ -1,0 +1,42 @@
+//! References in and out: `t,x,y,z[,a,b,c]`.
+
+use std::path::Path;
+
+use motion::{Axis, Trajectory};
+
+use crate::columns::recognise_reference;
+use crate::formats::read_table;
+use crate::read::uniform_columns;
+use crate::write::{times, write_columns};
+use crate::{DatasetError, ReadOptions, Report};
+
+/// Reads a reference, one column an axis; of a log, the commanded columns.
+///
+/// A column mapping in `options` has the form of one for logs, with only the `_ref` entries used.
+///
+/// # Errors
+/// As [`read_log`](crate::read_log).
+pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory, Report), DatasetError> {
+    if options.columns.is_some() {
+        let (log, report) = crate::read_log(path, options)?;
+        return Ok((log.reference, report));
+    }
+    let table = read_table(path)?;
+    let (time, sources) = recognise_reference(path, &table)?;
+    let (period_s, columns, findings) = uniform_columns(path, &table, time, &sources, options.period_s)?;
+    let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
+    let mut report = Report { findings: table.findings };
+    report.findings.extend(findings);
+    Ok((Trajectory::new(period_s, axes, columns)?, report))
+}
+
+/// Writes a reference as `t,x,y,z,…` in s, mm, rad: Parquet where the name ends in `.parquet`, else CSV with nine decimals.
+///
+/// # Errors
+/// When the file cannot be written; what was at `path` is then still there.
+pub fn write_reference(path: &Path, reference: &Trajectory) -> Result<(), DatasetError> {
+    let mut columns = vec![times(reference)];
+    let named = reference.axes().iter().zip(reference.columns());
+    columns.extend(named.map(|(axis, column)| (axis.name.clone(), column.clone())));
+    write_columns(path, columns)
+}

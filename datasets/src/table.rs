@@ -1,0 +1,55 @@
+//! Named columns of numbers, before anybody knows what they mean.
+
+use crate::{DatasetError, Finding};
+use std::path::Path;
+
+/// What a [`LogFormat`](crate::LogFormat) reads: columns of equal length, as the file has them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Column names; unit words in brackets or after an underscore may follow the name.
+    pub names: Vec<String>,
+    /// One column a name; NaN where the file has no number.
+    pub columns: Vec<Vec<f64>>,
+    /// Line of each row in a text file, row of a binary one, from 1.
+    pub lines: Vec<usize>,
+    /// Sampling period where the format states it, s.
+    pub period_s: Option<f64>,
+    /// What was mended while reading.
+    pub findings: Vec<Finding>,
+}
+
+impl Table {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// Column `index`, each value times `scale`.
+    ///
+    /// # Errors
+    /// When a value is not finite, or there is no such column.
+    pub(crate) fn finite(&self, path: &Path, index: usize, scale: f64) -> Result<Vec<f64>, DatasetError> {
+        let (Some(column), Some(name)) = (self.columns.get(index), self.names.get(index)) else {
+            return Err(DatasetError::format(path, format!("there is no column {}", index + 1)));
+        };
+        column
+            .iter()
+            .zip(&self.lines)
+            .map(|(value, &line)| {
+                let scaled = value * scale;
+                if scaled.is_finite() {
+                    Ok(scaled)
+                } else {
+                    Err(DatasetError::Missing { path: path.to_owned(), line, column: name.clone() })
+                }
+            })
+            .collect()
+    }
+}

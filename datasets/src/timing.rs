@@ -1,0 +1,228 @@
+//! Time stamps to a uniform rate.
+
+use std::path::Path;
+
+use crate::{Check, DatasetError, Finding, Severity};
+
+/// A stamp may miss the uniform grid by this share of a period before the log counts as unevenly sampled.
+const UNIFORM_SHARE: f64 = 0.05;
+/// An interval further than this share of the period from it is counted in the report.
+const OFF_SHARE: f64 = 0.25;
+/// Longest gap, in periods, that is bridged by interpolation; a longer one is a loss of rows.
+const BRIDGED_PERIODS: f64 = 10.5;
+/// Gaps reported one by one.
+const LISTED: usize = 5;
+
+/// How the samples of a log lie in time.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Timing {
+    /// Period of the uniform grid, s.
+    pub period_s: f64,
+    /// Whether the columns have to be interpolated onto the grid.
+    pub resample: bool,
+    pub findings: Vec<Finding>,
+}
+
+/// Finds the period behind time stamps (s, one a row), and everything that is wrong with them.
+pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timing, DatasetError> {
+    let count = times.len();
+    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+        return Err(too_short(path, count));
+    };
+    if count < 4 {
+        return Err(too_short(path, count));
+    }
+    let mean_s = (last - first) / (count - 1) as f64;
+    let intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let off_grid = times.iter().enumerate().map(|(k, time)| (time - first - k as f64 * mean_s).abs()).fold(0.0, f64::max);
+    let backward = intervals.iter().position(|interval| *interval < 0.0);
+    if mean_s > 0.0 && off_grid <= UNIFORM_SHARE * mean_s {
+        return Ok(Timing { period_s: snap(mean_s, 1e-6, 1e-4), resample: false, findings: Vec::new() });
+    }
+    let stalled = intervals.iter().position(|interval| *interval == 0.0);
+    let resolution_s = intervals.iter().copied().filter(|interval| *interval > 0.0).fold(f64::INFINITY, f64::min);
+    if backward.is_none() && stalled.is_some() && off_grid <= 1.01 * resolution_s && mean_s > 0.0 {
+        return Ok(Timing {
+            period_s: snap(mean_s, 1e-6, 1e-4),
+            resample: false,
+            findings: vec![Finding::new(
+                Severity::Warn,
+                Check::Timing,
+                format!(
+                    "the time stamps have a step of {:.3} ms, coarser than the sampling; the rows were taken as evenly spaced by {:.6} ms",
+                    1e3 * resolution_s,
+                    1e3 * mean_s
+                ),
+            )],
+        });
+    }
+    if let Some(k) = backward.or(stalled) {
+        return Err(DatasetError::TimeOrder {
+            path: path.to_owned(),
+            line: lines.get(k + 1).copied().unwrap_or(k + 2),
+            time_s: times[k + 1],
+            before_s: times[k],
+        });
+    }
+    let period_s = snap(base_period_s(&intervals), 1e-4, 1e-2);
+    Ok(Timing { period_s, resample: true, findings: report(times, &intervals, period_s, lines) })
+}
+
+fn too_short(path: &Path, rows: usize) -> DatasetError {
+    DatasetError::TooShort { path: path.to_owned(), rows, needed: 4 }
+}
+
+/// The period of which the intervals are multiples: the short intervals' median first, then the mean over all multiples.
+fn base_period_s(intervals: &[f64]) -> f64 {
+    let mut sorted = intervals.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let short = 1.5 * sorted[sorted.len() / 10];
+    let shorter = sorted.partition_point(|interval| *interval <= short).max(1);
+    let median_s = sorted[(shorter - 1) / 2];
+    let multiples: f64 = intervals.iter().map(|interval| (interval / median_s).round().max(1.0)).sum();
+    intervals.iter().sum::<f64>() / multiples
+}
+
+/// The nearest multiple of `step`, when no further away than `tolerance` relative.
+fn snap(period_s: f64, step: f64, tolerance: f64) -> f64 {
+    // Divided by a whole number, so that 8 ms comes out as 0.008 and not one bit beside it.
+    let per_second = (1.0 / step).round();
+    let snapped = (period_s * per_second).round() / per_second;
+    if snapped > 0.0 && (snapped - period_s).abs() <= tolerance * period_s { snapped } else { period_s }
+}
+
+fn report(times: &[f64], intervals: &[f64], period_s: f64, lines: &[usize]) -> Vec<Finding> {
+    let off = intervals.iter().filter(|interval| (**interval - period_s).abs() > OFF_SHARE * period_s).count();
+    let shortest = intervals.iter().copied().fold(f64::INFINITY, f64::min);
+    let longest = intervals.iter().copied().fold(0.0, f64::max);
+    let mut findings = vec![Finding::new(
+        Severity::Warn,
+        Check::Timing,
+        format!(
+            "{off} of {} intervals are not {:.3} ms (shortest {:.3} ms, longest {:.3} ms); the log was resampled onto a uniform grid of \
+             {:.3} ms by cubic interpolation: fast detail between distant samples is lost; log at a fixed rate",
+            intervals.len(),
+            1e3 * period_s,
+            1e3 * shortest,
+            1e3 * longest,
+            1e3 * period_s
+        ),
+    )];
+    let gaps = intervals.iter().enumerate().filter(|(_, interval)| **interval > BRIDGED_PERIODS * period_s);
+    for (k, interval) in gaps.take(LISTED) {
+        let mut gap = Finding::new(
+            Severity::Refuse,
+            Check::Timing,
+            format!(
+                "{:.0} rows are missing after line {}; cut the file there into two runs",
+                interval / period_s - 1.0,
+                lines.get(k).copied().unwrap_or(k + 1)
+            ),
+        );
+        gap.place.time_s = Some(times[k] - times[0]);
+        findings.push(gap);
+    }
+    findings
+}
+
+/// Values at `times` (increasing, at least 4) interpolated at `times[0] + k·period_s` by cubic Hermite pieces.
+///
+/// The tangent at a sample is that of the parabola through it and its two neighbours, so that parabolas come out exact.
+pub(crate) fn resample(times: &[f64], values: &[f64], period_s: f64) -> Vec<f64> {
+    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+        return Vec::new();
+    };
+    let tangents = tangents(times, values);
+    let count = ((last - first) / period_s + 1e-9).floor() as usize + 1;
+    let mut piece = 0;
+    (0..count)
+        .map(|k| {
+            let time = (first + k as f64 * period_s).min(*last);
+            while piece + 2 < times.len() && times[piece + 1] <= time {
+                piece += 1;
+            }
+            let width = times[piece + 1] - times[piece];
+            let u = (time - times[piece]) / width;
+            let (p, q) = (values[piece], values[piece + 1]);
+            let (m, n) = (tangents[piece] * width, tangents[piece + 1] * width);
+            // p + u·(m + …): the form that returns `p` exactly at u = 0.
+            p + u * (m + u * (3.0 * (q - p) - 2.0 * m - n + u * (2.0 * (p - q) + m + n)))
+        })
+        .collect()
+}
+
+fn tangents(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let slope = |k: usize| (values[k + 1] - values[k]) / (times[k + 1] - times[k]);
+    let last = times.len() - 1;
+    (0..=last)
+        .map(|k| {
+            if k == 0 {
+                slope(0)
+            } else if k == last {
+                slope(last - 1)
+            } else {
+                let (before, after) = (times[k] - times[k - 1], times[k + 1] - times[k]);
+                (slope(k - 1) * after + slope(k) * before) / (before + after)
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settled(times: &[f64]) -> Result<Timing, DatasetError> {
+        let lines: Vec<usize> = (2..times.len() + 2).collect();
+        settle(Path::new("log.csv"), times, &lines)
+    }
+
+    #[test]
+    fn an_even_log_stays_as_it_is() {
+        let times: Vec<f64> = (0..1000).map(|k| 3.0 + 0.002 * f64::from(k)).collect();
+        let timing = settled(&times).unwrap();
+        assert_eq!((timing.period_s, timing.resample), (0.002, false));
+    }
+
+    #[test]
+    fn gaps_count_as_multiples_of_the_period() {
+        let mut time = 0.0;
+        let times: Vec<f64> = (0..999)
+            .map(|k| {
+                time += if k % 2 == 0 { 0.008 } else { 0.024 };
+                time
+            })
+            .collect();
+        let timing = settled(&times).unwrap();
+        assert_eq!(timing.period_s, 0.008);
+        assert!(timing.resample);
+        assert!(timing.findings[0].message.starts_with("499 of 998 intervals"));
+    }
+
+    #[test]
+    fn stamps_going_back_are_refused_with_their_line() {
+        let error = settled(&[0.0, 0.1, 0.2, 0.15, 0.3]).unwrap_err();
+        assert!(matches!(error, DatasetError::TimeOrder { line: 5, .. }), "{error}");
+    }
+
+    #[test]
+    fn coarse_stamps_are_taken_as_even() {
+        let times: Vec<f64> = (0..100).map(|k| f64::from(k / 2) * 0.001).collect();
+        let timing = settled(&times).unwrap();
+        assert!(!timing.resample);
+        assert!((timing.period_s - 0.0005).abs() < 1e-5);
+        assert_eq!(timing.findings[0].severity, Severity::Warn);
+    }
+
+    #[test]
+    fn parabolas_are_resampled_exactly() {
+        let times = [0.0, 0.1, 0.25, 0.3, 0.5, 0.6];
+        let values: Vec<f64> = times.map(|t| 1.0 + 2.0 * t + 3.0 * t * t).to_vec();
+        let resampled = resample(&times, &values, 0.05);
+        assert_eq!(resampled.len(), 13);
+        for (k, value) in resampled.iter().enumerate().skip(2).take(8) {
+            let t = 0.05 * k as f64;
+            assert!((value - (1.0 + 2.0 * t + 3.0 * t * t)).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Each check sees its fault, and says where it is.
+
+mod common;
+
+use common::{assert_found, healthy, hurt, log};
+use precomp_datasets::Severity::{Note, Refuse, Warn};
+use precomp_datasets::{Check, Log, Purpose, Report, assess, assess_runs, moving_axes};
+
+fn training(log: &Log) -> Report {
+    let report = assess(log, Purpose::Training);
+    println!("{report}");
+    report
+}
+
+#[test]
+fn a_healthy_log_has_no_findings() {
+    let report = training(&healthy());
+    assert!(report.findings.is_empty());
+}
+
+#[test]
+fn slow_sampling_is_refused_for_training_only() {
+    let healthy = healthy();
+    let every = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        columns.iter().map(|column| column.iter().step_by(20).copied().collect()).collect()
+    };
+    let slow = log(0.04, every(healthy.reference.columns()), every(healthy.actual.columns()));
+    assert_found(&training(&slow), Refuse, Check::Rate, "sampled at 25.000 Hz");
+    assert!(!assess(&slow, Purpose::Measuring).is_refused());
+}
+
+#[test]
+fn a_few_samples_are_refused() {
+    let short = healthy().part("short", 0, 20).unwrap();
+    assert_found(&training(&short), Refuse, Check::Rate, "only 20 samples");
+    assert_found(&training(&short.part("none", 0, 0).unwrap()), Refuse, Check::Rate, "only 0 samples");
+}
+
+#[test]
+fn counter_resets_are_seen_at_their_row() {
+    let report = training(&hurt(|_, actual| actual[1][2500..].iter_mut().for_each(|v| *v -= 5.0)));
+    assert_found(&report, Refuse, Check::Jumps, "y_act, row 2501, t = 5.000 s");
+    let report = training(&hurt(|_, actual| actual[0][2500..].iter_mut().for_each(|v| *v += 0.02)));
+    assert_found(&report, Refuse, Check::Jumps, "x_act, row 2501");
+}
+
+#[test]
+fn lost_rows_are_seen() {
+    let report = training(&hurt(|reference, actual| {
+        for column in reference.iter_mut().chain(actual) {
+            column.drain(100..160);
+        }
+    }));
+    assert_found(&report, Refuse, Check::Jumps, "rows are lost");
+}
+
+#[test]
+fn zeros_frozen_values_and_spikes_are_seen() {
+    let report = training(&hurt(|_, actual| actual[0][300] = 0.0));
+    assert_found(&report, Refuse, Check::Dropout, "x_act, row 301");
+    let report = training(&hurt(|_, actual| {
+        let value = actual[0][1000];
+        actual[0][1000..1100].fill(value);
+    }));
+    assert_found(&report, Refuse, Check::Dropout, "repeat one value");
+    let report = training(&hurt(|_, actual| actual[1][700] += 0.5));
+    assert_found(&report, Warn, Check::Jumps, "y_act, row 701");
+}
+
+#[test]
+fn jumps_of_the_command_are_seen() {
+    let report = training(&hurt(|reference, _| reference[0][2000..].iter_mut().for_each(|v| *v += 3.0)));
+    assert_found(&report, Warn, Check::Command, "x_ref, row 2001");
+    let stop = hurt(|reference, actual| {
+        // At full speed, then at rest from one sample to the next.
+        let (stop, lag) = (reference[0][0], 3);
+        for k in 0..1000 {
+            reference[0][k] = stop + 0.1 * (k as f64 - 1000.0);
+            actual[0][k] = reference[0][k] - 0.05;
+        }
+        reference[0][1000..].fill(stop);
+        for k in 1000..actual[0].len() {
+            actual[0][k] = stop - 0.05 * (-((k - 1000 + lag) as f64) / 10.0).exp();
+        }
+    });
+    assert_found(&training(&stop), Warn, Check::Command, "speed (per s) jumps");
+}
+
+#[test]
+fn copies_of_the_command_are_seen() {
+    let report = training(&hurt(|reference, actual| actual[0].clone_from(&reference[0])));
+    assert_found(&report, Refuse, Check::Copied, "x_act: the actual position equals the command");
+    let report = training(&hurt(|reference, actual| {
+        for (reference, actual) in reference.iter().zip(actual) {
+            actual[100..300].copy_from_slice(&reference[100..300]);
+        }
+    }));
+    assert_found(&report, Warn, Check::Copied, "200 of 5000 rows");
+    assert_found(&report, Warn, Check::Copied, "rows 101-300");
+}
+
+#[test]
+fn digits_are_counted() {
+    let rounded = |step: f64| hurt(|_, actual| actual[0].iter_mut().for_each(|v| *v = (*v / step).round() * step));
+    assert_found(&training(&rounded(0.01)), Warn, Check::Digits, "x_act");
+    assert_found(&training(&rounded(0.1)), Refuse, Check::Digits, "3 significant digits");
+    assert!(training(&rounded(1e-4)).findings.is_empty());
+}
+
+#[test]
+fn axes_that_never_move_or_never_turn_are_named() {
+    let still = hurt(|reference, actual| {
+        reference[1].fill(7.0);
+        actual[1].fill(7.0);
+    });
+    assert_found(&training(&still), Note, Check::Motion, "y_ref: the axis never moves");
+    assert_eq!(moving_axes(&still), vec![0]);
+    let rest = hurt(|reference, actual| {
+        for column in reference.iter_mut().chain(actual) {
+            column.fill(1.0);
+        }
+    });
+    assert_found(&training(&rest), Refuse, Check::Motion, "no axis's command moves");
+    let dead = hurt(|_, actual| actual[0].fill(1.0));
+    assert_found(&training(&dead), Refuse, Check::Motion, "never changes");
+    let uncommanded = hurt(|reference, _| reference[0].fill(1.0));
+    assert_found(&training(&uncommanded), Warn, Check::Motion, "the command never moves but");
+}
+
+#[test]
+fn one_direction_alone_is_refused_unless_another_run_turns_back() {
+    let ramp = |sign: f64| {
+        hurt(|reference, actual| {
+            for k in 0..5000 {
+                let position = sign * (0.01 * f64::from(k) + (0.01 * f64::from(k)).sin() * 0.5);
+                reference[0][k as usize] = position;
+                actual[0][k as usize] = position - sign * 0.05;
+            }
+        })
+    };
+    let report = assess_runs(&[ramp(1.0)], Purpose::Training);
+    assert_found(&report, Warn, Check::Motion, "made, x_ref: the axis moves in one direction only");
+    assert_found(&report, Refuse, Check::Motion, "never reverses in any run");
+    assert!(!assess_runs(&[ramp(1.0), healthy()], Purpose::Training).is_refused());
+}
+
+#[test]
+fn columns_that_do_not_belong_together_are_named() {
+    let report = training(&hurt(std::mem::swap));
+    assert_found(&report, Warn, Check::Pairing, "ahead of the command by 6.");
+    let report = training(&hurt(|_, actual| actual.swap(0, 1)));
+    assert_found(&report, Refuse, Check::Pairing, "the command of `x` is followed by the actual position of `y`");
+    let report = training(&hurt(|_, actual| actual[0].iter_mut().for_each(|v| *v = -*v)));
+    assert_found(&report, Refuse, Check::Pairing, "wrong sign");
+    let report = training(&hurt(|_, actual| {
+        actual[0].rotate_left(1700);
+    }));
+    assert_found(&report, Refuse, Check::Pairing, "does not follow");
+}
+
+#[test]
+fn units_that_cannot_be_are_named() {
+    let scaled = |factor: f64| hurt(move |_, actual| actual[0].iter_mut().for_each(|v| *v *= factor));
+    assert_found(&training(&scaled(1e3)), Refuse, Check::Units, "mm against µm");
+    assert_found(&training(&scaled(1.0 / 25.4)), Refuse, Check::Units, "inch against mm");
+    let both = |factor: f64| {
+        hurt(move |reference, actual| {
+            for column in reference.iter_mut().chain(actual) {
+                column.iter_mut().for_each(|v| *v *= factor);
+            }
+        })
+    };
+    assert_found(&training(&both(1e3)), Warn, Check::Units, "if they are µm");
+    assert_found(&training(&both(1e-3)), Warn, Check::Units, "if they are m,");
+    let report = training(&hurt(|_, actual| actual[1].iter_mut().for_each(|v| *v += 12.0)));
+    assert_found(&report, Warn, Check::Units, "different zeros");
+}
+
+#[test]
+fn runs_that_do_not_fit_together_are_refused() {
+    let one = healthy();
+    let other = log(0.004, vec![one.reference.columns()[0].clone()], vec![one.actual.columns()[0].clone()]);
+    let report = assess_runs(&[one, other], Purpose::Training);
+    assert_found(&report, Refuse, Check::Runs, "its axes are not those of `made`");
+    assert_found(&report, Refuse, Check::Runs, "its period is 4.0000 ms");
+    assert_found(&assess_runs(&[], Purpose::Training), Refuse, Check::Runs, "there is no run");
+}

@@ -1,0 +1,128 @@
+//! The depth gauge: how far off a prediction may be.
+
+use serde::{Deserialize, Serialize};
+
+use crate::AxisSignal;
+use crate::features::{events, velocity};
+
+/// Time after a reversal or a start in which friction still settles, s.
+const SETTLING_S: f64 = 0.06;
+/// Speeds are told apart in octaves below the trained one.
+const OCTAVES: usize = 3;
+/// Rest, after an event, and one regime an octave of speed.
+const REGIMES: usize = 2 + OCTAVES;
+
+/// Half-widths of the 95 % band of an axis's prediction, one a regime of motion, mm or rad: quantiles of the absolute errors on
+/// runs that training never saw.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Band {
+    /// Rest; just after a reversal or start; slow to fast.
+    half_widths: [f64; REGIMES],
+    /// Speed that the octaves count from, mm/s or rad/s.
+    top_speed: f64,
+}
+
+impl Band {
+    /// The band of held-out `runs`: signals with the absolute errors of their prediction.
+    #[must_use]
+    pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64) -> Self {
+        let mut errors: [Vec<f64>; REGIMES] = Default::default();
+        for (signal, error) in runs {
+            for (regime, error) in regimes(signal, top_speed).into_iter().zip(error) {
+                errors[regime].push(error.abs());
+            }
+        }
+        let all: Vec<f64> = errors.iter().flatten().copied().collect();
+        let overall = quantile(all, 0.95);
+        let half_widths = errors.map(|errors| {
+            // Too few samples tell no quantile.
+            if errors.len() < 200 { overall } else { quantile(errors, 0.95) }
+        });
+        Self { half_widths, top_speed }
+    }
+
+    /// Half-width of the 95 % band at every sample, mm or rad.
+    #[must_use]
+    pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
+        regimes(signal, self.top_speed).into_iter().map(|regime| self.half_widths[regime]).collect()
+    }
+
+    /// Share of the errors that lie within the band.
+    #[must_use]
+    pub fn held(&self, signal: &AxisSignal<'_>, errors: &[f64]) -> f64 {
+        let inside = self.at(signal).iter().zip(errors).filter(|(width, error)| error.abs() <= **width).count();
+        inside as f64 / errors.len().max(1) as f64
+    }
+
+    /// Whether errors measured on a fresh log are larger than the band allows: the machine has changed, or is another one.
+    ///
+    /// A band that holds 95 % of errors is exceeded by 5 %; a quarter is far outside what chance does.
+    #[must_use]
+    pub fn is_stale(&self, signal: &AxisSignal<'_>, errors: &[f64]) -> bool {
+        self.held(signal, errors) < 0.75
+    }
+}
+
+fn regimes(signal: &AxisSignal<'_>, top_speed: f64) -> Vec<usize> {
+    let v = velocity(signal.reference, signal.period_s);
+    let flags = velocity(signal.flag_source(), signal.period_s);
+    let settling = (SETTLING_S / signal.period_s).ceil() as usize;
+    let mut regimes: Vec<usize> = v
+        .iter()
+        .map(|v| match v.abs() {
+            0.0 => 0,
+            speed => {
+                let octave = (top_speed / speed).log2().max(0.0) as usize;
+                2 + OCTAVES - 1 - octave.min(OCTAVES - 1)
+            }
+        })
+        .collect();
+    for event in events(&flags) {
+        let to = (event.sample + settling).min(regimes.len());
+        regimes[event.sample.min(to)..to].fill(1);
+    }
+    regimes
+}
+
+/// The `share` quantile, by rank; zero of nothing.
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let rank = ((values.len() - 1) as f64 * share).ceil() as usize;
+    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(seed: u64) -> (Vec<f64>, Vec<f64>) {
+        let x: Vec<f64> = (0..4000).map(|k| 10.0 * (f64::from(k) * 0.01).sin()).collect();
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let errors = x
+            .iter()
+            .map(|x| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let unit = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+                unit * (1.0 + x.abs())
+            })
+            .collect();
+        (x, errors)
+    }
+
+    #[test]
+    fn bands_hold_on_runs_they_were_not_fitted_to() {
+        let (x, errors) = run(1);
+        let signal = AxisSignal::uncompensated(&x, 0.002);
+        let band = Band::fit(&[(signal, errors)], 50.0);
+        let (x, errors) = run(2);
+        let signal = AxisSignal::uncompensated(&x, 0.002);
+        let held = band.held(&signal, &errors);
+        assert!((0.90..0.98).contains(&held), "{held}");
+        assert!(!band.is_stale(&signal, &errors));
+        let worse: Vec<f64> = errors.iter().map(|e| e * 3.0).collect();
+        assert!(band.is_stale(&signal, &worse));
+    }
+}

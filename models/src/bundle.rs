@@ -1,0 +1,254 @@
+//! The model bundle: one file with a manifest, the weights and a checksum.
+//!
+//! A zip archive of `manifest.json` and `weights.safetensors`, stored without compression and without times, so that the same
+//! model gives the same bytes. The archive's comment is the SHA-256 of everything before it.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Write};
+
+use motion::{Axis, AxisKind};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use crate::{Array, ArrayData, AxisPredictor, Band, Coverage, LearnedMachine, ModelError, SavedPredictor, load_predictor};
+
+/// Format of the bundles that this build writes and reads.
+pub const FORMAT: u32 = 1;
+/// Hexadecimal digits of the checksum.
+const CHECKSUM: usize = 64;
+
+/// Errors of an axis's prediction on runs that training never saw, mm or rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldOut {
+    /// Root mean square of the error.
+    pub rms: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Root mean square of a linear model's error on the same runs.
+    pub linear_rms: f64,
+    /// Root mean square of the tracking error itself.
+    pub raw_rms: f64,
+    /// Share of the errors within the 95 % band, on runs that the band was not fitted to.
+    pub band_held: f64,
+}
+
+/// Everything that a bundle says of one axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisManifest {
+    /// Name of the axis.
+    pub name: String,
+    /// Whether it turns: positions in rad rather than mm.
+    pub rotary: bool,
+    /// Kind of its predictor.
+    pub predictor: String,
+    /// The predictor's settings.
+    pub settings: serde_json::Value,
+    /// Errors on held-out runs.
+    pub held_out: HeldOut,
+    /// What it was trained on.
+    pub coverage: Coverage,
+    /// Error bars.
+    pub band: Band,
+}
+
+/// Everything that a bundle says of itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Format of the bundle.
+    pub format: u32,
+    /// Version of the product that wrote it.
+    pub version: String,
+    /// Sampling period, s.
+    pub period_s: f64,
+    /// Seed of everything random in training.
+    pub seed: u64,
+    /// SHA-256 of the training data, hexadecimal.
+    pub data_sha256: String,
+    /// Delay that all axes share, s.
+    pub common_delay_s: f64,
+    /// Description of the machine as TOML: limits, kinematics, controller.
+    pub machine_toml: String,
+    /// Whether the limits in it were taken from what the log reached.
+    pub limits_from_log: bool,
+    /// The axes, in order.
+    pub axes: Vec<AxisManifest>,
+}
+
+/// A model: what is known of it, and its predictors.
+#[derive(Debug)]
+pub struct Bundle {
+    /// What is known of the model.
+    pub manifest: Manifest,
+    predictors: Vec<SavedPredictor>,
+}
+
+impl Bundle {
+    /// A bundle of one predictor for every axis of the manifest, whose predictor fields are set from them.
+    ///
+    /// # Errors
+    /// When there is not one predictor for every axis.
+    pub fn new(mut manifest: Manifest, predictors: &[Box<dyn AxisPredictor>]) -> Result<Self, ModelError> {
+        if manifest.axes.len() != predictors.len() {
+            return Err(ModelError::Misfit(format!("{} predictors for {} axes", predictors.len(), manifest.axes.len())));
+        }
+        let predictors: Vec<SavedPredictor> = predictors.iter().map(|predictor| predictor.save()).collect();
+        for (axis, saved) in manifest.axes.iter_mut().zip(&predictors) {
+            axis.predictor.clone_from(&saved.kind);
+            axis.settings = saved.settings.clone();
+        }
+        Ok(Self { manifest, predictors })
+    }
+
+    /// The axes.
+    #[must_use]
+    pub fn axes(&self) -> Vec<Axis> {
+        self.manifest
+            .axes
+            .iter()
+            .map(|axis| Axis { name: axis.name.clone(), kind: if axis.rotary { AxisKind::Rotary } else { AxisKind::Linear } })
+            .collect()
+    }
+
+    /// Coverage of every axis.
+    #[must_use]
+    pub fn coverage(&self) -> Vec<Coverage> {
+        self.manifest.axes.iter().map(|axis| axis.coverage).collect()
+    }
+
+    /// The predictors, rebuilt.
+    ///
+    /// # Errors
+    /// When a predictor's settings or arrays are not usable.
+    pub fn predictors(&self) -> Result<Vec<Box<dyn AxisPredictor>>, ModelError> {
+        self.predictors.iter().map(load_predictor).collect()
+    }
+
+    /// The machine that the predictors stand for.
+    ///
+    /// # Errors
+    /// When a predictor's settings or arrays are not usable.
+    pub fn machine(&self) -> Result<LearnedMachine, ModelError> {
+        LearnedMachine::new(self.manifest.period_s, self.axes(), self.predictors()?)
+    }
+
+    /// The bundle as bytes: the same for the same model.
+    ///
+    /// # Errors
+    /// When the parts cannot be serialised.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, ModelError> {
+        let manifest = serde_json::to_vec_pretty(&self.manifest).map_err(|error| malformed("manifest", &error))?;
+        let weights = self.weights()?;
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        let options =
+            SimpleFileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default());
+        for (name, bytes) in [(MANIFEST, &manifest), (WEIGHTS, &weights)] {
+            archive.start_file(name, options).map_err(|error| malformed("archive", &error))?;
+            archive.write_all(bytes)?;
+        }
+        archive.set_comment("0".repeat(CHECKSUM)).map_err(|error| malformed("archive", &error))?;
+        let mut bytes = archive.finish().map_err(|error| malformed("archive", &error))?.into_inner();
+        let body = bytes.len() - CHECKSUM;
+        let checksum = hex(&Sha256::digest(&bytes[..body]));
+        bytes[body..].copy_from_slice(checksum.as_bytes());
+        Ok(bytes)
+    }
+
+    /// The bundle in `bytes`.
+    ///
+    /// # Errors
+    /// When a byte was changed, the format is another one, or a part is missing or not usable; says which.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
+        let damaged = |why: &str| ModelError::Damaged(why.into());
+        let (body, checksum) = bytes
+            .len()
+            .checked_sub(CHECKSUM)
+            .map(|body| bytes.split_at(body))
+            .filter(|(body, _)| body.starts_with(b"PK"))
+            .ok_or_else(|| damaged("it is not a model bundle"))?;
+        if hex(&Sha256::digest(body)).as_bytes() != checksum {
+            return Err(damaged("its checksum does not match its content"));
+        }
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| ModelError::Damaged(error.to_string()))?;
+        let mut entry = |name: &str| -> Result<Vec<u8>, ModelError> {
+            let mut content = Vec::new();
+            archive.by_name(name).map_err(|_| damaged(&format!("`{name}` is missing")))?.read_to_end(&mut content)?;
+            Ok(content)
+        };
+        let (manifest, weights) = (entry(MANIFEST)?, entry(WEIGHTS)?);
+        #[derive(Deserialize)]
+        struct Versioned {
+            format: u32,
+        }
+        let Versioned { format } = serde_json::from_slice(&manifest).map_err(|error| malformed("manifest", &error))?;
+        if format != FORMAT {
+            return Err(ModelError::Format { found: format, expected: FORMAT });
+        }
+        let manifest: Manifest = serde_json::from_slice(&manifest).map_err(|error| malformed("manifest", &error))?;
+        let predictors = arrays(&weights, &manifest)?;
+        let bundle = Self { manifest, predictors };
+        bundle.predictors()?;
+        Ok(bundle)
+    }
+
+    fn weights(&self) -> Result<Vec<u8>, ModelError> {
+        let mut named: BTreeMap<String, (Dtype, &[usize], Vec<u8>)> = BTreeMap::new();
+        for (axis, predictor) in self.manifest.axes.iter().zip(&self.predictors) {
+            for (name, Array { shape, data }) in &predictor.arrays {
+                let (dtype, bytes) = match data {
+                    ArrayData::F64(values) => (Dtype::F64, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+                    ArrayData::F32(values) => (Dtype::F32, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+                };
+                named.insert(format!("{}/{name}", axis.name), (dtype, shape, bytes));
+            }
+        }
+        let views = named
+            .iter()
+            .map(|(name, (dtype, shape, bytes))| Ok((name.clone(), TensorView::new(*dtype, shape.to_vec(), bytes)?)))
+            .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
+            .map_err(|error| malformed("weights", &error))?;
+        serialize(views, None).map_err(|error| malformed("weights", &error))
+    }
+}
+
+const MANIFEST: &str = "manifest.json";
+const WEIGHTS: &str = "weights.safetensors";
+
+fn arrays(weights: &[u8], manifest: &Manifest) -> Result<Vec<SavedPredictor>, ModelError> {
+    let tensors = SafeTensors::deserialize(weights).map_err(|error| malformed("weights", &error))?;
+    let mut predictors: Vec<SavedPredictor> = manifest
+        .axes
+        .iter()
+        .map(|axis| SavedPredictor { kind: axis.predictor.clone(), settings: axis.settings.clone(), arrays: BTreeMap::new() })
+        .collect();
+    for (name, view) in tensors.tensors() {
+        let place = name
+            .split_once('/')
+            .and_then(|(axis, array)| Some((manifest.axes.iter().position(|known| known.name == axis)?, array)));
+        let Some((axis, array)) = place else {
+            return Err(ModelError::Malformed { part: "weights".into(), why: format!("`{name}` belongs to no axis") });
+        };
+        let data = match view.dtype() {
+            Dtype::F64 => ArrayData::F64(view.data().as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect()),
+            Dtype::F32 => ArrayData::F32(view.data().as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()),
+            other => {
+                return Err(ModelError::Malformed { part: "weights".into(), why: format!("`{name}` holds {other:?}") });
+            }
+        };
+        predictors[axis].arrays.insert(array.to_owned(), Array { shape: view.shape().to_vec(), data });
+    }
+    Ok(predictors)
+}
+
+fn malformed(part: &str, error: &dyn std::fmt::Display) -> ModelError {
+    ModelError::Malformed { part: part.into(), why: error.to_string() }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,184 @@
+//! What a model was trained on, and how far a new path lies outside.
+
+use motion::Trajectory;
+use serde::{Deserialize, Serialize};
+
+use crate::features::{EventKind, events, velocity};
+
+/// The motions of one axis that a model was trained on, in mm or rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Coverage {
+    /// Smallest and largest reference position.
+    pub position: (f64, f64),
+    /// Largest speed.
+    pub velocity: f64,
+    /// Largest acceleration.
+    pub acceleration: f64,
+    /// Largest jerk.
+    pub jerk: f64,
+    /// Number of reversals.
+    pub reversals: usize,
+    /// Number of starts from rest.
+    pub starts: usize,
+    /// Time at rest, s.
+    pub dwell_s: f64,
+    /// Whether both directions of travel occur.
+    pub both_directions: bool,
+}
+
+/// Why a sample lies outside a model's coverage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Outside {
+    /// Beyond the trained positions.
+    Position,
+    /// Faster than trained.
+    Velocity,
+    /// Accelerates harder than trained.
+    Acceleration,
+}
+
+impl std::fmt::Display for Outside {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Position => "position",
+            Self::Velocity => "speed",
+            Self::Acceleration => "acceleration",
+        })
+    }
+}
+
+impl Coverage {
+    /// Coverage of the reference positions of some runs of one axis.
+    #[must_use]
+    pub fn of<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> Self {
+        let mut coverage = Self {
+            position: (f64::INFINITY, f64::NEG_INFINITY),
+            velocity: 0.0,
+            acceleration: 0.0,
+            jerk: 0.0,
+            reversals: 0,
+            starts: 0,
+            dwell_s: 0.0,
+            both_directions: false,
+        };
+        let (mut forward, mut backward) = (false, false);
+        for run in runs {
+            let v = velocity(run, period_s);
+            let a = velocity(&v, period_s);
+            let j = velocity(&a, period_s);
+            let top = |values: &[f64]| values.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
+            coverage.position = run.iter().fold(coverage.position, |(low, high), x| (low.min(*x), high.max(*x)));
+            coverage.velocity = coverage.velocity.max(top(&v));
+            coverage.acceleration = coverage.acceleration.max(top(&a));
+            coverage.jerk = coverage.jerk.max(top(&j));
+            for event in events(&v) {
+                match event.kind {
+                    EventKind::Reversal => coverage.reversals += 1,
+                    EventKind::Start => coverage.starts += 1,
+                }
+            }
+            coverage.dwell_s += v.iter().filter(|v| **v == 0.0).count() as f64 * period_s;
+            forward |= v.iter().any(|v| *v > 0.0);
+            backward |= v.iter().any(|v| *v < 0.0);
+        }
+        coverage.both_directions = forward && backward;
+        coverage
+    }
+
+    /// How much of the correction to keep at every sample of `positions`: 1 inside the coverage, falling to 0 outside of it (one
+    /// range beyond the trained positions, 1.5 × the trained speed, 2 × the trained acceleration); with the reason where it is below 1.
+    #[must_use]
+    pub fn weights(&self, positions: &[f64], period_s: f64) -> Vec<(f64, Option<Outside>)> {
+        let v = velocity(positions, period_s);
+        let range = (self.position.1 - self.position.0).max(1e-9);
+        // Room for rounding and for the small shifts of a compensated path.
+        let beyond =
+            |value: f64, limit: f64, reach: f64| (1.0 - (value / (limit * 1.02).max(1e-9) - 1.0) / reach).clamp(0.0, 1.0);
+        (0..positions.len())
+            .map(|k| {
+                let x = positions[k];
+                let off = (self.position.0 - x).max(x - self.position.1) - 0.02 * range;
+                let a = if k > 0 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
+                let candidates = [
+                    ((1.0 - off.max(0.0) / range).max(0.0), Outside::Position),
+                    (beyond(v[k].abs(), self.velocity, 0.5), Outside::Velocity),
+                    (beyond(a.abs(), self.acceleration, 1.0), Outside::Acceleration),
+                ];
+                let (weight, reason) = candidates.into_iter().fold(
+                    (1.0, None),
+                    |least: (f64, Option<Outside>), (weight, reason)| {
+                        if weight < least.0 { (weight, Some(reason)) } else { least }
+                    },
+                );
+                (weight, reason)
+            })
+            .collect()
+    }
+}
+
+/// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
+#[must_use]
+pub fn fade(coverage: &[Coverage], path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
+    let mut least = vec![1.0_f64; path.len()];
+    let mut reasons = Vec::with_capacity(coverage.len());
+    for (coverage, column) in coverage.iter().zip(path.columns()) {
+        let weights = coverage.weights(column, path.period_s());
+        for (low, (weight, _)) in least.iter_mut().zip(&weights) {
+            *low = low.min(*weight);
+        }
+        reasons.push(weights.into_iter().map(|(_, reason)| reason).collect());
+    }
+    (soften(&least, (0.02 / path.period_s()).ceil() as usize), reasons)
+}
+
+/// Minimum over `±reach` samples, then the mean over as many: never above the input.
+fn soften(weights: &[f64], reach: usize) -> Vec<f64> {
+    if weights.iter().all(|w| *w == 1.0) {
+        return weights.to_vec();
+    }
+    let window = |values: &[f64], k: usize| (k.saturating_sub(reach), (k + reach + 1).min(values.len()));
+    let low: Vec<f64> = (0..weights.len())
+        .map(|k| {
+            let (from, to) = window(weights, k);
+            weights[from..to].iter().fold(1.0_f64, |least, w| least.min(*w))
+        })
+        .collect();
+    (0..low.len())
+        .map(|k| {
+            let (from, to) = window(&low, k);
+            low[from..to].iter().sum::<f64>() / (to - from) as f64
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(amplitude: f64, hz: f64) -> Vec<f64> {
+        (0..1000).map(|k| amplitude * (std::f64::consts::TAU * hz * f64::from(k) * 0.002).sin()).collect()
+    }
+
+    #[test]
+    fn inside_counts_fully_and_outside_fades_with_a_reason() {
+        let trained = sine(10.0, 1.0);
+        let coverage = Coverage::of(std::iter::once(trained.as_slice()), 0.002);
+        assert!(coverage.both_directions && coverage.reversals >= 3);
+        let inside = coverage.weights(&sine(9.0, 1.0), 0.002);
+        assert!(inside.iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
+        let faster = coverage.weights(&sine(9.0, 1.4), 0.002);
+        assert!(faster.iter().any(|(w, reason)| *w < 0.9 && reason.is_some()));
+        let far: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 100.0).collect();
+        assert!(coverage.weights(&far, 0.002)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
+    }
+
+    #[test]
+    fn softened_weights_never_exceed_the_raw_ones() {
+        let mut raw = vec![1.0; 200];
+        raw[100] = 0.2;
+        let soft = soften(&raw, 10);
+        assert!(soft.iter().zip(&raw).all(|(s, r)| s <= &(r + 1e-15)));
+        assert!((soft[100] - 0.2).abs() < 1e-12 && soft[0] == 1.0);
+    }
+}

@@ -1,0 +1,33 @@
+//! What can go wrong with a model.
+
+use thiserror::Error;
+
+/// Errors of this crate.
+#[derive(Debug, Error)]
+pub enum ModelError {
+    /// A saved predictor lacks an array or a setting, or one has the wrong shape.
+    #[error("the model's {part} is not usable: {why}")]
+    Malformed {
+        /// Which part.
+        part: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The input does not fit the model (axes, sampling period, length).
+    #[error("the input does not fit the model: {0}")]
+    Misfit(String),
+    /// The bundle's bytes are not what its checksum says.
+    #[error("the model file is damaged: {0}; copy it again or train anew")]
+    Damaged(String),
+    /// The bundle was written by a version with another format.
+    #[error("the model file has format {found}, this build reads format {expected}; train anew")]
+    Format {
+        /// Format of the file.
+        found: u32,
+        /// Format of this build.
+        expected: u32,
+    },
+    /// Reading or writing failed.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}

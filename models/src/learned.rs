@@ -1,0 +1,102 @@
+//! A model of a machine, used in its place.
+
+use machine::{Machine, MachineError};
+use motion::{Axis, Trajectory};
+
+use crate::{AxisPredictor, AxisSignal, ModelError};
+
+/// A machine whose axes are predicted: `actual = reference − predicted tracking error`.
+#[derive(Debug)]
+pub struct LearnedMachine {
+    period_s: f64,
+    axes: Vec<Axis>,
+    predictors: Vec<Box<dyn AxisPredictor>>,
+    desired: Option<Trajectory>,
+}
+
+impl LearnedMachine {
+    /// The machine with one predictor an axis.
+    ///
+    /// # Errors
+    /// When there is not one predictor for every axis.
+    pub fn new(period_s: f64, axes: Vec<Axis>, predictors: Vec<Box<dyn AxisPredictor>>) -> Result<Self, ModelError> {
+        if axes.len() != predictors.len() || axes.is_empty() {
+            return Err(ModelError::Misfit(format!("{} predictors for {} axes", predictors.len(), axes.len())));
+        }
+        Ok(Self { period_s, axes, predictors, desired: None })
+    }
+
+    /// Takes reversal and start flags from `desired` in all runs to come, so that small shifts near rest do not toggle them.
+    pub fn freeze_flags(&mut self, desired: &Trajectory) {
+        self.desired = Some(desired.clone());
+    }
+
+    /// The axes, in order.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Sampling period, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// The predictors, in axis order.
+    #[must_use]
+    pub fn predictors(&self) -> &[Box<dyn AxisPredictor>] {
+        &self.predictors
+    }
+
+    /// Predicted tracking error of every axis, mm or rad, one a sample.
+    ///
+    /// # Errors
+    /// When the reference's axes or period are not the model's.
+    pub fn tracking_errors(&self, reference: &Trajectory) -> Result<Vec<Vec<f64>>, ModelError> {
+        if reference.axes() != self.axes {
+            let names = |axes: &[Axis]| axes.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(" ");
+            return Err(ModelError::Misfit(format!(
+                "the model knows the axes {}, the path moves {}",
+                names(&self.axes),
+                names(reference.axes())
+            )));
+        }
+        if (reference.period_s() / self.period_s - 1.0).abs() > 1e-6 {
+            return Err(ModelError::Misfit(format!(
+                "the model was trained at a sampling period of {} ms, the path is sampled every {} ms",
+                self.period_s * 1e3,
+                reference.period_s() * 1e3
+            )));
+        }
+        let desired = match &self.desired {
+            Some(desired) if desired.check_matches(reference).is_ok() => Some(desired),
+            _ => None,
+        };
+        Ok(std::thread::scope(|scope| {
+            let axes: Vec<_> = self
+                .predictors
+                .iter()
+                .enumerate()
+                .map(|(axis, predictor)| {
+                    let signal = AxisSignal {
+                        reference: &reference.columns()[axis],
+                        desired: desired.map(|desired| desired.columns()[axis].as_slice()),
+                        period_s: self.period_s,
+                    };
+                    scope.spawn(move || predictor.predict(&signal))
+                })
+                .collect();
+            axes.into_iter().map(|axis| axis.join().unwrap_or_default()).collect()
+        }))
+    }
+}
+
+impl Machine for LearnedMachine {
+    fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+        let errors = self.tracking_errors(reference).map_err(|error| MachineError::Misfit(error.to_string()))?;
+        let columns =
+            reference.columns().iter().zip(errors).map(|(r, e)| r.iter().zip(e).map(|(r, e)| r - e).collect()).collect();
+        Ok(reference.with_columns(columns)?)
+    }
+}

@@ -1,0 +1,27 @@
+//! Predictors of an axis's tracking error, and the model bundle that carries them.
+
+mod band;
+mod bundle;
+mod coverage;
+mod error;
+pub mod features;
+mod learned;
+mod load;
+pub mod narx;
+pub mod network;
+mod predictor;
+pub mod recurrent;
+mod scaler;
+pub mod staged;
+
+pub use band::Band;
+pub use bundle::{AxisManifest, Bundle, FORMAT, HeldOut, Manifest};
+pub use coverage::{Coverage, Outside, fade};
+pub use error::ModelError;
+pub use features::{FeatureSet, FeatureSpec};
+pub use learned::LearnedMachine;
+pub use load::load_predictor;
+pub use narx::NarxPredictor;
+pub use network::NetworkPredictor;
+pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};
+pub use scaler::Scaler;

@@ -1,0 +1,154 @@
+//! Recurrent networks as predictors (Paper D, section III): features → scale → LSTM or GRU → unscale.
+
+use serde::{Deserialize, Serialize};
+
+use crate::recurrent::{Kind, Recurrent};
+use crate::{Array, ArrayData, AxisPredictor, AxisSignal, FeatureSpec, ModelError, SavedPredictor, Scaler};
+
+/// Name of an LSTM among the kinds of predictors.
+pub const LSTM: &str = "lstm";
+/// Name of a GRU among the kinds of predictors.
+pub const GRU: &str = "gru";
+/// Rest in which the state settles before the first sample, s.
+pub const SETTLING_S: f64 = 0.2;
+/// Longest signal that is predicted in one go, s.
+const SEQUENTIAL_S: f64 = 30.0;
+/// Pieces in which a longer one is predicted side by side, s.
+const CHUNK_S: f64 = 5.0;
+/// How much earlier than its piece a prediction starts, s.
+const WARMUP_S: f64 = 1.5;
+
+/// A recurrent network that predicts the tracking error of one axis.
+///
+/// Signals longer than half a minute are predicted in pieces side by side, each started 1.5 s early: what the network remembers for
+/// longer than that is lost there.
+#[derive(Debug, Clone)]
+pub struct NetworkPredictor {
+    spec: FeatureSpec,
+    inputs: Scaler,
+    targets: Scaler,
+    network: Recurrent,
+    kind: Kind,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    features: FeatureSpec,
+    inputs: Scaler,
+    targets: Scaler,
+}
+
+impl NetworkPredictor {
+    /// A predictor of its parts; `targets` scales the tracking error, mm or rad.
+    ///
+    /// # Errors
+    /// When the network does not have one input a feature and one output, a scaler does not fit, or a weight is not finite.
+    pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
+        let kind = network.layers().first().map_or(Kind::Lstm, |layer| layer.kind);
+        let malformed = |why: String| ModelError::Malformed { part: name(kind).into(), why };
+        if network.inputs() != spec.width() || network.outputs() != 1 {
+            return Err(malformed(format!(
+                "{} inputs and {} outputs for {} features and one error",
+                network.inputs(),
+                network.outputs(),
+                spec.width()
+            )));
+        }
+        inputs.check(spec.width()).and_then(|()| targets.check(1)).map_err(malformed)?;
+        if network.to_tensors().iter().any(|(_, _, values)| values.iter().any(|value| !value.is_finite())) {
+            return Err(malformed("a weight is not finite".into()));
+        }
+        Ok(Self { spec, inputs, targets, network, kind })
+    }
+
+    /// Rebuilds a predictor from [`AxisPredictor::save`].
+    ///
+    /// # Errors
+    /// When settings or weights are missing or do not fit together.
+    pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
+        let malformed = |why: String| ModelError::Malformed { part: saved.kind.clone(), why };
+        let kind = match saved.kind.as_str() {
+            LSTM => Kind::Lstm,
+            GRU => Kind::Gru,
+            other => return Err(malformed(format!("`{other}` is no recurrent network"))),
+        };
+        let settings = Settings::deserialize(&saved.settings).map_err(|error| malformed(format!("settings: {error}")))?;
+        let tensors = saved
+            .arrays
+            .iter()
+            .map(|(name, Array { shape, data })| match data {
+                ArrayData::F32(values) => Ok((name.clone(), shape.clone(), values.clone())),
+                ArrayData::F64(_) => Err(malformed(format!("`{name}` is in double precision"))),
+            })
+            .collect::<Result<_, _>>()?;
+        Self::new(settings.features, settings.inputs, settings.targets, Recurrent::from_tensors(kind, tensors)?)
+    }
+
+    /// The features that it sees.
+    #[must_use]
+    pub fn spec(&self) -> &FeatureSpec {
+        &self.spec
+    }
+
+    /// The network, on scaled features and errors.
+    #[must_use]
+    pub fn network(&self) -> &Recurrent {
+        &self.network
+    }
+}
+
+fn name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Lstm => LSTM,
+        Kind::Gru => GRU,
+    }
+}
+
+impl AxisPredictor for NetworkPredictor {
+    fn kind(&self) -> &'static str {
+        name(self.kind)
+    }
+
+    fn predict(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
+        let samples = |seconds: f64| samples(seconds, signal.period_s);
+        let rest = samples(SETTLING_S);
+        let mut rows = with_rest_before(signal, rest, |signal| self.spec.rows(signal));
+        self.inputs.scale(&mut rows);
+        let outputs = if signal.reference.len() <= samples(SEQUENTIAL_S) {
+            self.network.predict(&rows, &mut self.network.zero_state(1))
+        } else {
+            self.network.predict_chunked(&rows, samples(CHUNK_S), samples(WARMUP_S))
+        };
+        // `rows` are whole steps of the network's inputs and the state is its own, so that nothing is refused.
+        let mut errors: Vec<f32> = outputs.unwrap_or_default().into_iter().skip(rest).collect();
+        self.targets.unscale(&mut errors);
+        errors.into_iter().map(f64::from).collect()
+    }
+
+    fn save(&self) -> SavedPredictor {
+        let settings = Settings { features: self.spec, inputs: self.inputs.clone(), targets: self.targets.clone() };
+        let tensors = self.network.to_tensors().into_iter();
+        SavedPredictor {
+            kind: self.kind().into(),
+            // Plain structs of numbers always become JSON; were one not to, loading would refuse the empty settings.
+            settings: serde_json::to_value(settings).unwrap_or_default(),
+            arrays: tensors.map(|(name, shape, values)| (name, Array { shape, data: ArrayData::F32(values) })).collect(),
+        }
+    }
+}
+
+/// Samples in a time, at least one.
+pub(crate) fn samples(seconds: f64, period_s: f64) -> usize {
+    (seconds / period_s).ceil().clamp(1.0, 1e5) as usize
+}
+
+/// What `with` makes of the signal with `rest` samples at its first position put before it.
+pub(crate) fn with_rest_before<T>(signal: &AxisSignal<'_>, rest: usize, with: impl FnOnce(&AxisSignal<'_>) -> T) -> T {
+    let longer = |positions: &[f64]| -> Vec<f64> {
+        let first = positions.first().copied().unwrap_or_default();
+        std::iter::repeat_n(first, rest).chain(positions.iter().copied()).collect()
+    };
+    let (reference, desired) = (longer(signal.reference), signal.desired.map(longer));
+    with(&AxisSignal { reference: &reference, desired: desired.as_deref(), period_s: signal.period_s })
+}

@@ -1,0 +1,271 @@
+//! A layer over a sequence as one burn operation with its own backward pass.
+
+#![cfg_attr(feature = "ndarray", allow(deprecated))] // Upstream deprecates that backend; who asks for the feature wants it.
+
+use std::{
+    hint::black_box,
+    mem::take,
+    sync::{Arc, Mutex, Once},
+};
+
+use burn::backend::{
+    Autodiff, Backend, Dispatch, Flex, TensorData, TensorMetadata,
+    autodiff::{
+        checkpoint::{base::Checkpointer, strategy::CheckpointStrategy},
+        grads::Gradients as Grads,
+        ops::{Backward, Ops, OpsKind},
+    },
+    backend_extension,
+    tensor::FloatTensor,
+    try_read_sync,
+};
+use burn::tensor::Tensor;
+
+use super::{
+    Kind,
+    kernel::{self, Level, PackedLayer, Pass, Shape, Tape, Weights, Work},
+};
+
+/// What a backend must offer for recurrent layers; [`lstm`] and [`gru`] are the ways to call it.
+#[backend_extension(Flex, NdArray: cfg(feature = "ndarray"), Autodiff)]
+pub trait RecurrentOps: Backend {
+    /// See [`lstm`].
+    fn lstm_layer(
+        x: FloatTensor<Self>,
+        weight_ih: FloatTensor<Self>,
+        weight_hh: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        h0: FloatTensor<Self>,
+        c0: FloatTensor<Self>,
+    ) -> FloatTensor<Self> {
+        run::<Self, 6>(Kind::Lstm, [x, weight_ih, weight_hh, bias, h0, c0]).1
+    }
+
+    /// See [`gru`].
+    fn gru_layer(
+        x: FloatTensor<Self>,
+        weight_ih: FloatTensor<Self>,
+        weight_hh: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        h0: FloatTensor<Self>,
+    ) -> FloatTensor<Self> {
+        run::<Self, 5>(Kind::Gru, [x, weight_ih, weight_hh, bias, h0]).1
+    }
+}
+
+/// An LSTM layer over a sequence: the outputs `h` of all steps, `[steps, batch, hidden]`.
+///
+/// `x` is `[steps, batch, input]`; `weight_ih` `[4·hidden, input]`, `weight_hh` `[4·hidden, hidden]` and `bias` `[4·hidden]`
+/// (`b_ih + b_hh`) have their gates in the order `i f g o`; `h0` and `c0`, `[batch, hidden]`, are the state before the first step,
+/// zero if not given. Gradients reach all of them. Values are computed in single precision.
+///
+/// # Panics
+/// When the shapes do not fit each other, as burn's own operations do.
+#[must_use]
+pub fn lstm(
+    x: Tensor<3>,
+    weight_ih: Tensor<2>,
+    weight_hh: Tensor<2>,
+    bias: Tensor<1>,
+    h0: Option<Tensor<2>>,
+    c0: Option<Tensor<2>>,
+) -> Tensor<3> {
+    let zeros = zero_state(&x, &weight_hh);
+    Tensor::from_dispatch(<Dispatch as RecurrentOps>::lstm_layer(
+        x.into_dispatch(),
+        weight_ih.into_dispatch(),
+        weight_hh.into_dispatch(),
+        bias.into_dispatch(),
+        h0.unwrap_or_else(|| zeros.clone()).into_dispatch(),
+        c0.unwrap_or(zeros).into_dispatch(),
+    ))
+}
+
+/// A GRU layer over a sequence: the outputs `h` of all steps, `[steps, batch, hidden]`.
+///
+/// As [`lstm`], with gates `r z n`: `weight_ih` `[3·hidden, input]`, `weight_hh` `[3·hidden, hidden]`, `bias` `[4·hidden]`: the sums
+/// for `r` and `z`, then `b_in`, then `b_hn`.
+///
+/// # Panics
+/// When the shapes do not fit each other, as burn's own operations do.
+#[must_use]
+pub fn gru(x: Tensor<3>, weight_ih: Tensor<2>, weight_hh: Tensor<2>, bias: Tensor<1>, h0: Option<Tensor<2>>) -> Tensor<3> {
+    let zeros = zero_state(&x, &weight_hh);
+    Tensor::from_dispatch(<Dispatch as RecurrentOps>::gru_layer(
+        x.into_dispatch(),
+        weight_ih.into_dispatch(),
+        weight_hh.into_dispatch(),
+        bias.into_dispatch(),
+        h0.unwrap_or(zeros).into_dispatch(),
+    ))
+}
+
+/// A state of zeros for a batch like `x`'s.
+fn zero_state(x: &Tensor<3>, weight_hh: &Tensor<2>) -> Tensor<2> {
+    let [_, batch, _] = x.dims();
+    let [_, hidden] = weight_hh.dims();
+    Tensor::zeros([batch, hidden], &x.device())
+}
+
+impl RecurrentOps for Flex {}
+
+#[cfg(feature = "ndarray")]
+impl RecurrentOps for burn::backend::NdArray {}
+
+impl<B: Backend, C: CheckpointStrategy> RecurrentOps for Autodiff<B, C> {
+    fn lstm_layer(
+        x: FloatTensor<Self>,
+        weight_ih: FloatTensor<Self>,
+        weight_hh: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        h0: FloatTensor<Self>,
+        c0: FloatTensor<Self>,
+    ) -> FloatTensor<Self> {
+        record::<B, C, 6>(Kind::Lstm, [x, weight_ih, weight_hh, bias, h0, c0])
+    }
+
+    fn gru_layer(
+        x: FloatTensor<Self>,
+        weight_ih: FloatTensor<Self>,
+        weight_hh: FloatTensor<Self>,
+        bias: FloatTensor<Self>,
+        h0: FloatTensor<Self>,
+    ) -> FloatTensor<Self> {
+        record::<B, C, 5>(Kind::Gru, [x, weight_ih, weight_hh, bias, h0])
+    }
+}
+
+/// What the backward pass needs.
+#[derive(Debug, Clone)]
+struct Saved<B: Backend> {
+    shape: Shape,
+    x: Vec<f32>,
+    weight_ih: Vec<f32>,
+    weight_hh: Vec<f32>,
+    bias: Vec<f32>,
+    memory: Memory,
+    device: B::Device,
+}
+
+/// Large buffers of a layer's passes. They come from a common store and go back there, so that the system need not map and
+/// clear them anew for each layer and step.
+#[derive(Debug, Clone, Default)]
+struct Memory {
+    tape: Tape,
+    work: Work,
+}
+
+/// Memory that waits to be used again.
+static STORE: Mutex<Vec<Memory>> = Mutex::new(Vec::new());
+/// More than this many are given back to the system.
+const STORED: usize = 8;
+
+impl Memory {
+    /// Used memory if there is some.
+    fn take() -> Self {
+        TAUGHT.call_once(|| drop(black_box(Vec::<f32>::with_capacity(LESSON))));
+        STORE.lock().ok().and_then(|mut store| store.pop()).unwrap_or_default()
+    }
+}
+
+/// Whether the allocator has seen a large block freed.
+static TAUGHT: Once = Once::new();
+/// Numbers in that block. The GNU allocator fetches blocks larger than any that it has seen freed (up to 32 MiB) anew from the
+/// system every time, page by page; having seen one this large, untouched, it keeps the sequences' memory of a training step
+/// instead: a quarter of the page faults remain. Other allocators do not mind.
+const LESSON: usize = 7 << 20;
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        if let Ok(mut store) = STORE.lock()
+            && store.len() < STORED
+        {
+            let (tape, work) = (take(&mut self.tape), take(&mut self.work));
+            store.push(Self { tape, work });
+        }
+    }
+}
+
+/// A layer's backward step, for inputs `x`, the three weights, and the state's one or two parts.
+#[derive(Debug)]
+struct Layer(Kind);
+
+/// Runs a layer forward: what its backward pass needs, and the outputs.
+fn run<B: Backend, const N: usize>(kind: Kind, inputs: [FloatTensor<B>; N]) -> (Saved<B>, FloatTensor<B>) {
+    let device = inputs[0].device();
+    let mut shapes = inputs.iter().map(|input| input.shape().to_vec());
+    let (x, weight) = (shapes.next().unwrap_or_default(), shapes.nth(1).unwrap_or_default());
+    let shape = Shape { steps: x[0], batch: x[1], input: x[2], hidden: weight[1] };
+    let mut values = inputs.into_iter().map(values::<B>);
+    let mut next = |what: &str, len: usize| {
+        let found = values.next().unwrap_or_default();
+        assert_eq!(found.len(), len, "recurrent layer: {what} does not fit {shape:?}");
+        found
+    };
+    let rows = kind.gates() * shape.hidden;
+    let x = next("x", shape.rows() * shape.input);
+    let weight_ih = next("weight_ih", rows * shape.input);
+    let weight_hh = next("weight_hh", rows * shape.hidden);
+    let bias = next("bias", 4 * shape.hidden);
+    let h0 = next("h0", shape.state());
+    let c0 = next("c0", if N > 5 { shape.state() } else { 0 });
+    let weights = Weights { kind, input: &weight_ih, hidden: &weight_hh, bias: &bias };
+    let layer = PackedLayer::new(Level::detect(), &weights, shape.input, shape.hidden);
+    let mut memory = Memory::take();
+    let tape = &mut memory.tape;
+    kernel::forward(&layer, shape, &x, &h0, &c0, tape);
+    let output = TensorData::new(tape.outputs().to_vec(), [shape.steps, shape.batch, shape.hidden]);
+    let output = B::float_from_data(output, &device);
+    let saved = Saved { shape, x, weight_ih, weight_hh, bias, memory, device };
+    (saved, output)
+}
+
+/// Runs a layer forward and puts it on autodiff's record if any input is tracked.
+fn record<B: Backend, C: CheckpointStrategy, const N: usize>(
+    kind: Kind,
+    inputs: [FloatTensor<Autodiff<B, C>>; N],
+) -> FloatTensor<Autodiff<B, C>> {
+    let nodes = inputs.each_ref().map(|input| input.node());
+    let prepared = Layer(kind).prepare::<C>(nodes).compute_bound().stateful();
+    let (saved, output) = run::<B, N>(kind, inputs.map(|input| input.into_primitive()));
+    match prepared {
+        OpsKind::Tracked(prepared) => prepared.finish(Arc::new(saved), output),
+        OpsKind::UnTracked(prepared) => prepared.finish(output),
+    }
+}
+
+impl<B: Backend, const N: usize> Backward<B, N> for Layer {
+    type State = Arc<Saved<B>>;
+
+    fn backward(self, ops: Ops<Self::State, N>, grads: &mut Grads, _: &mut Checkpointer) {
+        let d_output = values::<B>(grads.consume::<B>(&ops.node));
+        let Saved { shape, x, weight_ih, weight_hh, bias, mut memory, device } = Arc::unwrap_or_clone(ops.state);
+        let weights = Weights { kind: self.0, input: &weight_ih, hidden: &weight_hh, bias: &bias };
+        let pass = Pass { weights, shape, x: &x, tape: &mut memory.tape };
+        let want_x = ops.parents[0].is_some();
+        let made = kernel::backward(Level::detect(), pass, &d_output, want_x, &mut memory.work);
+        let rows = self.0.gates() * shape.hidden;
+        let parts: [(Vec<f32>, Vec<usize>); 6] = [
+            (made.x, vec![shape.steps, shape.batch, shape.input]),
+            (made.input, vec![rows, shape.input]),
+            (made.hidden, vec![rows, shape.hidden]),
+            (made.bias, vec![4 * shape.hidden]),
+            (made.h0, vec![shape.batch, shape.hidden]),
+            (made.c0, vec![shape.batch, shape.hidden]),
+        ];
+        for (parent, (values, shape)) in ops.parents.into_iter().zip(parts) {
+            if let Some(parent) = parent {
+                let gradient = B::float_from_data(TensorData::new(values, shape), &device);
+                grads.register::<B>(parent.id, gradient);
+            }
+        }
+    }
+}
+
+/// A tensor's values in row-major order; none if the backend fails to give them.
+fn values<B: Backend>(tensor: FloatTensor<B>) -> Vec<f32> {
+    try_read_sync(B::float_into_data(tensor))
+        .and_then(Result::ok)
+        .and_then(|data| data.convert::<f32>().try_into_vec::<f32>().ok())
+        .unwrap_or_default()
+}

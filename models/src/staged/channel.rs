@@ -1,0 +1,159 @@
+//! Channels: the signals that act on the tracking error through a response of their own.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::signals::{Scales, Signals};
+
+/// The part of a channel that follows the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carrier {
+    /// The constant 1.
+    One,
+    /// Velocity of the reference.
+    Velocity,
+    /// Increment of the velocity.
+    VelocityStep,
+    /// Direction of motion.
+    Sign,
+    /// A stop operator.
+    Stop(usize),
+    /// A stop operator less the direction of motion: zero in steady motion at any speed.
+    StopLessSign(usize),
+    /// A stop operator that fades with speed, `z·exp(−|v|/q)`: operator, then decay speed.
+    SlowStop(usize, usize),
+    /// Magnitude of a stop operator, which differs between the two directions.
+    StopMagnitude(usize),
+}
+
+/// The part of a channel that follows the place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Wave {
+    /// The same everywhere.
+    Flat,
+    /// `cos 2πfx` of a position line.
+    Cos(usize),
+    /// `sin 2πfx` of a position line.
+    Sin(usize),
+}
+
+/// A carrier times a wave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Channel {
+    /// What follows the motion.
+    pub carrier: Carrier,
+    /// What follows the place.
+    pub wave: Wave,
+}
+
+impl From<Carrier> for Channel {
+    fn from(carrier: Carrier) -> Self {
+        Self { carrier, wave: Wave::Flat }
+    }
+}
+
+impl Channel {
+    /// The carrier times cosine and sine of `line`.
+    #[must_use]
+    pub fn on_line(carrier: Carrier, line: usize) -> [Self; 2] {
+        [Wave::Cos(line), Wave::Sin(line)].map(|wave| Self { carrier, wave })
+    }
+
+    /// The line that this channel follows, if any.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        match self.wave {
+            Wave::Flat => None,
+            Wave::Cos(line) | Wave::Sin(line) => Some(line),
+        }
+    }
+
+    /// Whether `scales` has the operator, speed and line that this channel names.
+    pub(super) fn fits(&self, scales: &Scales) -> bool {
+        let stops = scales.stop_half_widths.len();
+        let carrier = match self.carrier {
+            Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Sign => true,
+            Carrier::Stop(stop) | Carrier::StopLessSign(stop) | Carrier::StopMagnitude(stop) => stop < stops,
+            Carrier::SlowStop(stop, speed) => stop < stops && speed < scales.slow_speeds.len(),
+        };
+        carrier && self.line().is_none_or(|line| line < scales.lines.len())
+    }
+
+    /// Writes the channel's values at the padded samples `start..start + out.len()` to `out`.
+    pub fn fill(&self, signals: &Signals, scales: &Scales, waves: &Waves, start: usize, out: &mut [f64]) {
+        let rows = start..start + out.len();
+        match self.carrier {
+            Carrier::One => out.fill(1.0),
+            Carrier::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
+            Carrier::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
+            Carrier::Sign => out.copy_from_slice(&signals.sign()[rows.clone()]),
+            Carrier::Stop(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
+            Carrier::StopLessSign(stop) => {
+                out.copy_from_slice(&signals.stop(stop)[rows.clone()]);
+                for (y, sign) in out.iter_mut().zip(&signals.sign()[rows.clone()]) {
+                    *y -= sign;
+                }
+            }
+            Carrier::SlowStop(stop, speed) => {
+                let decay = -1.0 / scales.slow_speeds[speed];
+                out.copy_from_slice(&signals.stop(stop)[rows.clone()]);
+                for (y, v) in out.iter_mut().zip(&signals.velocity()[rows.clone()]) {
+                    *y *= (v.abs() * decay).exp();
+                }
+            }
+            Carrier::StopMagnitude(stop) => {
+                for (y, z) in out.iter_mut().zip(&signals.stop(stop)[rows.clone()]) {
+                    *y = z.abs();
+                }
+            }
+        }
+        let wave = match self.wave {
+            Wave::Flat => return,
+            Wave::Cos(line) => waves.cos(line, rows),
+            Wave::Sin(line) => waves.sin(line, rows),
+        };
+        for (y, w) in out.iter_mut().zip(wave) {
+            *y *= w;
+        }
+    }
+}
+
+/// Cosine and sine of every position line over a stretch of padded samples.
+#[derive(Debug, Default)]
+pub struct Waves {
+    origin: usize,
+    cos: Vec<Vec<f64>>,
+    sin: Vec<Vec<f64>>,
+}
+
+impl Waves {
+    /// Waves of all lines at the given positions (relative to the centre), the first of which is padded sample `origin`.
+    #[must_use]
+    pub fn new(position: &[f64], origin: usize, lines: &[f64]) -> Self {
+        let (cos, sin) = lines
+            .iter()
+            .map(|line| {
+                let turns = position.iter().map(|x| (TAU * line * x).sin_cos());
+                let (sin, cos): (Vec<f64>, Vec<f64>) = turns.unzip();
+                (cos, sin)
+            })
+            .unzip();
+        Self { origin, cos, sin }
+    }
+
+    /// Cosine of one line at the padded samples `rows`.
+    #[must_use]
+    pub fn cos(&self, line: usize, rows: Range<usize>) -> &[f64] {
+        &self.cos[line][rows.start - self.origin..rows.end - self.origin]
+    }
+
+    /// Sine of one line at the padded samples `rows`.
+    #[must_use]
+    pub fn sin(&self, line: usize, rows: Range<usize>) -> &[f64] {
+        &self.sin[line][rows.start - self.origin..rows.end - self.origin]
+    }
+}

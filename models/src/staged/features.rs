@@ -1,0 +1,184 @@
+//! The feature columns of a pass, and the prediction from them.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::channel::{Channel, Waves};
+use super::fir::LagBasis;
+use super::signals::{Scales, Signals};
+
+/// Rows that are worked on at once: small enough that a block's channels stay in the cache.
+const BLOCK_ROWS: usize = 512;
+
+/// Channels that share a basis; one column for each channel and response.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FeatureGroup {
+    /// The responses.
+    pub basis: LagBasis,
+    /// The channels, each through every response.
+    pub channels: Vec<Channel>,
+}
+
+impl FeatureGroup {
+    /// Number of columns.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.basis.len() * self.channels.len()
+    }
+}
+
+/// All columns of a pass, group after group, channel after channel, response after response.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FeatureSet {
+    /// Widths, speeds and lines that the channels refer to.
+    pub scales: Scales,
+    /// The groups.
+    pub groups: Vec<FeatureGroup>,
+}
+
+impl FeatureSet {
+    /// Number of columns.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.groups.iter().map(FeatureGroup::columns).sum()
+    }
+
+    /// Samples of rest that a run needs at either end.
+    #[must_use]
+    pub fn pad(&self) -> usize {
+        self.groups
+            .iter()
+            .map(|group| {
+                let (first, last) = group.basis.span();
+                first.unsigned_abs().max(last.unsigned_abs())
+            })
+            .max()
+            .unwrap_or(0)
+            + 1
+    }
+
+    /// Whether every channel refers to an operator, speed and line that there is, and every number is usable.
+    ///
+    /// # Errors
+    /// Says what is wrong.
+    pub(super) fn check(&self) -> Result<(), String> {
+        self.scales.check()?;
+        for group in &self.groups {
+            if group.basis.filters().iter().any(|fir| fir.taps.is_empty() || fir.taps.iter().any(|tap| !tap.is_finite())) {
+                return Err("a response without usable taps".into());
+            }
+            if let Some(channel) = group.channels.iter().find(|c| !c.fits(&self.scales)) {
+                return Err(format!("{channel:?} refers to what is not there"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Velocity and its increments over their largest values, operators, cosines and sines of the lines, at the run's samples.
+    pub(super) fn plain_columns(&self, signals: &Signals) -> Vec<Vec<f64>> {
+        let rows = signals.pad()..signals.pad() + signals.len();
+        let relative = |values: &[f64]| {
+            let largest = values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+            values[rows.clone()].iter().map(|v| v / largest).collect()
+        };
+        let waves = Waves::new(&signals.position()[rows.clone()], rows.start, &self.scales.lines);
+        let mut columns: Vec<Vec<f64>> = vec![relative(signals.velocity()), relative(signals.step())];
+        for stop in 0..self.scales.stop_half_widths.len() {
+            columns.push(signals.stop(stop)[rows.clone()].to_vec());
+        }
+        for line in 0..self.scales.lines.len() {
+            columns.push(waves.cos(line, rows.clone()).to_vec());
+            columns.push(waves.sin(line, rows.clone()).to_vec());
+        }
+        columns
+    }
+
+    /// Signals of a run, as these features need them.
+    #[must_use]
+    pub fn signals(&self, reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64) -> Signals {
+        Signals::new(reference, flags, expected, period_s, self.pad(), &self.scales)
+    }
+
+    /// Columns at samples `start..start + rows` of a run, followed by `spare` columns of zeros for the caller to fill.
+    #[must_use]
+    pub fn block(&self, signals: &Signals, start: usize, rows: usize, spare: usize) -> DMatrix<f64> {
+        let mut block = DMatrix::zeros(rows, self.columns() + spare);
+        let waves = self.waves(signals, start, rows);
+        let mut column = 0;
+        for group in &self.groups {
+            let (first, _) = group.basis.span();
+            let inputs = self.channels(group, signals, &waves, start, rows);
+            for input in inputs.column_iter() {
+                for fir in group.basis.filters() {
+                    let mut out = block.column_mut(column);
+                    fir.add_to(input.as_slice(), first, 1.0, out.as_mut_slice());
+                    column += 1;
+                }
+            }
+        }
+        block
+    }
+
+    /// Prediction at every sample of a run: columns times `weights`.
+    #[must_use]
+    pub fn predict(&self, signals: &Signals, weights: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; signals.len()];
+        for (index, rows) in out.chunks_mut(BLOCK_ROWS).enumerate() {
+            self.predict_block(signals, weights, index * BLOCK_ROWS, rows);
+        }
+        out
+    }
+
+    fn predict_block(&self, signals: &Signals, weights: &[f64], start: usize, out: &mut [f64]) {
+        let waves = self.waves(signals, start, out.len());
+        let mut taken = 0;
+        for group in &self.groups {
+            let responses = group.basis.len();
+            let (first, _) = group.basis.span();
+            let used = &weights[taken..taken + group.columns()];
+            taken += group.columns();
+            let inputs = self.channels(group, signals, &waves, start, out.len());
+            if group.channels.len() == 1 {
+                let response = group.basis.combine(used);
+                response.add_to(inputs.column(0).as_slice(), first, 1.0, out);
+            } else {
+                // Mixing the channels before filtering: one response is applied once, however many channels pass through it.
+                let mix = DMatrix::from_column_slice(responses, group.channels.len(), used);
+                let mixed = &inputs * mix.transpose();
+                for (fir, input) in group.basis.filters().iter().zip(mixed.column_iter()) {
+                    fir.add_to(input.as_slice(), first, 1.0, out);
+                }
+            }
+        }
+    }
+
+    /// First and last lag that any channel on a line is looked at.
+    fn wave_span(&self) -> (isize, isize) {
+        let on_lines = |group: &&FeatureGroup| group.channels.iter().any(|c| c.line().is_some());
+        self.groups.iter().filter(on_lines).fold((0, 0), |(first, last), group| {
+            let (from, to) = group.basis.span();
+            (first.min(from), last.max(to))
+        })
+    }
+
+    /// Waves of the position lines over a block and the lags around it.
+    fn waves(&self, signals: &Signals, start: usize, rows: usize) -> Waves {
+        let (first, last) = self.wave_span();
+        let origin = (signals.pad() as isize + start as isize + first) as usize;
+        let length = rows + (last - first) as usize;
+        let position = &signals.position()[origin..origin + length];
+        Waves::new(position, origin, &self.scales.lines)
+    }
+
+    /// Channels of a group over a block and the lags around it, one a column.
+    fn channels(&self, group: &FeatureGroup, signals: &Signals, waves: &Waves, start: usize, rows: usize) -> DMatrix<f64> {
+        let (first, last) = group.basis.span();
+        let length = rows + (last - first) as usize;
+        let origin = (signals.pad() as isize + start as isize + first) as usize;
+        let mut inputs = DMatrix::zeros(length, group.channels.len());
+        for (channel, mut column) in group.channels.iter().zip(inputs.column_iter_mut()) {
+            channel.fill(signals, &self.scales, waves, origin, column.as_mut_slice());
+        }
+        inputs
+    }
+}

@@ -1,0 +1,169 @@
+//! Finite impulse responses, and the bases of them through which a signal acts on the tracking error.
+
+use serde::{Deserialize, Serialize};
+
+/// A finite impulse response, `y(k) = Σ_i taps[i]·u(k + first_lag + i)`; negative lags look back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Fir {
+    /// Lag of the first tap, samples.
+    pub first_lag: isize,
+    /// One weight a lag.
+    pub taps: Vec<f64>,
+}
+
+impl Fir {
+    /// The signal itself, `lag` samples later (or earlier, where negative).
+    #[must_use]
+    pub fn shift(lag: isize) -> Self {
+        Self { first_lag: lag, taps: vec![1.0] }
+    }
+
+    /// Lag of the last tap, samples.
+    #[must_use]
+    pub fn last_lag(&self) -> isize {
+        self.first_lag + self.taps.len() as isize - 1
+    }
+
+    /// Adds `gain·y` to `out`, where `input[i + lag − origin]` is the signal at lag `lag` of output `i`.
+    ///
+    /// `origin` is the lag of `input[0]` as seen from `out[0]`; `input` has to reach from the first to the last lag.
+    pub fn add_to(&self, input: &[f64], origin: isize, gain: f64, out: &mut [f64]) {
+        let start = (self.first_lag - origin).max(0) as usize;
+        for (i, tap) in self.taps.iter().enumerate() {
+            let weight = gain * tap;
+            for (y, u) in out.iter_mut().zip(&input[start + i..]) {
+                *y += weight * u;
+            }
+        }
+    }
+}
+
+/// A handful of responses whose weighted sum is the response that is fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LagBasis {
+    filters: Vec<Fir>,
+}
+
+impl LagBasis {
+    /// A basis of the given responses.
+    #[must_use]
+    pub fn new(filters: Vec<Fir>) -> Self {
+        Self { filters }
+    }
+
+    /// The present sample only.
+    #[must_use]
+    pub fn now() -> Self {
+        Self::dense(0, 0)
+    }
+
+    /// Every lag from `first` to `last`, each on its own.
+    #[must_use]
+    pub fn dense(first: isize, last: isize) -> Self {
+        Self::new((first..=last).map(Fir::shift).collect())
+    }
+
+    /// Sums over the present and the last `m` samples for `m = 0..=longest`, then each of the `future` samples ahead on its own.
+    ///
+    /// On velocity increments the sums are `v(k) − v(k − m − 1)`.
+    #[must_use]
+    pub fn sums(longest: usize, future: usize) -> Self {
+        let back = (0..=longest).map(|m| Fir { first_lag: -(m as isize), taps: vec![1.0; m + 1] });
+        let ahead = (1..=future).map(|m| Fir::shift(m as isize));
+        Self::new(back.chain(ahead).collect())
+    }
+
+    /// Piecewise-linear hats on `knots` (strictly rising lags): a response that is linear between the knots, zero beyond them.
+    #[must_use]
+    pub fn hats(knots: &[isize]) -> Self {
+        let hat = |i: usize| {
+            let peak = knots[i];
+            let left = if i == 0 { peak - 1 } else { knots[i - 1] };
+            let right = knots.get(i + 1).copied().unwrap_or(peak + 1);
+            let taps = (left + 1..right)
+                .map(|lag| {
+                    if lag <= peak {
+                        (lag - left) as f64 / (peak - left) as f64
+                    } else {
+                        (right - lag) as f64 / (right - peak) as f64
+                    }
+                })
+                .collect();
+            Fir { first_lag: left + 1, taps }
+        };
+        Self::new((0..knots.len()).map(hat).collect())
+    }
+
+    /// The responses.
+    #[must_use]
+    pub fn filters(&self) -> &[Fir] {
+        &self.filters
+    }
+
+    /// How many responses there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.filters.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.filters.is_empty()
+    }
+
+    /// First and last lag that any response looks at, samples; the present where the basis is empty.
+    #[must_use]
+    pub fn span(&self) -> (isize, isize) {
+        self.filters.iter().fold((0, 0), |(first, last), fir| (first.min(fir.first_lag), last.max(fir.last_lag())))
+    }
+
+    /// The weighted sum of the responses, as one response over [`Self::span`].
+    #[must_use]
+    pub fn combine(&self, weights: &[f64]) -> Fir {
+        let (first, last) = self.span();
+        let mut taps = vec![0.0; (last - first + 1) as usize];
+        for (fir, weight) in self.filters.iter().zip(weights) {
+            let start = (fir.first_lag - first) as usize;
+            for (sum, tap) in taps[start..].iter_mut().zip(&fir.taps) {
+                *sum += weight * tap;
+            }
+        }
+        Fir { first_lag: first, taps }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hats_sum_to_one_between_their_knots() {
+        let basis = LagBasis::hats(&[-9, -4, -2, -1, 0, 2]);
+        let sum = basis.combine(&[1.0; 6]);
+        assert_eq!((sum.first_lag, sum.last_lag()), (-9, 2));
+        for tap in sum.taps {
+            assert!((tap - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_linear_response_is_exact_on_hats() {
+        let basis = LagBasis::hats(&[-9, -4, 0]);
+        let fir = basis.combine(&[18.0, 8.0, 0.0]);
+        for (i, tap) in fir.taps.iter().enumerate() {
+            let lag = fir.first_lag + i as isize;
+            assert!((tap - -2.0 * lag as f64).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn negative_lags_look_back() {
+        let input = [1.0, 2.0, 4.0, 8.0, 16.0];
+        let mut out = [0.0; 3];
+        Fir::shift(-2).add_to(&input, -2, 1.0, &mut out);
+        assert_eq!(out, [1.0, 2.0, 4.0]);
+        Fir::shift(0).add_to(&input, -2, 0.5, &mut out);
+        assert_eq!(out, [3.0, 6.0, 12.0]);
+    }
+}

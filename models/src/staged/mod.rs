@@ -1,0 +1,18 @@
+//! The staged predictor: linear law, stop operators on the expected position, waves along the axis; all least squares.
+//!
+//! Each stage is there because held-out runs asked for it, so that a simple axis keeps a simple predictor. A network on what is left
+//! over can be stacked on it: see [`StagedPredictor::nonlinear_features`].
+
+mod channel;
+mod features;
+mod fir;
+mod predictor;
+mod signals;
+mod stop;
+
+pub use channel::{Carrier, Channel, Wave, Waves};
+pub use features::{FeatureGroup, FeatureSet};
+pub use fir::{Fir, LagBasis};
+pub use predictor::{KIND, Pass, StagedPredictor};
+pub use signals::{Scales, Signals};
+pub use stop::run_stops;

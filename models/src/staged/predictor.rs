@@ -1,0 +1,166 @@
+//! The staged predictor: passes of least-squares models, each on the position that the one before expects.
+
+use serde::{Deserialize, Serialize};
+
+use super::features::FeatureSet;
+use super::signals::Signals;
+use crate::{Array, ArrayData, AxisPredictor, AxisSignal, ModelError, SavedPredictor};
+
+/// Name of this kind of predictor.
+pub const KIND: &str = "staged";
+
+/// One pass: a linear model whose operators run on the position that the previous pass expects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// The columns.
+    pub features: FeatureSet,
+    /// One weight a column, in the axis's unit per unit of the column.
+    pub weights: Vec<f64>,
+}
+
+impl Pass {
+    /// Predicted tracking error of a run whose expected position is `expected`.
+    #[must_use]
+    pub fn predict(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Vec<f64> {
+        self.features.predict(&self.signals(signal, expected), &self.weights)
+    }
+
+    /// Signals of a run, as this pass sees them.
+    #[must_use]
+    pub fn signals(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Signals {
+        self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s)
+    }
+}
+
+/// Predicts one axis's tracking error in passes: a linear law first, then hysteresis on the position that it leaves, then waves
+/// along the axis. An axis that did not need more has one pass only, down to a pure delay.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StagedPredictor {
+    period_s: f64,
+    passes: Vec<Pass>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Settings {
+    period_s: f64,
+    passes: Vec<FeatureSet>,
+}
+
+impl StagedPredictor {
+    /// A predictor of the given passes, sampled every `period_s` seconds.
+    ///
+    /// # Errors
+    /// When there is no pass, a pass lacks weights or refers to an operator or line that it does not have, or a number is not finite.
+    pub fn new(period_s: f64, passes: Vec<Pass>) -> Result<Self, ModelError> {
+        let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
+        if !(period_s.is_finite() && period_s > 0.0) {
+            return Err(malformed(format!("sampling period {period_s} s")));
+        }
+        if passes.is_empty() {
+            return Err(malformed("no pass".into()));
+        }
+        for (index, pass) in passes.iter().enumerate() {
+            pass.features.check().map_err(|why| malformed(format!("pass {index}: {why}")))?;
+            if pass.weights.len() != pass.features.columns() {
+                return Err(malformed(format!(
+                    "pass {index} has {} weights for {} columns",
+                    pass.weights.len(),
+                    pass.features.columns()
+                )));
+            }
+            if pass.weights.iter().any(|w| !w.is_finite()) {
+                return Err(malformed(format!("pass {index}: a weight is not finite")));
+            }
+        }
+        Ok(Self { period_s, passes })
+    }
+
+    /// Rebuilds a predictor from [`AxisPredictor::save`].
+    ///
+    /// # Errors
+    /// When settings or weights are missing or do not fit together.
+    pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
+        let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
+        if saved.kind != KIND {
+            return Err(malformed(format!("it is of kind `{}`", saved.kind)));
+        }
+        let settings = Settings::deserialize(&saved.settings).map_err(|error| malformed(format!("settings: {error}")))?;
+        let passes = settings
+            .passes
+            .into_iter()
+            .enumerate()
+            .map(|(index, features)| match &saved.array(&weights_name(index))?.data {
+                ArrayData::F64(weights) => Ok(Pass { features, weights: weights.clone() }),
+                ArrayData::F32(_) => Err(malformed("weights are in single precision".into())),
+            })
+            .collect::<Result<_, _>>()?;
+        Self::new(settings.period_s, passes)
+    }
+
+    /// Sampling period of the runs that it was fitted to, s; it holds for no other.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// The passes, first to last; the last one's prediction counts.
+    #[must_use]
+    pub fn passes(&self) -> &[Pass] {
+        &self.passes
+    }
+
+    /// Prediction, and the expected position on which the last pass ran.
+    #[must_use]
+    pub fn predict_with_position(&self, signal: &AxisSignal<'_>) -> (Vec<f64>, Vec<f64>) {
+        let mut expected = signal.reference.to_vec();
+        let mut error = vec![0.0; expected.len()];
+        for (index, pass) in self.passes.iter().enumerate() {
+            if index > 0 {
+                for ((x, r), e) in expected.iter_mut().zip(signal.reference).zip(&error) {
+                    *x = r - e;
+                }
+            }
+            error = pass.predict(signal, &expected);
+        }
+        (error, expected)
+    }
+
+    /// What a further stage on the residual can use: columns of one value a sample, of the order of one.
+    ///
+    /// Velocity and its increments over the largest of the run, the outputs of the stop operators, and cosine and sine of the position
+    /// lines, all on the position that the last pass expects.
+    #[must_use]
+    pub fn nonlinear_features(&self, signal: &AxisSignal<'_>) -> Vec<Vec<f64>> {
+        let (_, expected) = self.predict_with_position(signal);
+        self.passes.last().map(|pass| pass.features.plain_columns(&pass.signals(signal, &expected))).unwrap_or_default()
+    }
+}
+
+fn weights_name(pass: usize) -> String {
+    format!("pass-{pass}.weights")
+}
+
+impl AxisPredictor for StagedPredictor {
+    fn kind(&self) -> &'static str {
+        KIND
+    }
+
+    fn predict(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
+        self.predict_with_position(signal).0
+    }
+
+    fn save(&self) -> SavedPredictor {
+        let settings =
+            Settings { period_s: self.period_s, passes: self.passes.iter().map(|pass| pass.features.clone()).collect() };
+        let arrays = self.passes.iter().enumerate().map(|(index, pass)| {
+            let array = Array { shape: vec![pass.weights.len()], data: ArrayData::F64(pass.weights.clone()) };
+            (weights_name(index), array)
+        });
+        SavedPredictor {
+            kind: KIND.into(),
+            // Plain structs of numbers and lists always become JSON; were one not to, loading would refuse the empty settings.
+            settings: serde_json::to_value(settings).unwrap_or_default(),
+            arrays: arrays.collect(),
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! A model bundle is the same bytes for the same model, comes back whole, and refuses whatever was changed.
+
+use std::io::{Cursor, Read, Write};
+
+use models::narx::{Dense, PAST_ERRORS};
+use models::recurrent::{Head, Kind, LayerWeights, Recurrent};
+use models::{
+    AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, FeatureSpec, HeldOut, Manifest,
+    ModelError, NarxPredictor, NetworkPredictor, Scaler,
+};
+use sha2::{Digest, Sha256};
+use zip::write::SimpleFileOptions;
+
+const PERIOD_S: f64 = 0.002;
+
+fn positions() -> Vec<f64> {
+    (0..1500).map(|k| 10.0 * (f64::from(k) * 0.01).sin()).collect()
+}
+
+/// Numbers between −0.3 and 0.3, different ones.
+fn numbers(count: usize, start: usize) -> Vec<f32> {
+    (0..count).map(|i| 0.3 * (((start + i) * 7919) as f32).sin()).collect()
+}
+
+fn predictors() -> Vec<Box<dyn AxisPredictor>> {
+    let spec = FeatureSpec { set: FeatureSet::Iii, backlash_window: 20, start_window: 30, acceleration_max: 800.0 };
+    let x = positions();
+    let rows = spec.rows(&AxisSignal::uncompensated(&x, PERIOD_S));
+    let inputs = Scaler::fit(std::iter::once(rows.as_slice()), spec.width());
+    let targets = Scaler::fit(std::iter::once([0.1_f32, -0.1].as_slice()), 1);
+    let (width, hidden) = (spec.width(), 3);
+    let layer = LayerWeights {
+        kind: Kind::Lstm,
+        input: width,
+        hidden,
+        weight_ih: numbers(4 * hidden * width, 1),
+        weight_hh: numbers(4 * hidden * hidden, 500),
+        bias: numbers(4 * hidden, 700),
+    };
+    let head = Head { outputs: 1, weight: numbers(hidden, 800), bias: vec![0.1] };
+    let network = Recurrent::new(vec![layer], head).expect("sizes fit");
+    let lstm = NetworkPredictor::new(spec, inputs.clone(), targets.clone(), network).expect("sizes fit");
+    let layers = vec![
+        Dense { weight: numbers((width + PAST_ERRORS) * 4, 900), bias: numbers(4, 40) },
+        Dense { weight: numbers(4, 50), bias: vec![0.0] },
+    ];
+    let narx = NarxPredictor::new(spec, inputs, targets, 5.0, layers).expect("sizes fit");
+    vec![Box::new(lstm), Box::new(narx)]
+}
+
+fn manifest() -> Manifest {
+    let x = positions();
+    let signal = AxisSignal::uncompensated(&x, PERIOD_S);
+    let axis = |name: &str, rotary| AxisManifest {
+        name: name.into(),
+        rotary,
+        predictor: String::new(),
+        settings: serde_json::Value::Null,
+        held_out: HeldOut { rms: 1e-4, max: 1e-3, linear_rms: 3e-4, raw_rms: 0.05, band_held: 0.95 },
+        coverage: Coverage::of(std::iter::once(x.as_slice()), PERIOD_S),
+        band: Band::fit(&[(signal, numbers(1500, 3).into_iter().map(f64::from).collect())], 50.0),
+    };
+    Manifest {
+        format: FORMAT,
+        version: "0.1.0".into(),
+        period_s: PERIOD_S,
+        seed: 4,
+        data_sha256: "00".into(),
+        common_delay_s: 0.001,
+        machine_toml: "name = \"mill\"\n".into(),
+        limits_from_log: true,
+        axes: vec![axis("x", false), axis("a", true)],
+    }
+}
+
+fn bytes() -> Vec<u8> {
+    Bundle::new(manifest(), &predictors()).and_then(|bundle| bundle.to_bytes()).expect("a sound bundle")
+}
+
+/// The two parts of a bundle.
+fn parts(bytes: &[u8]) -> (String, Vec<u8>) {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).expect("an archive");
+    let mut part = |name: &str| {
+        let mut content = Vec::new();
+        archive.by_name(name).expect("a part").read_to_end(&mut content).expect("readable");
+        content
+    };
+    (String::from_utf8(part("manifest.json")).expect("text"), part("weights.safetensors"))
+}
+
+/// A bundle of any parts, with a checksum that holds.
+fn packed(parts: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, content) in parts {
+        archive.start_file(*name, stored).expect("a part");
+        archive.write_all(content).expect("written");
+    }
+    archive.set_comment("0".repeat(64)).expect("a short comment");
+    let mut bytes = archive.finish().expect("an archive").into_inner();
+    let body = bytes.len() - 64;
+    let checksum: String = Sha256::digest(&bytes[..body]).iter().map(|byte| format!("{byte:02x}")).collect();
+    bytes[body..].copy_from_slice(checksum.as_bytes());
+    bytes
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    Bundle::from_bytes(bytes).expect_err("it has to be refused").to_string()
+}
+
+#[test]
+fn the_same_model_is_the_same_bytes_and_comes_back_whole() {
+    let first = bytes();
+    assert!(first == bytes(), "the bytes differ");
+    let bundle = Bundle::from_bytes(&first).expect("a sound bundle");
+    assert_eq!(bundle.manifest.axes[0].predictor, "lstm");
+    assert_eq!(bundle.manifest.axes[1].predictor, "narx");
+    assert_eq!(bundle.manifest.machine_toml, manifest().machine_toml);
+    assert_eq!(bundle.manifest.axes[0].band, manifest().axes[0].band);
+    let x = positions();
+    let signal = AxisSignal::uncompensated(&x, PERIOD_S);
+    for (loaded, original) in bundle.predictors().expect("sound predictors").iter().zip(predictors()) {
+        assert_eq!(loaded.predict(&signal), original.predict(&signal));
+        assert!(loaded.predict(&signal).iter().any(|error| *error != 0.0));
+    }
+    assert_eq!(bundle.machine().expect("a machine").period_s(), PERIOD_S);
+}
+
+#[test]
+fn any_flipped_byte_is_refused() {
+    let sound = bytes();
+    for position in 0..sound.len() {
+        let mut flipped = sound.clone();
+        flipped[position] ^= 1 << (position % 8);
+        assert!(Bundle::from_bytes(&flipped).is_err(), "byte {position}");
+    }
+    assert!(
+        refusal(&{
+            let mut flipped = sound.clone();
+            flipped[sound.len() / 2] ^= 1;
+            flipped
+        })
+        .contains("checksum")
+    );
+}
+
+#[test]
+fn truncated_and_foreign_files_are_refused() {
+    let sound = bytes();
+    for length in [0, 1, 63, 64, 65, sound.len() / 2, sound.len() - 1] {
+        assert!(matches!(Bundle::from_bytes(&sound[..length]), Err(ModelError::Damaged(_))), "{length} bytes");
+    }
+    assert!(refusal(&[b'x'; 500]).contains("not a model bundle"));
+}
+
+#[test]
+fn another_format_is_refused_by_its_number() {
+    let (manifest, weights) = parts(&bytes());
+    let other = manifest.replacen(&format!("\"format\": {FORMAT}"), "\"format\": 99", 1);
+    let other = packed(&[("manifest.json", other.as_bytes()), ("weights.safetensors", &weights)]);
+    assert!(matches!(Bundle::from_bytes(&other), Err(ModelError::Format { found: 99, expected: FORMAT })));
+}
+
+#[test]
+fn missing_and_unknown_parts_are_refused_by_name() {
+    let (manifest, weights) = parts(&bytes());
+    let with = |manifest: &str| packed(&[("manifest.json", manifest.as_bytes()), ("weights.safetensors", &weights)]);
+    assert!(Bundle::from_bytes(&with(&manifest)).is_ok(), "the packing itself is sound");
+    assert!(refusal(&packed(&[("manifest.json", manifest.as_bytes())])).contains("weights.safetensors"));
+    assert!(refusal(&packed(&[("weights.safetensors", &weights)])).contains("manifest.json"));
+    assert!(refusal(&with(&manifest.replacen("\"seed\": 4,", "", 1))).contains("seed"));
+    assert!(refusal(&with(&manifest.replacen("\"seed\": 4,", "\"seed\": 4, \"sead\": 4,", 1))).contains("sead"));
+    assert!(refusal(&with(&manifest.replacen("\"lstm\"", "\"oracle\"", 1))).contains("oracle"));
+    // An axis without weights, and weights without an axis.
+    let renamed = manifest.replacen("\"name\": \"x\"", "\"name\": \"y\"", 1);
+    assert!(refusal(&with(&renamed)).contains("belongs to no axis"));
+    let dropped = safetensors::serialize(
+        safetensors::SafeTensors::deserialize(&weights)
+            .expect("tensors")
+            .tensors()
+            .into_iter()
+            .filter(|(name, _)| name != "x/head.bias"),
+        None,
+    )
+    .expect("tensors");
+    let dropped = packed(&[("manifest.json", manifest.as_bytes()), ("weights.safetensors", &dropped)]);
+    assert!(refusal(&dropped).contains("head.bias"));
+}

@@ -1,0 +1,255 @@
+//! One cubic piece of a path, and the place on it that is nearest to a point.
+
+use crate::Vec3;
+
+/// Distances are minimised to within this, mm.
+pub(super) const TOLERANCE_MM: f64 = 1e-10;
+/// A Newton step that provably misses the minimum by less than this, mm along the piece, is the last.
+const MISS_MM: f64 = 1e-10;
+
+/// A place on a piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    /// Parameter in `[0, 1]`.
+    pub t: f64,
+    /// Squared distance from the point sought, mm².
+    pub squared: f64,
+}
+
+/// A Newton step.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    /// Where it leads.
+    next: f64,
+    /// Squared distance there along the tangent, mm².
+    squared: f64,
+    /// Whether it misses the minimum by less than [`MISS_MM`].
+    is_last: bool,
+}
+
+/// `C(t) = c0 + c1 τ + c2 τ² + c3 τ³`, `τ = t − ½`, `t ∈ [0, 1]`, mm, with bounds that let most pieces be passed over.
+///
+/// With `s` the larger of `|C′ − chord|/4` at the two ends, the Bézier points give: no point of the piece is farther than `s` from the
+/// chord, `|C″| ≤ 24 s` and `|C′| ≥ |chord| − 8 s`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cubic {
+    c: [Vec3; 4],
+    /// Length of the chord, mm.
+    pub length: f64,
+    /// The `s` above, mm.
+    slack: f64,
+    /// For points nearer to `c0` than the root of this the squared distance is strictly convex along the piece.
+    convex_within_squared: f64,
+}
+
+impl Cubic {
+    /// The piece between two points with the given derivatives there (Paper A, eq. 5).
+    #[inline]
+    pub fn hermite(start: Vec3, start_slope: Vec3, end: Vec3, end_slope: Vec3) -> Self {
+        let chord = end - start;
+        let length = chord.norm();
+        let (off_start, off_end) = (start_slope - chord, end_slope - chord);
+        let slack = 0.25 * off_start.norm_squared().max(off_end.norm_squared()).sqrt();
+        let (sum, difference) = (off_start + off_end, off_end - off_start);
+        Self {
+            c: [0.5 * (start + end) - 0.125 * difference, chord - 0.25 * sum, 0.5 * difference, sum],
+            length,
+            slack,
+            convex_within_squared: convex_within_squared(length, slack),
+        }
+    }
+
+    /// Whether no point of the piece can be nearer to `p` than `distance`, by its bounding sphere alone.
+    #[inline]
+    pub fn is_beyond(&self, distance: f64, p: &Vec3) -> bool {
+        let reach = self.radius() + distance;
+        (p - self.c[0]).norm_squared() >= reach * reach
+    }
+
+    /// Every point of the piece lies within this of `c0`, mm: `|c0 − middle of the chord| ≤ s`.
+    fn radius(&self) -> f64 {
+        0.5 * self.length + 2.0 * self.slack
+    }
+
+    /// Whether the squared distance to `p` is strictly convex along the piece.
+    #[inline]
+    pub fn is_convex_to(&self, p: &Vec3) -> bool {
+        (p - self.c[0]).norm_squared() < self.convex_within_squared
+    }
+
+    /// Position at `t`.
+    #[inline]
+    pub fn point(&self, t: f64) -> Vec3 {
+        let [c0, c1, c2, c3] = &self.c;
+        let t = t - 0.5;
+        c0 + (c1 + (c2 + c3 * t) * t) * t
+    }
+
+    /// Derivative with respect to `t` at `t`.
+    #[inline]
+    pub fn slope(&self, t: f64) -> Vec3 {
+        let [_, c1, c2, c3] = &self.c;
+        let t = t - 0.5;
+        c1 + (2.0 * c2 + 3.0 * c3 * t) * t
+    }
+
+    /// The place at `t`, as seen from `p`.
+    fn place(&self, t: f64, p: &Vec3) -> Near {
+        Near { t, squared: (self.point(t) - p).norm_squared() }
+    }
+
+    /// The part between `from` and `to`, with a parameter of its own.
+    fn part(&self, from: f64, to: f64) -> Self {
+        let width = to - from;
+        let (start, end) = (self.point(from), self.point(to));
+        let (leaving, arriving) = (self.slope(from) * width, self.slope(to) * width);
+        Self::hermite(start, leaving, end, arriving)
+    }
+
+    /// A distance from `p` that no point of the piece undercuts, mm.
+    pub fn lower_bound(&self, p: &Vec3) -> f64 {
+        off_chord(p - self.point(0.0), self.c[1] + 0.25 * self.c[3]) - self.slack
+    }
+
+    /// Nearest place to `p`, sought from `start`; `convex` is [`Self::is_convex_to`].
+    #[inline]
+    pub fn nearest_from(&self, p: &Vec3, start: f64, convex: bool) -> Near {
+        if convex {
+            self.newton(p, start)
+        } else {
+            let near = self.place(start, p);
+            self.branch(p, near.squared).unwrap_or(near)
+        }
+    }
+
+    /// Nearest place to `p`, sought from `start`; `None` where none is nearer than `best_squared`.
+    pub fn nearer_than(&self, p: &Vec3, start: f64, best_squared: f64) -> Option<Near> {
+        if self.is_convex_to(p) {
+            let near = self.newton(p, start);
+            (near.squared < best_squared).then_some(near)
+        } else {
+            self.branch(p, best_squared)
+        }
+    }
+
+    /// Minimum of a strictly convex squared distance: Newton on `(C − p)·C′ = 0`.
+    #[inline]
+    fn newton(&self, p: &Vec3, start: f64) -> Near {
+        let step = self.step(p, start);
+        if step.is_last && step.next > 0.0 && step.next < 1.0 {
+            return Near { t: step.next, squared: step.squared };
+        }
+        self.bracketed(p, start, step)
+    }
+
+    /// Newton's method kept within a shrinking bracket, from the step `step` at `t` on.
+    #[inline(never)]
+    fn bracketed(&self, p: &Vec3, mut t: f64, mut step: Step) -> Near {
+        // Ends not yet looked at do not bound the bracket.
+        let (mut low, mut high) = (-1.0, 2.0);
+        for _ in 0..64 {
+            if step.next < t {
+                high = t;
+            } else {
+                low = t;
+            }
+            if low >= 1.0 || high <= 0.0 {
+                break;
+            }
+            let next = step.next.clamp(0.0, 1.0);
+            if step.is_last && next == step.next {
+                return Near { t: next, squared: step.squared };
+            }
+            t = if next > low && next < high {
+                next
+            } else if step.is_last {
+                break;
+            } else {
+                0.5 * (f64::max(low, 0.0) + f64::min(high, 1.0))
+            };
+            step = self.step(p, t);
+        }
+        self.place(t, p)
+    }
+
+    /// One Newton step from `t`.
+    #[inline(always)]
+    fn step(&self, p: &Vec3, t: f64) -> Step {
+        let [c0, c1, c2, c3] = &self.c;
+        let from_middle = t - 0.5;
+        let gap = (c0 - p) + (c1 + (c2 + c3 * from_middle) * from_middle) * from_middle;
+        let bend = c2 + 3.0 * c3 * from_middle;
+        let slope = c1 + (c2 + bend) * from_middle;
+        let (speed_squared, squared) = (slope.norm_squared(), gap.norm_squared());
+        let convexity = speed_squared + 2.0 * gap.dot(&bend);
+        let moved = -gap.dot(&slope) / convexity;
+        // The step misses by `½|g″|/g′·moved²`, where `|g″| ≤ 3|C′||C″| + |C − p||C‴|` and `|C‴| ≤ 48 s`. So short a step is straight.
+        let miss = moved * moved * self.slack * (48.0 * speed_squared + 12.0 * squared);
+        Step { next: t + moved, squared: (gap + slope * moved).norm_squared(), is_last: miss <= MISS_MM * convexity }
+    }
+
+    /// Global minimum where the squared distance may have several: halve until a part is convex, cannot be nearer, or is a point.
+    #[cold]
+    #[inline(never)]
+    fn branch(&self, p: &Vec3, best_squared: f64) -> Option<Near> {
+        let mut best = None;
+        let mut least = best_squared;
+        for t in [0.0, 0.5, 1.0] {
+            let near = self.place(t, p);
+            if near.squared < least {
+                least = near.squared;
+                best = Some(near);
+            }
+        }
+        self.branch_part(self, p, (0.0, 1.0), &mut least, &mut best);
+        best
+    }
+
+    fn branch_part(&self, part: &Self, p: &Vec3, (from, to): (f64, f64), least: &mut f64, best: &mut Option<Near>) {
+        let width = to - from;
+        if part.lower_bound(p) >= least.sqrt() - TOLERANCE_MM || width < 1e-13 {
+            return;
+        }
+        let convex = part.is_convex_to(p);
+        let t = if convex { part.newton(p, 0.5).t } else { 0.5 };
+        let near = self.place(from + width * t, p);
+        if near.squared < *least {
+            *least = near.squared;
+            *best = Some(near);
+        }
+        if convex || part.radius() < TOLERANCE_MM {
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        let mut halves = [(from, middle), (middle, to)].map(|span| (self.part(span.0, span.1), span));
+        if halves[1].0.lower_bound(p) < halves[0].0.lower_bound(p) {
+            halves.swap(0, 1);
+        }
+        for (half, span) in &halves {
+            self.branch_part(half, p, *span, least, best);
+        }
+    }
+}
+
+/// The squared distance to `p` is strictly convex where `|C′|² > |C − p||C″|` everywhere; with `|C − p|² ≤ 2|p − c0|² + 2 radius²`.
+#[inline]
+fn convex_within_squared(length: f64, slack: f64) -> f64 {
+    let radius = 0.5 * length + 2.0 * slack;
+    let slowest = (length - 8.0 * slack).max(0.0);
+    let reach = slowest * slowest / (24.0 * slack).max(f64::MIN_POSITIVE);
+    0.5 * reach * reach - radius * radius
+}
+
+/// Distance of `point` from the chord `[0, chord]`, mm.
+fn off_chord(point: Vec3, chord: Vec3) -> f64 {
+    let length_squared = chord.norm_squared();
+    let along = point.dot(&chord);
+    let share = if along <= 0.0 {
+        0.0
+    } else if along >= length_squared {
+        1.0
+    } else {
+        along / length_squared
+    };
+    (point - chord * share).norm()
+}

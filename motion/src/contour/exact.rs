@@ -1,0 +1,74 @@
+//! The exact contour error against the smooth path through samples.
+
+use super::sampled::SampledSpline;
+use super::window::Follower;
+use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use crate::{MotionError, Vec3};
+
+/// Samples handled at a time: the path through `to` is made just ahead of them, while it fits into the cache.
+const BLOCK: usize = 256;
+
+/// The foot point on the [`SampledSpline`] through `to`: the nearest place within the [`Window`], to within 1e-9 mm.
+///
+/// Found by Newton's method where the squared distance is provably convex along a piece, by branch and bound elsewhere (corners,
+/// rests, noise); pieces whose bounding sphere is too far away are passed over.
+#[derive(Debug, Clone, Default)]
+pub struct Exact {
+    window: Window,
+    spline: SampledSpline,
+    follower: Follower,
+}
+
+impl Exact {
+    /// The estimator with another window.
+    ///
+    /// # Errors
+    /// When the window's margin is negative or not finite, or its largest half-width below its smallest.
+    pub fn with_window(window: Window) -> Result<Self, MotionError> {
+        window.check()?;
+        Ok(Self { window, ..Self::default() })
+    }
+}
+
+impl ContourEstimator for Exact {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+
+    fn estimate_into(
+        &mut self,
+        from: &[Vec3],
+        to: &[Vec3],
+        matching: TimeMatch,
+        out: &mut Vec<ContourError>,
+    ) -> Result<(), MotionError> {
+        check_paths(from, to, matching)?;
+        out.clear();
+        out.reserve(from.len());
+        self.spline.clear();
+        self.follower.reset();
+        let span = self.window.span();
+        let mut whole = false;
+        let mut heading = Vec3::zeros();
+        for (block, samples) in from.chunks(BLOCK).enumerate() {
+            let index = |k: usize| matching.index(block * BLOCK + k);
+            // Casts saturate, so a match before or after the path asks for none of it or for all.
+            let needed = (index(samples.len()) as usize).saturating_add(span + 3);
+            if !whole {
+                self.spline.extend(to, to.len().min(needed));
+                whole = needed >= to.len();
+                if whole {
+                    self.spline.finish();
+                }
+            }
+            let (pieces, window, follower) = (&self.spline.pieces, &self.window, &mut self.follower);
+            out.extend(samples.iter().enumerate().map(|(k, sample)| {
+                let place = follower.step(pieces, window, index(k), matching.rate, sample);
+                pieces.error_at(&place, sample, &mut heading)
+            }));
+            let done = (index(samples.len()) as usize).saturating_sub(span);
+            self.spline.pieces.drop_before(done, span);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! Paper A's estimator: foot of the perpendicular on the adjoining chords, carried over to a Hermite spline.
+
+use super::local::{Arcs, error, foot_on_chord, slope};
+use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use crate::{MotionError, Vec3};
+
+/// How far forward of the last foot point the nearest sample is sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Horizon {
+    /// To the end of the path, as Paper A prints it: slow, and lost for good once it has jumped ahead at a crossing.
+    ToEnd,
+    /// To Paper C's adaptive window beyond the time-matched sample: twice `n = |P_d P_a| / |P_a P_{a−1}|` samples, since a path that slows
+    /// down takes more than `n` for the rest of the way.
+    #[default]
+    Adaptive,
+}
+
+/// Paper A's estimator (section 3; Paper B, eq. 4-10): the nearest sample forward of the last foot point, the foot of the perpendicular
+/// on its two chords, the point of the cubic Hermite spline at the same share of the chord, the error's part normal to it.
+#[derive(Debug, Clone, Default)]
+pub struct HermiteFootPoint {
+    /// Where the search for the nearest sample ends.
+    pub horizon: Horizon,
+    arcs: Arcs,
+}
+
+impl HermiteFootPoint {
+    /// The estimator with this horizon.
+    #[must_use]
+    pub fn new(horizon: Horizon) -> Self {
+        Self { horizon, arcs: Arcs::default() }
+    }
+
+    fn last_candidate(&self, sample: &Vec3, to: &[Vec3], at: usize, first: usize) -> usize {
+        let end = to.len() - 1;
+        match self.horizon {
+            Horizon::ToEnd => end,
+            Horizon::Adaptive => {
+                let step = (to[at] - to[at.saturating_sub(1)]).norm();
+                let samples = 2.0 * (sample - to[at]).norm() / step;
+                // 0/0 at rest casts to 0, a lag over a rest to the largest window.
+                let reach = (samples.ceil() as usize).clamp(1, Window::default().max_samples);
+                (at + reach).max(first + 1).min(end)
+            }
+        }
+    }
+}
+
+impl ContourEstimator for HermiteFootPoint {
+    fn name(&self) -> &'static str {
+        "hermite-foot"
+    }
+
+    fn estimate_into(
+        &mut self,
+        from: &[Vec3],
+        to: &[Vec3],
+        matching: TimeMatch,
+        out: &mut Vec<ContourError>,
+    ) -> Result<(), MotionError> {
+        check_paths(from, to, matching)?;
+        out.clear();
+        self.arcs.rebuild(to);
+        let mut first = 0;
+        for (k, sample) in from.iter().enumerate() {
+            let at = matching.sample(k, to.len());
+            let last = self.last_candidate(sample, to, at, first);
+            let mut nearest = first;
+            let mut least = f64::INFINITY;
+            for (w, point) in to.iter().enumerate().take(last + 1).skip(first) {
+                let squared = (sample - point).norm_squared();
+                if squared < least {
+                    (nearest, least) = (w, squared);
+                }
+            }
+            let (segment, share) = foot_near(sample, to, nearest);
+            let (point, along) = hermite(to, segment, share);
+            let tangent = along.try_normalize(0.0).unwrap_or_default();
+            let foot = point + tangent * tangent.dot(&(sample - point));
+            let at_end = (segment == 0 && share <= 0.0) || segment as f64 + share >= (to.len() - 1) as f64;
+            let foot = if at_end { point } else { foot };
+            out.push(error(sample, foot, along, self.arcs.location(segment, share), at_end));
+            first = segment;
+        }
+        Ok(())
+    }
+}
+
+/// Segment and share of the foot of the perpendicular on the chords at sample `nearest`: the nearer one where both have one, the sample
+/// itself where neither has.
+fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
+    let chords = [nearest.checked_sub(1), (nearest + 1 < to.len()).then_some(nearest)];
+    let feet = chords.into_iter().flatten().filter_map(|segment| {
+        let (a, b) = (&to[segment], &to[segment + 1]);
+        let (share, within) = foot_on_chord(sample, a, b);
+        within.then(|| (segment, share, (sample - a - (b - a) * share).norm_squared()))
+    });
+    feet.min_by(|one, other| one.2.total_cmp(&other.2)).map_or((nearest, 0.0), |(segment, share, _)| (segment, share))
+}
+
+/// Point and derivative of the cubic Hermite spline through `to` (Paper A, eq. 5).
+fn hermite(to: &[Vec3], segment: usize, t: f64) -> (Vec3, Vec3) {
+    let start = to[segment];
+    let Some(end) = to.get(segment + 1) else {
+        return (start, slope(to, segment));
+    };
+    let (leaving, arriving) = (slope(to, segment), slope(to, segment + 1));
+    let chord = end - start;
+    let square = 3.0 * chord - 2.0 * leaving - arriving;
+    let cube = leaving + arriving - 2.0 * chord;
+    (start + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
+}

@@ -1,0 +1,74 @@
+//! What the approximating estimators see of a path: a few samples and differences.
+
+use super::{ContourError, Location};
+use crate::Vec3;
+
+/// A path with the length of its chords, reused between calls.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Arcs {
+    /// Length from the first sample, mm, one a sample.
+    values: Vec<f64>,
+}
+
+impl Arcs {
+    pub fn rebuild(&mut self, path: &[Vec3]) {
+        self.values.clear();
+        let mut arc = 0.0;
+        let mut before = path.first().copied().unwrap_or_default();
+        self.values.extend(path.iter().map(|point| {
+            arc += (point - before).norm();
+            before = *point;
+            arc
+        }));
+    }
+
+    /// Place on the chord from sample `segment`, at a share of it in `[0, 1]`.
+    pub fn location(&self, segment: usize, fraction: f64) -> Location {
+        let start = self.values[segment];
+        let end = self.values.get(segment + 1).copied().unwrap_or(start);
+        Location { segment, fraction, arc_mm: start + fraction * (end - start) }
+    }
+}
+
+/// Half the way from the sample before `k` to the one after it, mm a sample; at an end the way to its only neighbour.
+pub(super) fn slope(path: &[Vec3], k: usize) -> Vec3 {
+    let before = k.saturating_sub(1);
+    let after = (k + 1).min(path.len() - 1);
+    match after - before {
+        0 => Vec3::zeros(),
+        samples => (path[after] - path[before]) / samples as f64,
+    }
+}
+
+/// The nearest samples before and after `k` that do not coincide with it, at most `reach` away.
+pub(super) fn distinct_neighbours(path: &[Vec3], k: usize, reach: usize) -> (Option<Vec3>, Option<Vec3>) {
+    let here = path[k];
+    let differs = |point: &&Vec3| **point != here;
+    let before = path[k.saturating_sub(reach)..k].iter().rev().find(differs);
+    let after = path[k + 1..(k + 1 + reach).min(path.len())].iter().find(differs);
+    (before.copied(), after.copied())
+}
+
+/// Share in `[0, 1]` of the chord `a → b` at the foot of the perpendicular from `p`, and whether the foot lies within the chord.
+pub(super) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, bool) {
+    let chord = b - a;
+    let length_squared = chord.norm_squared();
+    if length_squared == 0.0 {
+        return (0.0, false);
+    }
+    let share = (p - a).dot(&chord) / length_squared;
+    (share.clamp(0.0, 1.0), (0.0..=1.0).contains(&share))
+}
+
+/// The error of `sample` with this foot point; `along` gives the direction of travel.
+pub(super) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, at_end: bool) -> ContourError {
+    let vector = sample - foot;
+    ContourError {
+        vector,
+        foot,
+        tangent: along.try_normalize(0.0).unwrap_or_default(),
+        magnitude_mm: vector.norm(),
+        location,
+        at_end,
+    }
+}

@@ -1,0 +1,199 @@
+//! The exact contour error against an analytic curve.
+
+use std::sync::Arc;
+
+use super::curve_pieces::CurvePieces;
+use super::pieces::Pieces;
+use super::window::{Due, Follower, Road};
+use super::{ContourError, ContourEstimator, Location, TimeMatch, Window, check_paths};
+use crate::{Curve, MotionError, Vec3};
+
+/// A Newton step shorter than this, mm, ends the iteration.
+const LAST_STEP_MM: f64 = 1e-12;
+
+/// The foot point on an analytic curve, of which `to` are samples in time order: the nearest place within the [`Window`].
+///
+/// Cubic pieces within 1e-8 mm of the curve say where the foot point lies, a safeguarded Newton iteration on the curve itself then leads to
+/// within 1e-9 mm. Only where two places are equally near to within 2e-8 mm may the other one be reported. The samples of `to` tell which
+/// stretch of the curve was due when, and nothing else; [`Location::arc_mm`] is the length along the curve's fine pieces.
+#[derive(Debug, Clone)]
+pub struct ExactOnCurve {
+    curve: Arc<dyn Curve>,
+    window: Window,
+    cut: CurvePieces,
+    parameters: Option<Vec<f64>>,
+}
+
+impl ExactOnCurve {
+    /// The estimator on `curve`; where on it each sample of `to` lies is found by projection, in time order from the curve's start.
+    #[must_use]
+    pub fn new(curve: Arc<dyn Curve>) -> Self {
+        Self { cut: CurvePieces::new(curve.as_ref()), curve, window: Window::default(), parameters: None }
+    }
+
+    /// The same with the curve's parameter at every sample of `to`, never decreasing.
+    ///
+    /// # Errors
+    /// When a parameter is not finite or less than the one before.
+    pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self, MotionError> {
+        let rising = parameters.windows(2).all(|pair| pair[0] <= pair[1]);
+        if !rising || parameters.iter().any(|u| !u.is_finite()) {
+            return Err(MotionError::Mismatch("the samples' curve parameters are not finite and rising".into()));
+        }
+        self.parameters = Some(parameters);
+        Ok(self)
+    }
+
+    /// The same with another window.
+    ///
+    /// # Errors
+    /// As [`Exact::with_window`](super::Exact::with_window).
+    pub fn with_window(mut self, window: Window) -> Result<Self, MotionError> {
+        window.check()?;
+        self.window = window;
+        Ok(self)
+    }
+
+    fn positions(&self, to: &[Vec3]) -> Result<Vec<f64>, MotionError> {
+        match &self.parameters {
+            None => Ok(self.cut.positions_of(to)),
+            Some(parameters) if parameters.len() == to.len() => Ok(parameters.iter().map(|u| self.cut.position(*u)).collect()),
+            Some(parameters) => {
+                Err(MotionError::Mismatch(format!("{} curve parameters for {} samples", parameters.len(), to.len())))
+            }
+        }
+    }
+
+    /// Foot point of `p`: its position and the error, sought where it is `due`.
+    fn nearest(&self, road: &Timed, due: &Due, p: &Vec3) -> (f64, ContourError) {
+        let pieces = road.pieces();
+        let place = self.window.nearest(road, due, p);
+        let rough = place.position();
+        let (u, [foot, slope, ..]) = self.refine(self.cut.parameter(rough), self.cut.around(rough), p);
+        let position = self.cut.position(u);
+        let vector = p - foot;
+        let (first, last) = self.curve.domain();
+        let error = ContourError {
+            vector,
+            foot,
+            tangent: slope.try_normalize(0.0).unwrap_or_default(),
+            magnitude_mm: vector.norm(),
+            location: Location { arc_mm: pieces.arc_at(position), ..Location::default() },
+            at_end: u <= first || u >= last,
+        };
+        (position, error)
+    }
+
+    /// Newton on `(C − p)·C′ = 0` from `start`, kept between `low` and `high`; never farther from `p` than it started.
+    fn refine(&self, start: f64, (mut low, mut high): (f64, f64), p: &Vec3) -> (f64, [Vec3; 4]) {
+        let mut u = start;
+        let mut best = (u, self.curve.derivatives(u));
+        let mut jet = best.1;
+        for _ in 0..48 {
+            let [point, slope, bend, _] = jet;
+            let gap = point - p;
+            if gap.norm_squared() < (best.1[0] - p).norm_squared() {
+                best = (u, jet);
+            }
+            let g = gap.dot(&slope);
+            let speed_squared = slope.norm_squared();
+            let convexity = speed_squared + gap.dot(&bend);
+            if g > 0.0 {
+                high = u;
+            } else {
+                low = u;
+            }
+            let newton = u - g / convexity;
+            let next = if convexity > 0.0 && newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = next - u;
+            if moved == 0.0 || moved * moved * speed_squared < LAST_STEP_MM * LAST_STEP_MM {
+                break;
+            }
+            u = next;
+            jet = self.curve.derivatives(u);
+        }
+        best
+    }
+}
+
+impl ContourEstimator for ExactOnCurve {
+    fn name(&self) -> &'static str {
+        "exact-on-curve"
+    }
+
+    fn estimate_into(
+        &mut self,
+        from: &[Vec3],
+        to: &[Vec3],
+        matching: TimeMatch,
+        out: &mut Vec<ContourError>,
+    ) -> Result<(), MotionError> {
+        check_paths(from, to, matching)?;
+        let positions = self.positions(to)?;
+        out.clear();
+        let road = Timed { pieces: &self.cut.pieces, positions: &positions };
+        let mut follower = Follower::default();
+        for (k, sample) in from.iter().enumerate() {
+            let matched = matching.index(k);
+            let due = follower.due(&self.window, matched, matching.rate);
+            let (position, mut error) = self.nearest(&road, &due, sample);
+            let index = index_of(&positions, due.moved_on, position);
+            follower.found(matched, index);
+            error.location.segment = (index as usize).min(to.len().saturating_sub(2));
+            error.location.fraction = index - error.location.segment as f64;
+            out.push(error);
+        }
+        Ok(())
+    }
+}
+
+/// The curve's pieces and the position of every sample on them.
+struct Timed<'a> {
+    pieces: &'a Pieces,
+    positions: &'a [f64],
+}
+
+impl Road for Timed<'_> {
+    fn pieces(&self) -> &Pieces {
+        self.pieces
+    }
+
+    fn place(&self, index: f64) -> (usize, f64) {
+        self.pieces.split(interpolate(self.positions, index))
+    }
+
+    fn before(&self, index: f64, _: usize, samples: usize) -> usize {
+        self.place(index - samples as f64).0
+    }
+
+    fn after(&self, index: f64, _: usize, samples: usize) -> usize {
+        self.place(index + samples as f64).0
+    }
+}
+
+/// Position at a sample index in fractions of a sample, which is brought into range.
+fn interpolate(positions: &[f64], index: f64) -> f64 {
+    let index = index.clamp(0.0, (positions.len() - 1) as f64);
+    let k = index as usize;
+    let after = positions[(k + 1).min(positions.len() - 1)];
+    positions[k] + (index - k as f64) * (after - positions[k])
+}
+
+/// Sample index of a position: of those that a rest offers the nearest to `near`.
+fn index_of(positions: &[f64], near: f64, position: f64) -> f64 {
+    let end = positions.len() - 1;
+    let near = near.clamp(0.0, end as f64);
+    let mut k = near as usize;
+    while k > 0 && positions[k] > position {
+        k -= 1;
+    }
+    while k < end && positions[k + 1] < position {
+        k += 1;
+    }
+    if k == end {
+        return end as f64;
+    }
+    let width = positions[k + 1] - positions[k];
+    let share = if width > 0.0 { (position - positions[k]) / width } else { near - k as f64 };
+    k as f64 + share.clamp(0.0, 1.0)
+}

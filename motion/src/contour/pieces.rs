@@ -1,0 +1,222 @@
+//! A path of cubic pieces, and the nearest place on a stretch of it.
+
+use super::cubic::{Cubic, Near, TOLERANCE_MM};
+use super::{ContourError, Location};
+use crate::Vec3;
+
+/// Cubic pieces end to end; those that were dropped at the front still count in every index.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Pieces {
+    /// Piece `i` is at `i` modulo the length, which is a power of two.
+    ring: Vec<Piece>,
+    /// Length of the ring less 1.
+    mask: usize,
+    /// Index of the first piece kept.
+    first: usize,
+    /// One past the index of the last piece.
+    end: usize,
+    /// Length along the chords up to the end of the last piece, mm.
+    length_mm: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Piece {
+    cubic: Cubic,
+    /// Length along the chords up to the start of the piece, mm.
+    arc: f64,
+}
+
+/// Pieces there is room for at first.
+const FIRST_ROOM: usize = 64;
+
+/// A place found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub piece: usize,
+    /// Parameter in `[0, 1]`.
+    pub t: f64,
+    /// Distance from the point sought, mm.
+    pub distance: f64,
+}
+
+impl Place {
+    /// Piece and parameter as one number.
+    pub fn position(&self) -> f64 {
+        self.piece as f64 + self.t
+    }
+}
+
+impl Pieces {
+    pub fn clear(&mut self) {
+        (self.first, self.end) = (0, 0);
+        self.length_mm = 0.0;
+    }
+
+    /// Adds the piece between two points with the given derivatives there.
+    #[inline(always)]
+    pub fn push(&mut self, start: Vec3, start_slope: Vec3, end: Vec3, end_slope: Vec3) {
+        if self.kept() == self.ring.len() {
+            self.grow();
+        }
+        let arc = self.length_mm;
+        let cubic = Cubic::hermite(start, start_slope, end, end_slope);
+        self.length_mm += cubic.length;
+        let slot = self.slot(self.end);
+        self.ring[slot] = Piece { cubic, arc };
+        self.end += 1;
+    }
+
+    /// Doubles the room.
+    #[cold]
+    fn grow(&mut self) {
+        let mut ring = vec![Piece::default(); (2 * self.ring.len()).max(FIRST_ROOM)];
+        for piece in self.first..self.end {
+            let slot = piece & (ring.len() - 1);
+            ring[slot] = self.ring[self.slot(piece)];
+        }
+        self.mask = ring.len() - 1;
+        self.ring = ring;
+    }
+
+    #[inline(always)]
+    fn slot(&self, piece: usize) -> usize {
+        piece & self.mask
+    }
+
+    /// Drops the pieces before `piece`, but for the last `least`.
+    pub fn drop_before(&mut self, piece: usize, least: usize) {
+        self.first = self.first.max(piece.min(self.end.saturating_sub(least)));
+    }
+
+    /// Index of the first piece kept.
+    #[inline]
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
+    /// One past the index of the last piece.
+    #[inline]
+    pub fn end(&self) -> usize {
+        self.end
+    }
+
+    /// Number of pieces kept.
+    #[inline]
+    pub fn kept(&self) -> usize {
+        self.end - self.first
+    }
+
+    #[inline]
+    pub fn cubic(&self, piece: usize) -> &Cubic {
+        &self.ring[self.slot(piece)].cubic
+    }
+
+    /// Length along the chords up to the start of `piece`, mm; `piece` may be one past the last.
+    #[inline]
+    pub fn arc(&self, piece: usize) -> f64 {
+        if piece < self.end { self.ring[self.slot(piece)].arc } else { self.length_mm }
+    }
+
+    /// Length along the chords at a parameter of a piece, mm.
+    #[inline]
+    pub fn arc_on(&self, piece: usize, t: f64) -> f64 {
+        let piece = &self.ring[self.slot(piece)];
+        piece.arc + t * piece.cubic.length
+    }
+
+    /// The piece and parameter of a position, which is brought within the pieces kept.
+    #[inline]
+    pub fn split(&self, position: f64) -> (usize, f64) {
+        // Casts saturate: a position before the first piece is its start.
+        let piece = (position as usize).clamp(self.first, self.end - 1);
+        (piece, (position - piece as f64).clamp(0.0, 1.0))
+    }
+
+    /// Length along the chords at a position, mm.
+    pub fn arc_at(&self, position: f64) -> f64 {
+        let (piece, t) = self.split(position);
+        self.arc_on(piece, t)
+    }
+
+    /// The place nearest to `p` on the pieces `low..high` (within those kept, not empty), to within [`TOLERANCE_MM`]. Of places
+    /// equally near, the one that descent from `seed` (piece and parameter) leads to.
+    #[inline]
+    pub fn nearest(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> Place {
+        let (piece, t) = seed;
+        let convex = self.cubic(piece).is_convex_to(p);
+        let mut best = (piece, self.cubic(piece).nearest_from(p, t, convex));
+        let (mut seen_low, mut seen_high) = (piece, piece + 1);
+        // Whether it is certain that the distance grows beyond what was seen.
+        let (mut grows_low, mut grows_high) = (convex, convex);
+        while best.1.t >= 1.0 && best.0 + 1 == seen_high && seen_high < high {
+            grows_high = self.improve(seen_high, 0.0, p, &mut best);
+            seen_high += 1;
+        }
+        while best.1.t <= 0.0 && best.0 == seen_low && seen_low > low {
+            seen_low -= 1;
+            grows_low = self.improve(seen_low, 1.0, p, &mut best);
+        }
+        let mut place = Place { piece: best.0, t: best.1.t, distance: best.1.squared.sqrt() };
+        self.beyond((low..seen_low).rev(), grows_low, p, &mut place);
+        self.beyond(seen_high..high, grows_high, p, &mut place);
+        place
+    }
+
+    /// Looks at the pieces of `stretch`, which go away from `place`, for a nearer one.
+    ///
+    /// Away from a local minimum the distance grows, and goes on growing from piece to piece as long as its square is convex along them:
+    /// only from the first piece on where that is not certain there can be a nearer place. `grows` says whether it is at the start.
+    #[inline]
+    fn beyond(&self, stretch: impl Iterator<Item = usize>, mut grows: bool, p: &Vec3, place: &mut Place) {
+        for piece in stretch {
+            let cubic = self.cubic(piece);
+            grows = grows && cubic.is_convex_to(p);
+            if !grows {
+                self.compare(piece, p, place);
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn compare(&self, piece: usize, p: &Vec3, place: &mut Place) {
+        let cubic = self.cubic(piece);
+        if !cubic.is_beyond(place.distance, p) && cubic.lower_bound(p) < place.distance - TOLERANCE_MM {
+            let squared = place.distance * place.distance;
+            if let Some(near) = cubic.nearer_than(p, 0.5, squared) {
+                *place = Place { piece, t: near.t, distance: near.squared.sqrt() };
+            }
+        }
+    }
+
+    /// Takes the nearest place of the next piece if it is nearer; whether the squared distance is convex along it.
+    #[inline(never)]
+    fn improve(&self, piece: usize, start: f64, p: &Vec3, best: &mut (usize, Near)) -> bool {
+        let cubic = self.cubic(piece);
+        if let Some(near) = cubic.nearer_than(p, start, best.1.squared) {
+            *best = (piece, near);
+        }
+        cubic.is_convex_to(p)
+    }
+
+    /// The contour error of `p` with its foot point at `place`, whose segment and fraction are piece and parameter; `heading` is
+    /// the last known direction of travel, for where the path rests.
+    #[inline]
+    pub fn error_at(&self, place: &Place, p: &Vec3, heading: &mut Vec3) -> ContourError {
+        let Place { piece, t, distance } = *place;
+        let cubic = self.cubic(piece);
+        let (foot, slope) = (cubic.point(t), cubic.slope(t));
+        let speed_squared = slope.norm_squared();
+        if speed_squared > 1e-24 {
+            *heading = slope * (1.0 / speed_squared.sqrt());
+        }
+        let at_start = piece == 0 && t <= 0.0;
+        ContourError {
+            vector: p - foot,
+            foot,
+            tangent: *heading,
+            magnitude_mm: distance,
+            location: Location { segment: piece, fraction: t, arc_mm: self.arc_on(piece, t) },
+            at_end: at_start || (t >= 1.0 && piece + 1 == self.end),
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! A path's contour errors in three figures.
+
+use super::ContourError;
+use crate::Vec3;
+
+/// Figures of a path, mm (Paper D, eq. 29, 31).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContourSummary {
+    /// Root of the mean square.
+    pub rms_mm: f64,
+    /// Largest.
+    pub max_mm: f64,
+    /// What 95 % of the samples, or of the length, stay within.
+    pub p95_mm: f64,
+    /// Index of the sample with the largest.
+    pub max_at: usize,
+}
+
+/// Figures over samples; `None` where there is none.
+#[must_use]
+pub fn summary(errors: &[ContourError]) -> Option<ContourSummary> {
+    let magnitudes: Vec<f64> = errors.iter().map(|error| error.magnitude_mm).collect();
+    summary_of(&magnitudes, None)
+}
+
+/// Figures over the length of the path `from` whose errors these are (Paper A): a sample counts for half the way to either neighbour, so
+/// that neither a rest nor a slow corner weighs more than its length. Over samples where the path has no length; `None` where there is no
+/// sample or the two differ in number.
+#[must_use]
+pub fn summary_by_length(errors: &[ContourError], from: &[Vec3]) -> Option<ContourSummary> {
+    if errors.len() != from.len() {
+        return None;
+    }
+    let mut weights = vec![0.0; from.len()];
+    for (k, pair) in from.windows(2).enumerate() {
+        let half = 0.5 * (pair[1] - pair[0]).norm();
+        weights[k] += half;
+        weights[k + 1] += half;
+    }
+    let magnitudes: Vec<f64> = errors.iter().map(|error| error.magnitude_mm).collect();
+    summary_of(&magnitudes, Some(&weights))
+}
+
+/// Figures of magnitudes (mm), with weights (any unit, none negative) or alike. Weights of which none is positive count as alike; `None`
+/// where there is no magnitude or their number differs from that of the weights.
+#[must_use]
+pub fn summary_of(magnitudes_mm: &[f64], weights: Option<&[f64]>) -> Option<ContourSummary> {
+    if weights.is_some_and(|weights| weights.len() != magnitudes_mm.len()) {
+        return None;
+    }
+    let weights = weights.filter(|weights| weights.iter().any(|weight| *weight > 0.0));
+    let weight = |k: usize| weights.map_or(1.0, |weights| weights[k]);
+    let (max_at, max) =
+        magnitudes_mm.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1).then(other.0.cmp(&one.0)))?;
+    let total: f64 = (0..magnitudes_mm.len()).map(weight).sum();
+    let squares: f64 = magnitudes_mm.iter().enumerate().map(|(k, m)| weight(k) * m * m).sum();
+    let mut order: Vec<usize> = (0..magnitudes_mm.len()).collect();
+    order.sort_by(|one, other| magnitudes_mm[*one].total_cmp(&magnitudes_mm[*other]));
+    let mut below = 0.0;
+    let at_p95 = order.into_iter().find(|k| {
+        below += weight(*k);
+        below >= 0.95 * total * (1.0 - 1e-12)
+    });
+    Some(ContourSummary {
+        rms_mm: (squares / total).sqrt(),
+        max_mm: *max,
+        p95_mm: at_p95.map_or(*max, |k| magnitudes_mm[k]),
+        max_at,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_over_samples_and_over_length() {
+        let magnitudes: Vec<f64> = (1..=100).map(f64::from).collect();
+        let plain = summary_of(&magnitudes, None).unwrap();
+        assert_eq!((plain.max_mm, plain.max_at, plain.p95_mm), (100.0, 99, 95.0));
+        assert!((plain.rms_mm - (338_350.0_f64 / 100.0).sqrt()).abs() < 1e-12);
+        assert!(summary_of(&[], None).is_none());
+        assert!(summary_of(&[1.0], Some(&[])).is_none());
+
+        // A rest at a large error weighs nothing over length.
+        let error = |magnitude_mm| ContourError { magnitude_mm, ..ContourError::default() };
+        let errors = [error(1.0), error(9.0), error(9.0), error(9.0), error(1.0)];
+        let at = |x| Vec3::new(x, 0.0, 0.0);
+        let path = [at(0.0), at(1.0), at(1.0), at(1.0), at(2.0)];
+        let by_length = summary_by_length(&errors, &path).unwrap();
+        assert!((by_length.rms_mm - 41.0_f64.sqrt()).abs() < 1e-12);
+        assert!(summary(&errors).unwrap().rms_mm > by_length.rms_mm);
+    }
+}

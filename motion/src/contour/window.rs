@@ -1,0 +1,262 @@
+//! Where on the path to look: a window that moves along with the machine's lag.
+
+use super::pieces::{Pieces, Place};
+use crate::{MotionError, Vec3};
+
+/// Share of a foot point's lead over the time match that enters the usual lead.
+const LEAD_SHARE: f64 = 1.0 / 16.0;
+/// Expected indices this close, samples, are looked at once.
+const SAME_INDEX: f64 = 0.5;
+/// How far back a foot point may go, as a share of the distance to the expected one. Below 1, or it could run backwards for ever on a
+/// hairpin's first leg while the sample moves away on the second.
+const BACK_SHARE: f64 = 0.5;
+
+/// Largest half-width that can be set, samples.
+const MOST_SAMPLES: usize = 1_000_000;
+
+/// How far from the expected foot point the nearest place is sought.
+///
+/// Paper C's adaptive window, `n = |P_d P_a| / |P_a P_{a−1}|` samples either side, keeps away from a hairpin's other branch, but
+/// around the time-matched sample it has to be as wide as the tracking error. Here it lies around the *expected* foot point, the
+/// last one moved on by the time that has passed, and around the place that keeps the usual lag, so that it is only as wide as
+/// the contour error; only the first sample is sought around its time match. Foot points move forward, but for noise. Where a foot
+/// point was lost its distance, and with it the window, grows until the path is found again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Half-width along `to` in multiples of the noise and the distance between the sample and the expected foot point.
+    pub margin: f64,
+    /// Smallest half-width in samples of `to`.
+    pub min_samples: usize,
+    /// Largest half-width in samples of `to`, and the largest lag or lead that is followed.
+    pub max_samples: usize,
+    /// How far noise may carry a path to and fro, mm.
+    pub noise_mm: f64,
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        Self { margin: 3.0, min_samples: 1, max_samples: 256, noise_mm: 0.002 }
+    }
+}
+
+impl Window {
+    pub(super) fn check(&self) -> Result<(), MotionError> {
+        for (name, value) in [("the window's margin", self.margin), ("the window's noise, mm,", self.noise_mm)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" });
+            }
+        }
+        if self.max_samples < self.min_samples.max(1) || self.max_samples > MOST_SAMPLES {
+            return Err(MotionError::BadSetting {
+                name: "the window's largest half-width, samples,",
+                value: self.max_samples as f64,
+                remedy: "it must be at least 1, at least the smallest, and at most a million",
+            });
+        }
+        Ok(())
+    }
+
+    /// Samples either side of a time match that the search can reach: the expected foot point may be a window away, and it looks a window
+    /// further.
+    pub(super) fn span(&self) -> usize {
+        2 * self.max_samples + 2
+    }
+
+    /// Foot point of `p` on `road` where it is `due`.
+    #[inline]
+    pub(super) fn nearest(&self, road: &impl Road, due: &Due, p: &Vec3) -> Place {
+        let pieces = road.pieces();
+        let mut look = self.around(road, due.moved_on, p);
+        if (due.usual - due.moved_on).abs() > SAME_INDEX {
+            let other = self.around_too(road, due.usual, p);
+            let nearer = if other.squared < look.squared { &other } else { &look };
+            look = Look { from: look.from.min(other.from), to: look.to.max(other.to), ..*nearer };
+        }
+        let (back, _) = road.place(due.back - self.min_samples as f64);
+        if back > look.from {
+            let slack_mm = self.noise_mm + BACK_SHARE * look.squared.sqrt();
+            look.from = walk_back(pieces, back, look.from, pieces.arc(back) - slack_mm);
+            look.to = look.to.max(look.from + 1);
+            if look.seed.0 < look.from {
+                look.seed = (look.from, 0.0);
+            }
+        }
+        pieces.nearest(look.from, look.to, look.seed, p)
+    }
+
+    /// As [`Self::around`], away from the straight way through.
+    #[cold]
+    fn around_too(&self, road: &impl Road, index: f64, p: &Vec3) -> Look {
+        self.around(road, index, p)
+    }
+
+    /// What to look at around a sample index.
+    #[inline(always)]
+    fn around(&self, road: &impl Road, index: f64, p: &Vec3) -> Look {
+        let pieces = road.pieces();
+        let seed = road.place(index);
+        let squared = (pieces.cubic(seed.0).point(seed.1) - p).norm_squared();
+        let here = pieces.arc_on(seed.0, seed.1);
+        let mut from = road.before(index, seed.0, self.min_samples);
+        let mut to = road.after(index, seed.0, self.min_samples) + 1;
+        let least = (here - pieces.arc(from)).min(pieces.arc(to) - here);
+        // `(a + b)² ≤ 2a² + 2b²` settles most cases without a root.
+        if least * least < 2.0 * self.margin * self.margin * (squared + self.noise_mm * self.noise_mm) {
+            let reach_mm = self.margin * (self.noise_mm + squared.sqrt());
+            from = walk_back(pieces, from, road.before(index, seed.0, self.max_samples), here - reach_mm);
+            let limit = road.after(index, seed.0, self.max_samples) + 1;
+            while to < limit && pieces.arc(to) - here < reach_mm {
+                to += 1;
+            }
+        }
+        Look { from, to, seed, squared }
+    }
+}
+
+/// A stretch to look at.
+#[derive(Debug, Clone, Copy)]
+struct Look {
+    /// First piece.
+    from: usize,
+    /// One past the last piece.
+    to: usize,
+    /// The expected place: piece and parameter.
+    seed: (usize, f64),
+    /// Squared distance of the sample from it, mm².
+    squared: f64,
+}
+
+/// Pieces and how they are passed in time.
+pub(super) trait Road {
+    fn pieces(&self) -> &Pieces;
+    /// Piece and parameter at a sample index, which is brought into range.
+    fn place(&self, index: f64) -> (usize, f64);
+    /// Piece this many samples before a sample index, which lies on `piece`.
+    fn before(&self, index: f64, piece: usize, samples: usize) -> usize;
+    /// Piece this many samples after it.
+    fn after(&self, index: f64, piece: usize, samples: usize) -> usize;
+}
+
+/// One piece a sample.
+impl Road for Pieces {
+    #[inline]
+    fn pieces(&self) -> &Pieces {
+        self
+    }
+
+    #[inline]
+    fn place(&self, index: f64) -> (usize, f64) {
+        self.split(index)
+    }
+
+    #[inline]
+    fn before(&self, _: f64, piece: usize, samples: usize) -> usize {
+        piece.saturating_sub(samples).max(self.first())
+    }
+
+    #[inline]
+    fn after(&self, _: f64, piece: usize, samples: usize) -> usize {
+        (piece + samples).min(self.end() - 1)
+    }
+}
+
+/// Whether the path has gone nowhere, but for noise, between a place and the one expected: then the passing of time says better how far it has
+/// come than the nearest of a resting axis's jittering samples.
+#[cold]
+fn is_resting(pieces: &Pieces, place: &Place, expected: f64, noise_mm: f64) -> bool {
+    let (piece, t) = pieces.split(expected);
+    let there = pieces.cubic(piece).point(t);
+    (pieces.cubic(place.piece).point(place.t) - there).norm() <= noise_mm
+}
+
+/// The last piece from `piece` down to `limit` that starts before `arc_mm`, or `limit`.
+fn walk_back(pieces: &Pieces, mut piece: usize, limit: usize, arc_mm: f64) -> usize {
+    while piece > limit && pieces.arc(piece) > arc_mm {
+        piece -= 1;
+    }
+    piece
+}
+
+/// Where the next foot point is due, as indices in samples of `to`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Due {
+    /// The last foot point, moved on by the time that has passed.
+    pub moved_on: f64,
+    /// The time match, moved by the usual lead.
+    usual: f64,
+    /// Paths go forward: no foot point is sought before this, but for noise.
+    back: f64,
+}
+
+/// Keeps the lead of the foot points over the time match.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Follower {
+    track: Option<Track>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Track {
+    /// Index of the last foot point.
+    last: f64,
+    /// How far it lies from the one before.
+    step: f64,
+    /// Largest index of a foot point so far.
+    furthest: f64,
+    /// Usual lead over the time match: a moving average.
+    lead: f64,
+}
+
+impl Follower {
+    pub fn reset(&mut self) {
+        self.track = None;
+    }
+
+    /// Where the foot point of a sample is due that matches the index `matched` in time, `rate` samples of `to` after the one before.
+    #[inline]
+    pub fn due(&self, window: &Window, matched: f64, rate: f64) -> Due {
+        let most = window.max_samples as f64;
+        let near = |index: f64| index.clamp(matched - most, matched + most);
+        match self.track {
+            None => Due { moved_on: matched, usual: matched, back: matched - most },
+            Some(track) => {
+                let usual = near(matched + track.lead);
+                Due {
+                    moved_on: near(track.last + track.step.clamp(0.5 * rate, 1.5 * rate)),
+                    usual,
+                    // A foot point that once jumped ahead, to a spike in the log, must not hold back those after it.
+                    back: usual.min(track.furthest),
+                }
+            }
+        }
+    }
+
+    /// Takes note of the foot point found.
+    #[inline]
+    pub fn found(&mut self, matched: f64, index: f64) {
+        let now = index - matched;
+        self.track = Some(match self.track {
+            None => Track { last: index, step: 1.0, furthest: index, lead: now },
+            Some(track) => Track {
+                last: index,
+                step: index - track.last,
+                furthest: track.furthest.max(index),
+                lead: track.lead + LEAD_SHARE * (now - track.lead),
+            },
+        });
+    }
+
+    /// Foot point of `p` on a sampled path, whose positions count samples.
+    #[inline]
+    pub fn step(&mut self, pieces: &Pieces, window: &Window, matched: f64, rate: f64, p: &Vec3) -> Place {
+        let due = self.due(window, matched, rate);
+        let place = window.nearest(pieces, &due, p);
+        let index = place.position();
+        if (index - due.moved_on).abs() > SAME_INDEX && is_resting(pieces, &place, due.moved_on, window.noise_mm) {
+            let on = self.track.map_or(index, |track| track.last + rate);
+            self.found(matched, on);
+        } else {
+            self.found(matched, index);
+        }
+        place
+    }
+}

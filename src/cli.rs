@@ -1,0 +1,128 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::commands;
+use crate::output::Refusal;
+use crate::pipeline::Carrier;
+
+/// Learns how a CNC machine's axes lag, stick and snap back, and shifts a part program's points the other way before its first run.
+#[derive(Debug, Parser)]
+#[command(name = "precomp", version, max_term_width = 120, propagate_version = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(commands::demo::Demo),
+    Excite(commands::excite::Excite),
+    Simulate(commands::simulate::Simulate),
+    Train(commands::train::Train),
+    Predict(commands::predict::Predict),
+    Compensate(commands::compensate::Compensate),
+    Measure(commands::measure::Measure),
+    Compare(commands::compare::Compare),
+    Reproduce(commands::reproduce::Reproduce),
+}
+
+/// Options that every command has.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Write the figures as JSON to this file; `-` writes them to standard output
+    #[arg(long, value_name = "PATH", global = true)]
+    pub json: Option<PathBuf>,
+    /// Seed of everything random; the same seed, input and version give the same output
+    #[arg(long, default_value_t = 1, global = true)]
+    pub seed: u64,
+}
+
+/// What the machine is.
+#[derive(Debug, Clone, Args)]
+pub struct MachineArgs {
+    /// Machine description: a TOML file, or a built-in one (ballscrew, maxwell, worn)
+    #[arg(long, value_name = "TOML", default_value = "ballscrew")]
+    pub machine: String,
+}
+
+/// How a part program is read and planned.
+#[derive(Debug, Clone, Args)]
+pub struct ProgramArgs {
+    /// Control that the program is written for; found from the program when left out
+    #[arg(long, value_enum)]
+    pub dialect: Option<DialectName>,
+    /// Machine minus program coordinates, mm: where the part lies on the machine
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_offset, default_value = "0,0,0", allow_hyphen_values = true)]
+    pub work_offset: [f64; 3],
+    /// How far the control may round corners off, mm; 0 plans a stop at every corner
+    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    pub corner_tolerance: f64,
+    /// Feed of built-in test curves (`curve:crown`), mm/s
+    #[arg(long, value_name = "MM/S", default_value_t = 80.0)]
+    pub feed: f64,
+}
+
+/// A dialect of G-code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DialectName {
+    /// Fanuc and what follows it
+    Fanuc,
+    /// LinuxCNC 2.9
+    Linuxcnc,
+}
+
+/// How a compensated program is written.
+#[derive(Debug, Clone, Args)]
+pub struct CarrierArgs {
+    /// How points carry their time; the machine's controller profile decides when left out
+    #[arg(long, value_enum)]
+    pub carrier: Option<Carrier>,
+    /// Decimals of coordinates in mm (one more in inch programs)
+    #[arg(long)]
+    pub decimals: Option<usize>,
+    /// Least time between points within one move, ms
+    #[arg(long, value_name = "MS")]
+    pub spacing: Option<f64>,
+}
+
+fn parse_offset(text: &str) -> Result<[f64; 3], String> {
+    let values: Vec<f64> =
+        text.split(',').map(|part| part.trim().parse::<f64>().map_err(|error| format!("`{part}`: {error}"))).collect::<Result<_, _>>()?;
+    values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())
+}
+
+/// Runs the command line of this process and returns its exit status: 0 done, 1 refused, 2 error in use.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let code = if error.use_stderr() { 2 } else { 0 };
+            // Nothing is left to tell if even this cannot be printed.
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let result = match &cli.command {
+        Command::Demo(command) => command.run(),
+        Command::Excite(command) => command.run(),
+        Command::Simulate(command) => command.run(),
+        Command::Train(command) => command.run(),
+        Command::Predict(command) => command.run(),
+        Command::Compensate(command) => command.run(),
+        Command::Measure(command) => command.run(),
+        Command::Compare(command) => command.run(),
+        Command::Reproduce(command) => command.run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(if error.is::<crate::output::Usage>() { 2 } else { Refusal::CODE })
+        }
+    }
+}

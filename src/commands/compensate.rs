@@ -1,0 +1,197 @@
+//! `precomp compensate`: the main job.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use datasets::write_reference;
+use gcode::edit;
+use machine::MachineSpec;
+use serde_json::json;
+
+use crate::cli::{CarrierArgs, Common, ProgramArgs};
+use crate::input::{self, Frame, Input};
+use crate::learning::{self, LawName, Outcome, Settings};
+use crate::output::{Printer, Refusal, check_not_input, um, write_file, write_json};
+use crate::pipeline::{Carrier, Part, RefitSettings, refit, verify};
+use crate::report::{PathReport, Series, write_report};
+use crate::evaluate;
+
+/// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
+///
+/// Only points of feed moves change. The output is read again and compared with what was meant before it is written.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  precomp compensate part.nc -m mill.model -o compensated.nc --report forecast.html
+  precomp compensate reference.csv -m mill.model -o compensated.csv")]
+pub struct Compensate {
+    /// Part program or reference (.csv, .parquet)
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Model of the machine, from `precomp train`
+    #[arg(short, long, value_name = "MODEL")]
+    model: PathBuf,
+    /// The file to write, of the same kind as INPUT
+    #[arg(short, long, value_name = "OUT")]
+    out: PathBuf,
+    #[command(flatten)]
+    program: ProgramArgs,
+    #[command(flatten)]
+    carrier: CarrierArgs,
+    /// How the reference is learned on the model
+    #[arg(long, value_enum, default_value_t = LawName::Virtual)]
+    law: LawName,
+    /// Updates on the model
+    #[arg(long, default_value_t = 4)]
+    iterations: usize,
+    /// Largest shift of an axis, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    max_shift: f64,
+    /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
+    #[arg(long, value_name = "TOML")]
+    machine: Option<String>,
+    /// Write the forecast before and after as a page
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
+}
+
+impl Compensate {
+    pub fn run(&self) -> Result<()> {
+        check_not_input(&self.input, &self.out)?;
+        let bundle = input::model(&self.model)?;
+        let spec = match &self.machine {
+            Some(machine) => input::machine(machine)?,
+            None => input::machine_of(&bundle)?,
+        };
+        let frame = Frame::of(&spec);
+        let path = Input::read(&self.input, &frame, &self.program)?;
+        let same_kind = path.part.is_some() != input::is_reference(&self.out);
+        if !same_kind {
+            return Err(crate::output::Usage("INPUT and OUT must both be part programs or both be references".into()).into());
+        }
+        let settings = Settings { law: self.law, iterations: self.iterations, max_shift: self.max_shift, ..Settings::default() };
+        let outcome = learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?;
+        let printer = Printer::new(self.common.json.as_deref());
+        if bundle.manifest.limits_from_log {
+            printer.line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
+        }
+        self.say(&printer, &path, &outcome);
+        let written = match &path.part {
+            Some(part) => self.write_program(part, &outcome, &spec)?,
+            None => {
+                write_reference(&self.out, &outcome.reference)?;
+                Written { largest_shift_mm: largest_shift(&path, &outcome), carrier: None }
+            }
+        };
+        printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
+        if let Some(report) = &self.report {
+            write_report(report, &format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
+            printer.line(format!("report in {}", report.display()));
+        }
+        write_json(
+            self.common.json.as_deref(),
+            &json!({
+                "changed": outcome.gained,
+                "law": self.law,
+                "updates": outcome.updates,
+                "largest_shift_um": written.largest_shift_mm * 1e3,
+                "predicted_contour_um": {
+                    "before": evaluate::contour_json(&outcome.before),
+                    "after": evaluate::contour_json(&outcome.after),
+                },
+                "carrier": written.carrier,
+                "warnings": warnings(path.part.as_ref(), &outcome),
+            }),
+        )
+    }
+
+    fn say(&self, printer: &Printer, path: &Input, outcome: &Outcome) {
+        for warning in path.part.iter().flat_map(|part| &part.toolpath.warnings) {
+            if let Some(part) = &path.part {
+                printer.line(warning.render(&part.program, &part.name));
+            }
+        }
+        for warning in warnings(path.part.as_ref(), outcome) {
+            printer.line(format!("warning: {warning}"));
+        }
+        printer.line(format!(
+            "predicted contour error: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model)",
+            um(outcome.before.rms_mm),
+            um(outcome.after.rms_mm),
+            um(outcome.before.max_mm),
+            um(outcome.after.max_mm),
+            outcome.updates
+        ));
+        if !outcome.gained {
+            printer.line("the model predicts no gain worth having: the input is returned unchanged");
+        }
+    }
+
+    fn write_program(&self, part: &Part, outcome: &Outcome, spec: &MachineSpec) -> Result<Written> {
+        let profile = spec.controller;
+        let carrier = self.carrier.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
+            Some(machine::Carrier::G94) => Carrier::G94,
+            _ => Carrier::G93,
+        });
+        let settings = RefitSettings {
+            carrier,
+            decimals: self.carrier.decimals.unwrap_or(profile.map_or(6, |profile| usize::from(profile.decimals))),
+            spacing_s: self.carrier.spacing.unwrap_or(profile.map_or(4.0, |profile| profile.point_spacing_ms)) * 1e-3,
+            chord_tolerance_mm: CHORD_TOLERANCE_MM,
+        };
+        if !(settings.spacing_s.is_finite() && settings.spacing_s > 0.0) || settings.decimals > 12 {
+            return Err(crate::output::Usage("--spacing must be positive and --decimals at most 12".into()).into());
+        }
+        let refitted = refit(part, &outcome.reference, &settings)?;
+        let bytes = edit(&part.program, &refitted.edits)?;
+        verify(part, &refitted, bytes.clone(), &part.options, self.max_shift)
+            .map_err(|error| Refusal(format!("the compensated program did not pass its check and was not written: {error:#}")))?;
+        write_file(&self.out, &bytes).context("the compensated program")?;
+        Ok(Written { largest_shift_mm: refitted.largest_shift_mm, carrier: outcome.gained.then_some(carrier) })
+    }
+}
+
+/// Largest distance of a written line from the corrected curve between its ends, mm.
+const CHORD_TOLERANCE_MM: f64 = 2e-4;
+
+struct Written {
+    largest_shift_mm: f64,
+    carrier: Option<Carrier>,
+}
+
+fn largest_shift(path: &Input, outcome: &Outcome) -> f64 {
+    let columns = path.desired.trajectory().columns().iter().zip(outcome.reference.columns());
+    columns.flat_map(|(d, r)| d.iter().zip(r).map(|(d, r)| (r - d).abs())).fold(0.0, f64::max)
+}
+
+/// Where the model is out of its depth, with lines where there is a program.
+fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
+    let period = outcome.reference.period_s();
+    outcome
+        .outside
+        .iter()
+        .map(|range| {
+            let line = |k: usize| part.and_then(|part| part.line_at(k));
+            let place = match (line(range.first), line(range.last)) {
+                (Some(first), Some(last)) if first == last => format!("line {first}"),
+                (Some(first), Some(last)) => format!("lines {first} to {last}"),
+                _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
+            };
+            format!(
+                "{place}: {} of axis {} lies outside what the model was trained on ({} samples); the correction fades there",
+                range.reason, range.axis, range.samples
+            )
+        })
+        .collect()
+}
+
+fn forecast(path: &Input, bundle: &models::Bundle, outcome: &Outcome) -> Result<PathReport> {
+    use machine::Machine;
+    let before = bundle.machine()?.run(path.desired.trajectory())?;
+    let series = vec![
+        Series::of("uncompensated (forecast)", &path.desired, &before)?,
+        Series::of("compensated (forecast)", &path.desired, &outcome.forecast)?,
+    ];
+    Ok(PathReport::new(&path.name, &path.desired, series))
+}

@@ -1,0 +1,87 @@
+//! `precomp demo`: the whole story on the built-in simulated machine.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::Args;
+use datasets::{ExcitationPlan, Log, excite};
+use machine::Machine;
+use serde_json::json;
+
+use super::compare::{UNSEEN, report_of};
+use crate::cli::{Common, MachineArgs};
+use crate::comparison::{self, CompareSettings};
+use crate::input::{self, Frame, Input};
+use crate::output::{Printer, write_file, write_json};
+use crate::report::write_report;
+use crate::training_run::{self, PredictorName, TrainSettings};
+
+/// The whole story on a simulated machine: excite, train, compensate unseen curves, compare with learning on the machine
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  precomp demo --out demo")]
+pub struct Demo {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// Folder for the model, the report and the figures
+    #[arg(long, value_name = "DIR", default_value = "precomp-demo")]
+    out: PathBuf,
+    /// How the axes are predicted
+    #[arg(long, value_enum, default_value_t = PredictorName::Staged)]
+    predictor: PredictorName,
+    /// Seconds of excitation
+    #[arg(long, default_value_t = 60.0)]
+    seconds: f64,
+    /// Noise seeds over which figures are averaged
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: u64,
+}
+
+/// The excitation keeps within ± this range, mm.
+const TRAVEL_MM: f64 = 60.0;
+
+impl Demo {
+    pub fn run(&self) -> Result<()> {
+        let printer = Printer::new(self.common.json.as_deref());
+        let started = Instant::now();
+        let spec = input::machine(&self.machine.machine)?;
+        let frame = Frame::of(&spec);
+        let plan = ExcitationPlan::of_seconds(self.seconds);
+        let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &vec![(-TRAVEL_MM, TRAVEL_MM); spec.axes.len()], frame.period_s, self.common.seed)?;
+        let mut machine = input::simulated(&spec, self.common.seed)?;
+        let logs: Vec<Log> = runs
+            .into_iter()
+            .map(|(name, reference)| {
+                let actual = machine.run(&reference)?;
+                Ok(Log::new(name, reference, actual)?)
+            })
+            .collect::<Result<_>>()?;
+        let samples: usize = logs.iter().map(Log::len).sum();
+        printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", spec.name, logs.len()));
+        let settings = TrainSettings { predictor: self.predictor, seed: self.common.seed, ..TrainSettings::default() };
+        let trained = training_run::train(&logs, Some(&spec), &settings)?;
+        printer.line(format!("2. trained in {:.1} s", trained.seconds));
+        printer.line(trained.table());
+        let model = self.out.join("machine.model");
+        write_file(&model, &trained.bundle.to_bytes()?)?;
+        printer.line(format!("3. compensated {} curves that training never saw, and ran them", UNSEEN.len()));
+        let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
+        let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
+        let results = comparison::compare(&paths, &spec, Some(&trained.bundle), &settings)?;
+        printer.line(comparison::render(&results, &settings));
+        let report = self.out.join("report.html");
+        write_report(&report, "precomp demo", &report_of(&results)?)?;
+        printer.line(format!(
+            "model in {}, report in {}; {:.0} s in all",
+            model.display(),
+            report.display(),
+            started.elapsed().as_secs_f64()
+        ));
+        let mut figures = comparison::json(&results, &settings);
+        figures["train"] = trained.json();
+        figures["seconds"] = json!(started.elapsed().as_secs_f64());
+        write_json(self.common.json.as_deref(), &figures)
+    }
+}

@@ -1,0 +1,100 @@
+//! `precomp excite`: motions that teach a machine's axes.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use datasets::{ExcitationPlan, excite, write_reference};
+use gcode::format_number;
+use motion::Trajectory;
+use serde_json::json;
+
+use crate::cli::{Common, MachineArgs};
+use crate::input;
+use crate::output::{Printer, Usage, write_file, write_json};
+
+/// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
+///
+/// Record commanded and actual positions of every run, one log a run, and hand the logs to `precomp train`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  precomp excite --machine mill.toml -o excitation")]
+pub struct Excite {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// Folder for the references and programs
+    #[arg(short, long, value_name = "DIR")]
+    out: PathBuf,
+    /// Seconds of motion in all
+    #[arg(long, default_value_t = 60.0)]
+    seconds: f64,
+    /// The axes keep within ± this range, mm; rotary axes in rad
+    #[arg(long, value_name = "MM", default_value_t = 60.0)]
+    travel: f64,
+    /// Time between the points of the programs, ms
+    #[arg(long, value_name = "MS", default_value_t = 4.0)]
+    spacing: f64,
+}
+
+impl Excite {
+    pub fn run(&self) -> Result<()> {
+        let spec = input::machine(&self.machine.machine)?;
+        let frame = input::Frame::of(&spec);
+        let plan = ExcitationPlan::of_seconds(self.seconds);
+        if !(self.travel.is_finite() && self.travel > 0.0) {
+            return Err(Usage(format!("--travel is {}; it must be positive", self.travel)).into());
+        }
+        let travel = vec![(-self.travel, self.travel); spec.axes.len()];
+        let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &travel, frame.period_s, self.common.seed)?;
+        let printer = Printer::new(self.common.json.as_deref());
+        let mut seconds = 0.0;
+        let mut names = Vec::new();
+        std::fs::create_dir_all(&self.out)?;
+        for (name, reference) in &runs {
+            write_reference(&self.out.join(format!("{name}.csv")), reference)?;
+            let program = program(reference, self.spacing * 1e-3)?;
+            write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
+            seconds += reference.duration_s();
+            names.push(name.clone());
+        }
+        printer.line(format!("{} runs, {seconds:.1} s, in {}", runs.len(), self.out.display()));
+        write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds }))
+    }
+}
+
+/// A reference as a program of short lines in inverse time.
+fn program(reference: &Trajectory, spacing_s: f64) -> Result<String> {
+    let stride = ((spacing_s / reference.period_s()).round() as usize).max(1);
+    let mut text = String::from("%\n(RUN FROM A CLEAR START: NO TOOL, NO PART)\nG21 G90 G17 G40 G49 G80 G64 P0.001 Q0\n");
+    let point = |k: usize| -> Result<String> {
+        let mut words = String::new();
+        for (axis, value) in reference.axes().iter().zip(reference.at(k)) {
+            let shown = if axis.kind == motion::AxisKind::Rotary { value.to_degrees() } else { value };
+            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(shown, 6)?)?;
+        }
+        Ok(words)
+    };
+    let last = reference.len().saturating_sub(1);
+    writeln!(text, "G0{}", point(0)?)?;
+    writeln!(text, "G4 P0.5")?;
+    let mut waited = 0;
+    let mut from = 0;
+    text.push_str("G93\n");
+    for k in (stride..last).step_by(stride).chain([last]) {
+        let moved = reference.columns().iter().any(|column| (column[k] - column[from]).abs() > 1e-6);
+        if moved {
+            if waited > 0 {
+                writeln!(text, "G4 P{}", format_number(waited as f64 * reference.period_s(), 4)?)?;
+                waited = 0;
+            }
+            writeln!(text, "G1{} F{}", point(k)?, format_number(60.0 / ((k - from) as f64 * reference.period_s()), 4)?)?;
+        } else {
+            waited += k - from;
+        }
+        from = k;
+    }
+    text.push_str("G94\nM2\n%\n");
+    Ok(text)
+}

@@ -1,0 +1,11 @@
+//! The commands, a file each.
+
+pub mod compare;
+pub mod compensate;
+pub mod demo;
+pub mod excite;
+pub mod measure;
+pub mod predict;
+pub mod reproduce;
+pub mod simulate;
+pub mod train;

@@ -1,0 +1,74 @@
+//! `precomp predict`: what the model expects of a path.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use datasets::{Log, write_log};
+use machine::Machine;
+use serde_json::json;
+
+use crate::cli::{Common, ProgramArgs};
+use crate::output::{Printer, check_not_input, table, um, write_json};
+use crate::{evaluate, input};
+
+/// Forecast the tracking and contour error of a path
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  precomp predict part.nc -m mill.model")]
+pub struct Predict {
+    /// Part program, reference (.csv, .parquet) or test curve (`curve:NAME`)
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Model of the machine, from `precomp train`
+    #[arg(short, long, value_name = "MODEL")]
+    model: PathBuf,
+    #[command(flatten)]
+    program: ProgramArgs,
+    /// Write the forecast as a log: `x_act` is the predicted actual position
+    #[arg(short, long, value_name = "LOG")]
+    out: Option<PathBuf>,
+}
+
+impl Predict {
+    pub fn run(&self) -> Result<()> {
+        let bundle = input::model(&self.model)?;
+        let frame = input::Frame::of(&input::machine_of(&bundle)?);
+        let path = input::Input::read(&self.input, &frame, &self.program)?;
+        let reference = path.desired.trajectory();
+        let actual = bundle.machine()?.run(reference)?;
+        let contour = evaluate::contour(&path.desired, &actual)?;
+        let errors = reference.tracking_error(&actual)?;
+        let printer = Printer::new(self.common.json.as_deref());
+        printer.line(format!(
+            "{}: {:.2} s; predicted contour error {} µm RMS, {} µm MAX",
+            path.name,
+            reference.duration_s(),
+            um(contour.rms_mm),
+            um(contour.max_mm)
+        ));
+        let rows: Vec<Vec<String>> = reference
+            .axes()
+            .iter()
+            .zip(&errors)
+            .zip(&bundle.manifest.axes)
+            .map(|((axis, error), known)| {
+                let (rms, max) = evaluate::rms_max(error);
+                vec![axis.name.clone(), um(rms), um(max), format!("±{}", um(2.0 * known.held_out.rms))]
+            })
+            .collect();
+        printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "known to µm (95 %)"], &rows));
+        if let Some(out) = &self.out {
+            check_not_input(&self.input, out)?;
+            write_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+            printer.line(format!("forecast in {}", out.display()));
+        }
+        write_json(
+            self.common.json.as_deref(),
+            &json!({
+                "contour_um": evaluate::contour_json(&contour),
+                "tracking_um": evaluate::tracking_json(reference, &actual)?,
+            }),
+        )
+    }
+}

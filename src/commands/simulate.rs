@@ -1,0 +1,96 @@
+//! `precomp simulate`: run a path on the simulated machine.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use datasets::{Log, write_log};
+use machine::{Machine, Sensor, SimulationOptions};
+use serde_json::json;
+
+use crate::cli::{Common, MachineArgs, ProgramArgs};
+use crate::output::{Printer, check_not_input, um, write_json};
+use crate::{evaluate, input};
+
+/// Run a program, reference or test curve on the simulated machine and write the log
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  precomp simulate part.nc -o part.csv
+  precomp simulate compensated.nc --against part.nc -o after.csv
+  precomp simulate curve:crown --machine maxwell -o crown.csv")]
+pub struct Simulate {
+    /// Part program, reference (.csv, .parquet) or test curve (`curve:NAME`)
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    program: ProgramArgs,
+    /// The log to write (.csv, .parquet)
+    #[arg(short, long, value_name = "LOG")]
+    out: PathBuf,
+    /// The path that the part needs, where INPUT is a compensated one: the contour error is measured against it
+    #[arg(long, value_name = "INPUT")]
+    against: Option<PathBuf>,
+    /// Where positions are measured
+    #[arg(long, value_enum, default_value_t = SensorName::Motor)]
+    sensor: SensorName,
+    /// Factor on run-to-run noise; 0 repeats every run exactly
+    #[arg(long, default_value_t = 1.0)]
+    noise: f64,
+}
+
+/// Where positions are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SensorName {
+    /// Encoder on the motor: does not see backlash and the screw's stretch
+    Motor,
+    /// Scale on the table
+    Table,
+}
+
+impl From<SensorName> for Sensor {
+    fn from(name: SensorName) -> Self {
+        match name {
+            SensorName::Motor => Self::Motor,
+            SensorName::Table => Self::Table,
+        }
+    }
+}
+
+impl Simulate {
+    pub fn run(&self) -> Result<()> {
+        check_not_input(&self.input, &self.out)?;
+        let spec = input::machine(&self.machine.machine)?;
+        let frame = input::Frame::of(&spec);
+        let path = input::Input::read(&self.input, &frame, &self.program)?;
+        let options = SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() };
+        let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
+        let reference = path.desired.trajectory();
+        let actual = machine.run(reference)?;
+        write_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+        let needed = match &self.against {
+            Some(against) => input::Input::read(against, &frame, &self.program)?.desired,
+            None => path.desired.clone(),
+        };
+        let contour = evaluate::contour(&needed, &actual)?;
+        let printer = Printer::new(self.common.json.as_deref());
+        printer.line(format!(
+            "{}: {:.2} s; contour error {} µm RMS, {} µm MAX; log in {}",
+            path.name,
+            reference.duration_s(),
+            um(contour.rms_mm),
+            um(contour.max_mm),
+            self.out.display()
+        ));
+        write_json(
+            self.common.json.as_deref(),
+            &json!({
+                "seconds": reference.duration_s(),
+                "contour_um": evaluate::contour_json(&contour),
+                "tracking_um": evaluate::tracking_json(reference, &actual)?,
+            }),
+        )
+    }
+}

@@ -1,0 +1,122 @@
+//! `precomp train`: learn a machine from its logs.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use datasets::{Log, ReadOptions, Severity, read_log};
+use models::FeatureSet;
+
+use crate::cli::Common;
+use crate::input;
+use crate::output::{Printer, Refusal, Usage, write_file, write_json};
+use crate::training_run::{self, PredictorName, TrainSettings};
+
+/// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
+///
+/// One file is one run. Whole runs are held out; the figures printed are of those.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  precomp train runs/*.csv --machine mill.toml -o mill.model
+  precomp train log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm -o x.model")]
+pub struct Train {
+    /// Logs (.csv, .parquet), one a run
+    #[arg(required = true)]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+    /// The model to write
+    #[arg(short, long, value_name = "MODEL")]
+    out: PathBuf,
+    /// Machine whose limits and kinematics go into the model: a TOML file, or a built-in one; taken from the log when left out
+    #[arg(long, value_name = "TOML")]
+    machine: Option<String>,
+    /// How the axes are predicted
+    #[arg(long, value_enum, default_value_t = PredictorName::Staged)]
+    predictor: PredictorName,
+    /// Features of the networks (Paper D, table II)
+    #[arg(long, value_enum, default_value_t = FeatureName::Iii)]
+    features: FeatureName,
+    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm`
+    #[arg(long, value_name = "MAP")]
+    columns: Option<String>,
+    /// Sampling period of logs without time stamps, ms
+    #[arg(long, value_name = "MS")]
+    period: Option<f64>,
+    /// Share of the samples that is held out, as whole runs
+    #[arg(long, default_value_t = 0.2)]
+    held_out: f64,
+    /// Folder for checkpoints of the networks; an interrupted training goes on from there
+    #[arg(long, value_name = "DIR")]
+    checkpoints: Option<PathBuf>,
+}
+
+/// Features of the networks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FeatureName {
+    /// Past velocities
+    I,
+    /// Position, velocity, acceleration
+    Ii,
+    /// Velocities around the sample, backlash flag, start flag
+    Iii,
+}
+
+impl From<FeatureName> for FeatureSet {
+    fn from(name: FeatureName) -> Self {
+        match name {
+            FeatureName::I => Self::I,
+            FeatureName::Ii => Self::Ii,
+            FeatureName::Iii => Self::Iii,
+        }
+    }
+}
+
+impl Train {
+    pub fn run(&self) -> Result<()> {
+        let printer = Printer::new(self.common.json.as_deref());
+        let spec = self.machine.as_deref().map(input::machine).transpose()?;
+        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
+        let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
+        let mut warnings = Vec::new();
+        for path in &self.logs {
+            if !path.is_file() {
+                return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
+            }
+            let (log, report) = read_log(path, &options).map_err(|error| Refusal(error.to_string()))?;
+            warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
+            logs.push(log);
+        }
+        warnings.extend(training_run::check(&logs).findings.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
+        for warning in &warnings {
+            printer.line(warning);
+        }
+        let settings = TrainSettings {
+            predictor: self.predictor,
+            features: self.features.into(),
+            held_out: self.held_out,
+            seed: self.common.seed,
+            checkpoints: self.checkpoints.clone(),
+        };
+        let trained = training_run::train(&logs, spec.as_ref(), &settings)?;
+        printer.line(trained.table());
+        for note in &trained.notes {
+            printer.line(note);
+        }
+        if spec.is_none() {
+            printer.line("note: no --machine was given; the model takes speed and acceleration limits from what the log reached");
+        }
+        for axis in &trained.bundle.manifest.axes {
+            let c = &axis.coverage;
+            printer.line(format!(
+                "coverage of {}: position {:.3} to {:.3}, speed to {:.2}, acceleration to {:.1}, {} reversals, {} starts, {:.1} s at rest",
+                axis.name, c.position.0, c.position.1, c.velocity, c.acceleration, c.reversals, c.starts, c.dwell_s
+            ));
+        }
+        write_file(&self.out, &trained.bundle.to_bytes()?)?;
+        printer.line(format!("trained in {:.1} s; model in {}", trained.seconds, self.out.display()));
+        let mut figures = trained.json();
+        figures["warnings"] = serde_json::json!(warnings);
+        write_json(self.common.json.as_deref(), &figures)
+    }
+}

@@ -1,0 +1,322 @@
+//! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
+
+use anyhow::Result;
+use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
+use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
+use models::Bundle;
+use motion::contour::{ContourEstimator, Exact, summary};
+use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use serde_json::{Map, Value, json};
+
+use crate::input::{self, Frame, Input};
+use crate::learning::{self, LawName, Settings};
+use crate::output::{table, um};
+use crate::progress::Progress;
+
+/// Settings of the comparison.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareSettings {
+    /// Fresh machines (noise seeds) over which figures are averaged.
+    pub seeds: u64,
+    /// Learning runs of every ILC.
+    pub ilc_runs: usize,
+    /// Learning gain of the spatial ILC.
+    pub ilc_gain: f64,
+    /// Cut-off of ILC's zero-phase low-pass, Hz.
+    pub ilc_low_pass_hz: f64,
+    /// How the machine is simulated.
+    pub simulation: SimulationOptions,
+    /// Virtual learning's settings.
+    pub learning: Settings,
+    /// First seed.
+    pub seed: u64,
+}
+
+impl Default for CompareSettings {
+    fn default() -> Self {
+        Self {
+            seeds: 1,
+            ilc_runs: 6,
+            ilc_gain: 0.8,
+            ilc_low_pass_hz: 100.0,
+            simulation: SimulationOptions::default(),
+            learning: Settings::default(),
+            seed: 1,
+        }
+    }
+}
+
+/// RMS and MAX of one method on one path, one entry a seed; mm.
+#[derive(Debug, Clone, Default)]
+pub struct Figures {
+    /// Root mean square over the samples of a run.
+    pub rms: Vec<f64>,
+    /// Largest.
+    pub max: Vec<f64>,
+}
+
+impl Figures {
+    fn push(&mut self, (rms, max): (f64, f64)) {
+        self.rms.push(rms);
+        self.max.push(max);
+    }
+
+    /// Mean RMS and mean MAX over the seeds.
+    #[must_use]
+    pub fn mean(&self) -> (f64, f64) {
+        (mean(&self.rms), mean(&self.max))
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn spread(values: &[f64]) -> f64 {
+    let m = mean(values);
+    (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (values.len().max(2) - 1) as f64).sqrt()
+}
+
+/// Everything measured on one path.
+#[derive(Debug)]
+pub struct PathComparison {
+    /// Name of the path.
+    pub name: String,
+    /// Method and figures, in the order of the table.
+    pub methods: Vec<(&'static str, Figures)>,
+    /// RMS of every ILC run, mean over the seeds; the first run is uncompensated.
+    pub ilc_rms: Vec<f64>,
+    /// The path.
+    pub desired: DesiredPath,
+    /// Runs of the first seed, for pictures: name and actual positions.
+    pub runs: Vec<(&'static str, Trajectory)>,
+}
+
+/// Names of the methods in tables and JSON.
+pub mod method {
+    /// The desired path as reference.
+    pub const UNCOMPENSATED: &str = "uncompensated";
+    /// Paper D's law on the model's prediction.
+    pub const ONE_SHOT: &str = "one-shot";
+    /// Virtual learning on the model, then one run.
+    pub const FIRST_RUN: &str = "first-run";
+    /// Spatial ILC on the machine, after its learning runs.
+    pub const SPATIAL_ILC: &str = "spatial-ilc";
+    /// Spatial ILC with gain 1/j.
+    pub const DECREASING_ILC: &str = "spatial-ilc-decreasing";
+    /// Every axis's tracking error learned in time.
+    pub const TRACKING_ILC: &str = "tracking-ilc";
+    /// A run around the mean of runs: what no method can beat.
+    pub const FLOOR: &str = "floor";
+}
+
+/// Measures every method on `paths`, run on `spec`'s simulated machine; with a model also the methods that need one.
+///
+/// # Errors
+/// When a path does not fit machine or model.
+pub fn compare(
+    paths: &[Input],
+    spec: &MachineSpec,
+    bundle: Option<&Bundle>,
+    settings: &CompareSettings,
+) -> Result<Vec<PathComparison>> {
+    let limits = Frame::of(spec).limits;
+    let mut progress = Progress::new("comparing", paths.len() as u64 * settings.seeds);
+    let mut results = Vec::with_capacity(paths.len());
+    for path in paths {
+        let desired = &path.desired;
+        let mut references: Vec<(&'static str, Trajectory)> = vec![(method::UNCOMPENSATED, desired.trajectory().clone())];
+        if let Some(bundle) = bundle {
+            let learned = |law: LawName| -> Result<Trajectory> {
+                let settings = Settings { law, ..settings.learning };
+                Ok(learning::compensate_with(bundle, &limits, desired, path.part.as_ref(), &settings)?.reference)
+            };
+            references.push((method::ONE_SHOT, learned(LawName::OneShot)?));
+            references.push((method::FIRST_RUN, learned(LawName::Virtual)?));
+        }
+        let mut result = PathComparison {
+            name: path.name.clone(),
+            methods: Vec::new(),
+            ilc_rms: vec![0.0; settings.ilc_runs + 1],
+            desired: desired.clone(),
+            runs: Vec::new(),
+        };
+        for seed in 0..settings.seeds {
+            let mut machine = input::simulated(spec, settings.seed.wrapping_add(1000 * (seed + 1)))?.with_options(settings.simulation)?;
+            for (name, reference) in &references {
+                let actual = machine.run(reference)?;
+                result.push(name, figures(desired, &actual)?);
+                if seed == 0 && *name != method::ONE_SHOT {
+                    result.runs.push((name, actual));
+                }
+            }
+            for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s())? {
+                let rounds = run_ilc(&mut machine, law.as_mut(), desired, settings)?;
+                if let Some(last) = rounds.last() {
+                    result.push(name, figures(desired, last)?);
+                    if name == method::SPATIAL_ILC {
+                        for (sum, actual) in result.ilc_rms.iter_mut().zip(&rounds) {
+                            *sum += figures(desired, actual)?.0 / settings.seeds as f64;
+                        }
+                        if seed == 0 {
+                            result.runs.push((name, last.clone()));
+                        }
+                    }
+                }
+            }
+            result.push(method::FLOOR, floor(&mut machine, desired)?);
+            progress.step(&path.name);
+        }
+        results.push(result);
+    }
+    Ok(results)
+}
+
+impl PathComparison {
+    fn push(&mut self, name: &'static str, figures: (f64, f64)) {
+        match self.methods.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, all)) => all.push(figures),
+            None => {
+                let mut all = Figures::default();
+                all.push(figures);
+                self.methods.push((name, all));
+            }
+        }
+    }
+
+    /// Figures of a method, where it was measured.
+    #[must_use]
+    pub fn of(&self, name: &str) -> Option<&Figures> {
+        self.methods.iter().find(|(known, _)| *known == name).map(|(_, figures)| figures)
+    }
+
+    /// `(first − floor)/(ILC − floor)` of the RMS: below 1 the first run beats converged spatial ILC.
+    #[must_use]
+    pub fn gap(&self) -> Option<f64> {
+        let rms = |name| self.of(name).map(|figures| figures.mean().0);
+        let floor = rms(method::FLOOR)?;
+        Some((rms(method::FIRST_RUN)? - floor) / (rms(method::SPATIAL_ILC)? - floor))
+    }
+}
+
+fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
+    let figures = crate::evaluate::contour(desired, actual)?;
+    Ok((figures.rms_mm, figures.max_mm))
+}
+
+type NamedLaw = (&'static str, Box<dyn CompensationLaw>);
+
+fn ilc_laws(settings: &CompareSettings, period_s: f64) -> Result<Vec<NamedLaw>> {
+    let low_pass = LowPass::new(settings.ilc_low_pass_hz, period_s)?;
+    let constant = Gain::Constant(settings.ilc_gain);
+    Ok(vec![
+        (method::SPATIAL_ILC, Box::new(SpatialIlc::new(constant, low_pass)?)),
+        (method::DECREASING_ILC, Box::new(SpatialIlc::new(Gain::Decreasing, low_pass)?)),
+        (method::TRACKING_ILC, Box::new(TrackingIlc::new(constant, low_pass))),
+    ])
+}
+
+/// Actual positions of every run, the uncompensated one first.
+fn run_ilc(
+    machine: &mut SimulatedMachine,
+    law: &mut dyn CompensationLaw,
+    desired: &DesiredPath,
+    settings: &CompareSettings,
+) -> Result<Vec<Trajectory>> {
+    // Never stops early: the last run counts, whatever the noise of the one before.
+    let stop = StopRule { updates: settings.ilc_runs, stall: f64::NEG_INFINITY };
+    let learned = learn(machine, law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+    Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
+}
+
+/// Runs from which the mean path is taken.
+const FLOOR_RUNS: usize = 8;
+
+/// Contour distance of a run from the mean of runs: RMS and MAX, each the mean over the runs.
+fn floor(machine: &mut SimulatedMachine, desired: &DesiredPath) -> Result<(f64, f64)> {
+    let reference = desired.trajectory();
+    let runs: Vec<Trajectory> = (0..FLOOR_RUNS).map(|_| machine.run(reference)).collect::<Result<_, _>>()?;
+    let mean = |axis: usize| -> Vec<f64> {
+        (0..reference.len()).map(|k| runs.iter().map(|run| run.columns()[axis][k]).sum::<f64>() / FLOOR_RUNS as f64).collect()
+    };
+    let mean = reference.with_columns((0..reference.axes().len()).map(mean).collect())?;
+    let tips = |run: &Trajectory| -> Result<Vec<Vec3>> {
+        Ok(poses_of(run, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect())
+    };
+    let path = tips(&mean)?;
+    let (mut rms, mut max) = (0.0, 0.0);
+    for run in &runs {
+        let figures = summary(&Exact::default().estimate(&tips(run)?, &path)?);
+        // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
+        let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
+        rms += figures.map_or(0.0, |f| f.rms_mm) * unbias / FLOOR_RUNS as f64;
+        max += figures.map_or(0.0, |f| f.max_mm) * unbias / FLOOR_RUNS as f64;
+    }
+    Ok((rms, max))
+}
+
+/// The table: a row a method, RMS and MAX in µm for every path and their mean.
+#[must_use]
+pub fn render(results: &[PathComparison], settings: &CompareSettings) -> String {
+    let Some(first) = results.first() else { return String::new() };
+    let mut header = vec!["RMS / MAX, µm".to_owned()];
+    header.extend(results.iter().map(|result| result.name.clone()));
+    header.push("mean".to_owned());
+    let cell = |(rms, max): (f64, f64)| format!("{} / {}", um(rms), um(max));
+    let rows: Vec<Vec<String>> = first
+        .methods
+        .iter()
+        .map(|(name, _)| {
+            let all: Vec<(f64, f64)> = results.iter().filter_map(|result| Some(result.of(name)?.mean())).collect();
+            let count = all.len().max(1) as f64;
+            let mean = all.iter().fold((0.0, 0.0), |sum, f| (sum.0 + f.0 / count, sum.1 + f.1 / count));
+            std::iter::once((*name).to_owned()).chain(all.iter().map(|f| cell(*f))).chain([cell(mean)]).collect()
+        })
+        .collect();
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let mut text = table(&header, &rows);
+    text.push_str(&format!(
+        "\nILC: gain {}, zero-phase low-pass {} Hz, {} learning runs on the machine (decreasing: gain 1, 1/2, 1/3 …); {} noise seed(s)",
+        settings.ilc_gain, settings.ilc_low_pass_hz, settings.ilc_runs, settings.seeds
+    ));
+    let gaps: Vec<f64> = results.iter().filter_map(PathComparison::gap).collect();
+    if !gaps.is_empty() {
+        text.push_str(&format!("\ngap (first run − floor)/(spatial ILC − floor): {:.2} on the mean of the paths", mean(&gaps)));
+    }
+    text
+}
+
+/// The figures as JSON, by path and method.
+#[must_use]
+pub fn json(results: &[PathComparison], settings: &CompareSettings) -> Value {
+    let paths: Vec<Value> = results
+        .iter()
+        .map(|result| {
+            let methods: Map<String, Value> = result
+                .methods
+                .iter()
+                .map(|(name, figures)| {
+                    let (rms, max) = figures.mean();
+                    let mut entry = json!({
+                        "rms_um": rms * 1e3,
+                        "max_um": max * 1e3,
+                        "rms_spread_um": spread(&figures.rms) * 1e3,
+                        "max_spread_um": spread(&figures.max) * 1e3,
+                    });
+                    if name.contains("ilc") {
+                        entry["runs"] = json!(settings.ilc_runs);
+                    }
+                    ((*name).to_owned(), entry)
+                })
+                .collect();
+            let by_run: Vec<f64> = result.ilc_rms.iter().map(|rms| rms * 1e3).collect();
+            json!({ "name": result.name, "methods": methods, "gap": result.gap(), "spatial_ilc_rms_by_run_um": by_run })
+        })
+        .collect();
+    json!({
+        "seeds": settings.seeds,
+        "ilc": { "gain": settings.ilc_gain, "low_pass_hz": settings.ilc_low_pass_hz, "runs": settings.ilc_runs },
+        "paths": paths,
+    })
+}

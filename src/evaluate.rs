@@ -1,0 +1,63 @@
+//! Figures of a run.
+
+use anyhow::Result;
+use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, summary};
+use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use serde_json::{Value, json};
+
+/// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
+/// the analytic curve where one is known.
+///
+/// # Errors
+/// When the two do not match.
+pub fn contour_errors(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<ContourError>> {
+    let tips: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+    let mut estimator: Box<dyn ContourEstimator> = match desired.curve() {
+        Some(curve) => Box::new(ExactOnCurve::new(curve.clone())),
+        None => Box::new(Exact::default()),
+    };
+    Ok(estimator.estimate(&tips, &desired.tips())?)
+}
+
+/// RMS, MAX and 95th percentile of the contour error over the samples of a run, mm.
+///
+/// # Errors
+/// As [`contour_errors`].
+pub fn contour(desired: &DesiredPath, actual: &Trajectory) -> Result<ContourSummary> {
+    let errors = contour_errors(desired, actual)?;
+    summary(&errors).ok_or_else(|| anyhow::anyhow!("the path has no samples"))
+}
+
+/// Root mean square and largest magnitude; zeros of nothing.
+#[must_use]
+pub fn rms_max(values: &[f64]) -> (f64, f64) {
+    let squares: f64 = values.iter().map(|v| v * v).sum();
+    ((squares / values.len().max(1) as f64).sqrt(), values.iter().fold(0.0, |top, v| top.max(v.abs())))
+}
+
+/// The JSON figures of a contour error: `{"rms":…,"max":…,"p95":…}`, µm.
+#[must_use]
+pub fn contour_json(figures: &ContourSummary) -> Value {
+    json!({ "rms": figures.rms_mm * 1e3, "max": figures.max_mm * 1e3, "p95": figures.p95_mm * 1e3 })
+}
+
+/// The JSON figures of tracking errors, by axis: µm for linear axes, µrad for rotary ones.
+///
+/// # Errors
+/// When reference and actual do not match.
+pub fn tracking_json(reference: &Trajectory, actual: &Trajectory) -> Result<Value> {
+    let errors = reference.tracking_error(actual)?;
+    let entries = reference.axes().iter().zip(errors).map(|(axis, error)| {
+        let (rms, max) = rms_max(&error);
+        (axis.name.clone(), json!({ "rms": rms * 1e3, "max": max * 1e3 }))
+    });
+    // Rotary axes are in rad: a thousandth is a milliradian, a millionth a microradian.
+    let scaled = entries.zip(reference.axes()).map(|((name, figures), axis)| match axis.kind {
+        motion::AxisKind::Linear => (name, figures),
+        motion::AxisKind::Rotary => {
+            let micro = |key: &str| figures[key].as_f64().unwrap_or_default() * 1e3;
+            (name, json!({ "rms_urad": micro("rms"), "max_urad": micro("max") }))
+        }
+    });
+    Ok(Value::Object(scaled.collect()))
+}

@@ -1,0 +1,154 @@
+//! What the commands read: part programs, references, built-in curves, machines and models.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use gcode::{Dialect, Options};
+use machine::{MachineSpec, SimulatedMachine};
+use models::Bundle;
+use motion::curves::library;
+use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Vec3, plan_curve};
+
+use crate::cli::{DialectName, ProgramArgs};
+use crate::output::{Refusal, Usage, read_file};
+use crate::pipeline::Part;
+
+/// The prefix of built-in test curves.
+const CURVE: &str = "curve:";
+
+/// A path to be run: its name and what it is.
+#[derive(Debug)]
+pub struct Input {
+    /// Name for tables.
+    pub name: String,
+    /// What the part needs.
+    pub desired: DesiredPath,
+    /// The program that it was planned from.
+    pub part: Option<Part>,
+}
+
+/// A machine's limits, kinematics and sampling, without its drives.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// How the axes place the tool.
+    pub kinematics: Arc<dyn Kinematics>,
+    /// What the axes and the path are allowed to do.
+    pub limits: Limits,
+    /// Sampling period, s.
+    pub period_s: f64,
+}
+
+impl Frame {
+    /// The frame of a machine description.
+    #[must_use]
+    pub fn of(spec: &MachineSpec) -> Self {
+        Self { kinematics: spec.kinematics(), limits: spec.limits(), period_s: spec.sampling_period_s() }
+    }
+}
+
+impl Input {
+    /// Reads `input`: `curve:NAME`, a reference (`.csv`, `.parquet`), or else a part program.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or its content is refused.
+    pub fn read(input: &Path, frame: &Frame, args: &ProgramArgs) -> Result<Self> {
+        let text = input.to_string_lossy();
+        let settings = PlanSettings {
+            period_s: frame.period_s,
+            corner_tolerance_mm: args.corner_tolerance,
+            ..PlanSettings::default()
+        };
+        if let Some(name) = text.strip_prefix(CURVE) {
+            return Self::curve(name, args.feed, frame);
+        }
+        let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if is_reference(input) {
+            if !input.is_file() {
+                return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
+            }
+            let (reference, _) = datasets::read_reference(input, &datasets::ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
+            let kinematics: Arc<dyn Kinematics> = if frame.kinematics.axes() == reference.axes() {
+                Arc::clone(&frame.kinematics)
+            } else {
+                Arc::new(Cartesian::new(reference.axes().to_vec()))
+            };
+            return Ok(Self { name, desired: DesiredPath::new(reference, kinematics)?, part: None });
+        }
+        let options = args.dialect.map(|dialect| {
+            Options::from(match dialect {
+                DialectName::Fanuc => Dialect::Fanuc,
+                DialectName::Linuxcnc => Dialect::LinuxCnc,
+            })
+        });
+        let part = Part::read(
+            &name,
+            read_file(input)?,
+            options.as_ref(),
+            Vec3::from(args.work_offset),
+            &frame.kinematics,
+            &frame.limits,
+            &settings,
+        )?;
+        Ok(Self { name, desired: part.plan.desired.clone(), part: Some(part) })
+    }
+
+    /// The built-in test curve `name`, at `feed_mm_s`.
+    ///
+    /// # Errors
+    /// When there is no such curve.
+    pub fn curve(name: &str, feed_mm_s: f64, frame: &Frame) -> Result<Self> {
+        let curve = library::by_name(name).map_err(|error| Usage(error.to_string()))?;
+        let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+        let desired = plan_curve(curve, feed_mm_s, &frame.limits, &settings)?;
+        Ok(Self { name: name.to_owned(), desired, part: None })
+    }
+}
+
+/// Whether a file is a reference or log rather than a program, by its ending.
+#[must_use]
+pub fn is_reference(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["csv", "parquet"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// The machine called or described by `machine`: a built-in name or a TOML file.
+///
+/// # Errors
+/// When there is no such machine, or its description is not sound.
+pub fn machine(machine: &str) -> Result<MachineSpec> {
+    if machine::BUILTIN_MACHINES.iter().any(|(name, _)| *name == machine) {
+        return Ok(MachineSpec::builtin(machine)?);
+    }
+    let path = PathBuf::from(machine);
+    if !path.is_file() {
+        let names: Vec<&str> = machine::BUILTIN_MACHINES.iter().map(|(name, _)| *name).collect();
+        return Err(Usage(format!("there is no machine file {machine}, and the built-in ones are {}", names.join(", "))).into());
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {machine}"))?;
+    MachineSpec::from_toml(&text).map_err(|error| Refusal(format!("{machine}: {error}")).into())
+}
+
+/// The simulated machine of a description; refused where it has no drives.
+///
+/// # Errors
+/// When an axis has no drive.
+pub fn simulated(spec: &MachineSpec, seed: u64) -> Result<SimulatedMachine> {
+    SimulatedMachine::new(spec, seed).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// The model in a bundle file.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, or of another format.
+pub fn model(path: &Path) -> Result<Bundle> {
+    let bytes = read_file(path)?;
+    Bundle::from_bytes(&bytes).map_err(|error| Refusal(format!("{}: {error}", path.display())).into())
+}
+
+/// The machine that a model was trained for.
+///
+/// # Errors
+/// When the description in the bundle is not sound.
+pub fn machine_of(bundle: &Bundle) -> Result<MachineSpec> {
+    MachineSpec::from_toml(&bundle.manifest.machine_toml).map_err(|error| Refusal(format!("the model's machine: {error}")).into())
+}

@@ -1,0 +1,176 @@
+//! Virtual learning: a law, iterated on the model of the machine before the first run.
+
+use std::collections::BTreeMap;
+
+use anyhow::Result;
+use clap::ValueEnum;
+use compensation::laws::{Gain, OneShot, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
+use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
+use motion::contour::{ContourSummary, Exact};
+use motion::{DesiredPath, Limits, Trajectory};
+use serde::Serialize;
+
+use crate::evaluate;
+use crate::pipeline::Part;
+
+/// How the reference is learned on the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LawName {
+    /// Spatial learning iterated on the model, foot points on the path (default)
+    Virtual,
+    /// One shift by the predicted contour error (Paper D)
+    OneShot,
+    /// Every axis driven to its desired position at its time, iterated on the model
+    Tracking,
+}
+
+/// Settings of a compensation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The law.
+    pub law: LawName,
+    /// Updates on the model; one shot has one.
+    pub iterations: usize,
+    /// Gain of every update.
+    pub gain: f64,
+    /// Cut-off of the zero-phase low-pass on every update, Hz.
+    pub low_pass_hz: f64,
+    /// Largest correction of an axis, mm or rad.
+    pub max_shift: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { law: LawName::Virtual, iterations: 4, gain: 0.9, low_pass_hz: 100.0, max_shift: 0.1 }
+    }
+}
+
+/// Least predicted gain for which a path is changed at all, as a share of its RMS contour error.
+const LEAST_GAIN: f64 = 0.05;
+
+/// What came out.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The learned reference; the desired path itself where nothing is gained.
+    pub reference: Trajectory,
+    /// What the model expects of it.
+    pub forecast: Trajectory,
+    /// Predicted contour error without compensation.
+    pub before: ContourSummary,
+    /// Predicted contour error of `reference`.
+    pub after: ContourSummary,
+    /// Updates taken.
+    pub updates: usize,
+    /// Whether the model predicts a gain worth having.
+    pub gained: bool,
+    /// Where the model is out of its depth: axis, reason, samples.
+    pub outside: Vec<OutsideRange>,
+}
+
+/// A stretch of samples in which an axis leaves what the model was trained on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutsideRange {
+    /// Name of the axis.
+    pub axis: String,
+    /// Why.
+    pub reason: Outside,
+    /// First sample.
+    pub first: usize,
+    /// Last sample.
+    pub last: usize,
+    /// Samples in between that lie outside.
+    pub samples: usize,
+}
+
+/// Learns a reference for `desired` on `model`.
+///
+/// # Errors
+/// When the path does not fit the model (axes, sampling period).
+pub fn compensate(
+    model: &mut LearnedMachine,
+    coverage: &[Coverage],
+    limits: Option<&Limits>,
+    desired: &DesiredPath,
+    part: Option<&Part>,
+    settings: &Settings,
+) -> Result<Outcome> {
+    let path = desired.trajectory();
+    model.freeze_flags(path);
+    let (mut weights, reasons) = fade(coverage, path);
+    if let Some(part) = part {
+        for (weight, allowed) in weights.iter_mut().zip(part.weights(FADE_S)) {
+            *weight *= allowed;
+        }
+    }
+    let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
+    let mut law: Box<dyn CompensationLaw> = match settings.law {
+        LawName::Virtual => {
+            Box::new(SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default())))
+        }
+        LawName::OneShot => Box::new(OneShot::default()),
+        LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
+    };
+    let guard = Guard { max_shift: settings.max_shift, limits: limits.cloned(), weights, ..Guard::default() };
+    let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
+    let stop = StopRule { updates, stall: 0.0 };
+    let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
+        evaluate::contour(desired, actual).map_or(f64::INFINITY, |figures| figures.rms_mm)
+    };
+    let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
+    let (Some(first), Some(best)) = (learned.rounds.first(), learned.best()) else {
+        anyhow::bail!("the path has no samples");
+    };
+    let gained = best.measure < (1.0 - LEAST_GAIN) * first.measure;
+    let chosen = if gained { best } else { first };
+    Ok(Outcome {
+        reference: chosen.reference.clone(),
+        forecast: chosen.actual.clone(),
+        before: evaluate::contour(desired, &first.actual)?,
+        after: evaluate::contour(desired, &chosen.actual)?,
+        updates: learned.rounds.len() - 1,
+        gained,
+        outside: ranges(path, &reasons),
+    })
+}
+
+/// Time over which a correction begins and ends beside moves that must not be shifted, s.
+const FADE_S: f64 = 0.03;
+
+/// As [`compensate`], with what a bundle says of its machine.
+///
+/// # Errors
+/// As [`compensate`]; when a predictor of the bundle is not usable.
+pub fn compensate_with(
+    bundle: &Bundle,
+    limits: &Limits,
+    desired: &DesiredPath,
+    part: Option<&Part>,
+    settings: &Settings,
+) -> Result<Outcome> {
+    compensate(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings)
+}
+
+/// One entry an axis and reason.
+fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>]) -> Vec<OutsideRange> {
+    let mut found = Vec::new();
+    for (axis, reasons) in path.axes().iter().zip(reasons) {
+        let mut by_reason: BTreeMap<String, OutsideRange> = BTreeMap::new();
+        for (k, reason) in reasons.iter().enumerate() {
+            if let Some(reason) = reason {
+                let entry = by_reason.entry(reason.to_string()).or_insert_with(|| OutsideRange {
+                    axis: axis.name.clone(),
+                    reason: *reason,
+                    first: k,
+                    last: k,
+                    samples: 0,
+                });
+                entry.last = k;
+                entry.samples += 1;
+            }
+        }
+        found.extend(by_reason.into_values());
+    }
+    found
+}

@@ -1,0 +1,17 @@
+//! `precomp` makes a CNC machine cut the path that its program asks for, in the first run.
+//!
+//! The walk, from bytes to bytes: [`pipeline::Part::read`] reads and plans a program, [`learning::compensate`] learns a reference on
+//! the model of the machine, [`pipeline::refit`] writes it back, [`pipeline::verify`] reads the output again.
+
+pub mod cli;
+pub mod comparison;
+mod commands;
+pub mod evaluate;
+pub mod input;
+pub mod learning;
+mod limits_from_log;
+mod output;
+pub mod pipeline;
+mod progress;
+mod report;
+pub mod training_run;

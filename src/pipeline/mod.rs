@@ -1,0 +1,9 @@
+//! From bytes to bytes: a program becomes a path, the path a plan, the learned reference a program again.
+
+pub mod part;
+pub mod refit;
+pub mod verify;
+
+pub use part::Part;
+pub use refit::{Carrier, RefitSettings, Refitted, refit};
+pub use verify::verify;

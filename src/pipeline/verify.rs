@@ -1,0 +1,68 @@
+//! Our own output, read again before it is written.
+
+use anyhow::{Result, bail};
+use gcode::{Move, MoveKind, Options};
+use motion::Vec3;
+
+use super::{Part, Refitted};
+
+/// Rounding of written coordinates, mm.
+const ROUNDING_MM: f64 = 2e-5;
+
+/// Reads the compensated program `bytes` and compares every move with what was meant: moves that were not compensated end where they
+/// ended, those that were lead through their targets, and no target is further than `max_shift_mm` from the original curve.
+///
+/// # Errors
+/// Says at which line the output differs; it must then not be written.
+pub fn verify(part: &Part, refitted: &Refitted, bytes: Vec<u8>, options: &Options, max_shift_mm: f64) -> Result<()> {
+    let program = gcode::parse(bytes);
+    let toolpath = gcode::interpret(&program, options)?;
+    let mut written = toolpath.moves.iter();
+    let mut targets = refitted.targets.iter().peekable();
+    for (index, original) in part.toolpath.moves.iter().enumerate() {
+        let line = original.block + 1;
+        let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
+            let Some(same) = written.next() else { bail!("the move of line {line} is missing in the output") };
+            if std::mem::discriminant(&same.kind) != std::mem::discriminant(&original.kind) || !ends_alike(same, original) {
+                bail!("the move of line {line} was not to be compensated, but reads differently in the output");
+            }
+            continue;
+        };
+        for point in points {
+            let Some(step) = written.next() else { bail!("the output ends within line {line}") };
+            let end = Vec3::from(step.end.nominal_mm());
+            if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > ROUNDING_MM {
+                bail!("line {line} of the original leads to {end:?} instead of {point:?} in the output");
+            }
+            let off = distance(original, end);
+            if off > max_shift_mm * 3.0_f64.sqrt() + ROUNDING_MM {
+                bail!("a point of line {line} would lie {off:.4} mm off the programmed path");
+            }
+        }
+    }
+    match written.next() {
+        Some(extra) => bail!("line {} of the output moves where the program does not", extra.block + 1),
+        None => Ok(()),
+    }
+}
+
+fn ends_alike(a: &Move, b: &Move) -> bool {
+    a.end.nominal_mm().iter().zip(b.end.nominal_mm()).all(|(a, b)| (a - b).abs() <= ROUNDING_MM)
+}
+
+/// Distance of a point from a move's curve, mm: nearest of dense points, each refined on its chord.
+fn distance(of: &Move, point: Vec3) -> f64 {
+    let pieces = match of.kind {
+        MoveKind::Arc(arc) => ((arc.sweep.abs() / 0.01).ceil() as usize).clamp(8, 4096),
+        _ => 1,
+    };
+    let at = |i: usize| Vec3::from(of.point_mm(i as f64 / pieces as f64));
+    (0..pieces)
+        .map(|i| {
+            let (a, b) = (at(i), at(i + 1));
+            let chord = b - a;
+            let share = ((point - a).dot(&chord) / chord.norm_squared().max(1e-18)).clamp(0.0, 1.0);
+            (point - a - chord * share).norm()
+        })
+        .fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,330 @@
+//! From logs to a model: checks, splits, one predictor an axis, figures on runs that training never saw.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::ValueEnum;
+use datasets::{Log, Purpose, Report, Severity, assess_runs, moving_axes, split_logs};
+use machine::MachineSpec;
+use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, HeldOut, Manifest};
+use motion::{Axis, AxisKind};
+use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
+use training::network::{NetworkKind, NetworkRecipe};
+use training::staged::{AxisRun, StagedRecipe};
+
+use crate::evaluate::rms_max;
+use crate::output::{Refusal, table, um};
+use crate::progress::Progress;
+
+/// How an axis is predicted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PredictorName {
+    /// precomp's own: linear law, friction as hysteresis operators, waves along the axis; each stage kept only where it pays (default)
+    Staged,
+    /// The linear law alone, or a pure delay where that is as good
+    Linear,
+    /// A small LSTM on Paper D's features
+    Lstm,
+    /// Paper D's LSTM, 3 × 128 units, its training recipe
+    LstmPaper,
+    /// A small GRU
+    Gru,
+    /// Paper D's GRU, 3 × 128 units
+    GruPaper,
+    /// Paper D's NARX network, run in parallel mode
+    Narx,
+}
+
+/// Settings of a training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainSettings {
+    /// How axes are predicted.
+    pub predictor: PredictorName,
+    /// Features of the networks.
+    pub features: FeatureSet,
+    /// Share of the samples that is held out, as whole runs.
+    pub held_out: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Folder for the networks' checkpoints.
+    pub checkpoints: Option<std::path::PathBuf>,
+}
+
+impl Default for TrainSettings {
+    fn default() -> Self {
+        Self { predictor: PredictorName::Staged, features: FeatureSet::Iii, held_out: 0.2, seed: 1, checkpoints: None }
+    }
+}
+
+/// A model and how it was found.
+#[derive(Debug)]
+pub struct Trained {
+    /// The model.
+    pub bundle: Bundle,
+    /// Time taken, s.
+    pub seconds: f64,
+    /// Notes on every axis: stages tried, epochs run.
+    pub notes: Vec<String>,
+    /// Axes that the log holds but that never moved.
+    pub left_out: Vec<String>,
+}
+
+/// Checks logs for training and reads what is wrong with them.
+#[must_use]
+pub fn check(logs: &[Log]) -> Report {
+    assess_runs(logs, Purpose::Training)
+}
+
+/// Trains a model on `logs`; `spec` gives limits and kinematics, without it they are taken from what the logs reached.
+///
+/// # Errors
+/// When the logs are not fit for training; says why.
+pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings) -> Result<Trained> {
+    let started = Instant::now();
+    let report = check(logs);
+    if report.is_refused() {
+        let reasons: Vec<String> = report.of(Severity::Refuse).map(ToString::to_string).collect();
+        return Err(Refusal(format!("the log is not fit for training:\n  {}", reasons.join("\n  "))).into());
+    }
+    let Some(first) = logs.first() else { return Err(Refusal("there is no log".into()).into()) };
+    let (axes, period_s) = (first.axes().to_vec(), first.period_s());
+    let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
+    let split = split_logs(logs, settings.held_out, settings.seed).map_err(|error| Refusal(error.to_string()))?;
+    let progress = std::sync::Mutex::new(Progress::new("training", moving.len() as u64));
+    let fitted: Vec<Result<FittedAxis>> = std::thread::scope(|scope| {
+        let jobs: Vec<_> = moving
+            .iter()
+            .map(|&axis| {
+                let (split, name, progress) = (&split, &axes[axis], &progress);
+                scope.spawn(move || {
+                    let fitted = fit_axis(&runs(&split.training, axis), &runs(&split.held_out, axis), name, settings);
+                    if let Ok(mut progress) = progress.lock() {
+                        progress.step(&name.name);
+                    }
+                    fitted
+                })
+            })
+            .collect();
+        jobs.into_iter().map(|job| job.join().unwrap_or_else(|_| Err(anyhow::anyhow!("a training thread failed")))).collect()
+    });
+    let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
+    let spec_of_model = match spec {
+        Some(spec) => spec.clone(),
+        None => crate::limits_from_log::spec(logs, &moving, period_s)?,
+    };
+    let manifest = Manifest {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        period_s,
+        seed: settings.seed,
+        data_sha256: data_hash(logs),
+        common_delay_s: 0.0,
+        machine_toml: spec_of_model.to_toml()?,
+        limits_from_log: spec.is_none(),
+        axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
+    };
+    let notes = fitted.iter().map(|fitted| fitted.note.clone()).collect();
+    let predictors: Vec<Box<dyn AxisPredictor>> = fitted.into_iter().map(|fitted| fitted.predictor).collect();
+    Ok(Trained {
+        bundle: Bundle::new(manifest, &predictors)?,
+        seconds: started.elapsed().as_secs_f64(),
+        notes,
+        left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
+    })
+}
+
+fn runs(logs: &[Log], axis: usize) -> Vec<AxisRun> {
+    logs.iter()
+        .map(|log| AxisRun {
+            reference: log.reference.columns()[axis].clone(),
+            actual: log.actual.columns()[axis].clone(),
+            period_s: log.period_s(),
+        })
+        .collect()
+}
+
+struct FittedAxis {
+    predictor: Box<dyn AxisPredictor>,
+    held_out: HeldOut,
+    coverage: Coverage,
+    band: Band,
+    note: String,
+}
+
+fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
+    let linear_recipe = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
+    let recurrent = |kind, paper: bool| {
+        let recipe = if paper { NetworkRecipe::paper(kind) } else { NetworkRecipe::quick(kind) };
+        NetworkRecipe { features: settings.features, ..recipe }
+    };
+    let network = |recipe: &NetworkRecipe| -> Result<(Box<dyn AxisPredictor>, String)> {
+        // Early stopping chooses by runs of its own, so that the held-out figures stay honest.
+        let (fitted, validation) = validation_split(training);
+        let trained = match &settings.checkpoints {
+            Some(folder) => {
+                let folder = folder.join(&axis.name);
+                let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+                training::network::train_resumable(&fitted, &validation, recipe, settings.seed, &folder, go_on)?
+            }
+            None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
+        };
+        let note = format!("{}: {} epochs, best after {}", axis.name, trained.epochs, trained.best_epoch);
+        Ok((trained.predictor, note))
+    };
+    let (linear, _) = training::staged::fit(training, &linear_recipe)?;
+    let (predictor, note): (Box<dyn AxisPredictor>, String) = match settings.predictor {
+        PredictorName::Staged => {
+            let (predictor, report) = training::staged::fit(training, &StagedRecipe::default())?;
+            (Box::new(predictor), format!("{}: {} ({} columns, {} lines)", axis.name, report.chosen, report.columns, report.lines.len()))
+        }
+        PredictorName::Linear => (Box::new(linear.clone()), format!("{}: linear", axis.name)),
+        PredictorName::Lstm => network(&recurrent(NetworkKind::Lstm, false))?,
+        PredictorName::LstmPaper => network(&recurrent(NetworkKind::Lstm, true))?,
+        PredictorName::Gru => network(&recurrent(NetworkKind::Gru, false))?,
+        PredictorName::GruPaper => network(&recurrent(NetworkKind::Gru, true))?,
+        PredictorName::Narx => network(&recurrent(NetworkKind::Narx, false))?,
+    };
+    let errors = held_out_errors(predictor.as_ref(), held_out);
+    let linear_errors = held_out_errors(&linear, held_out);
+    let coverage = Coverage::of(training.iter().map(|run| run.reference.as_slice()), period_of(training));
+    let (band, band_held) = bands(held_out, &errors, coverage.velocity);
+    let flat: Vec<f64> = errors.iter().flatten().copied().collect();
+    let (rms, max) = rms_max(&flat);
+    let raw: Vec<f64> = held_out.iter().flat_map(|run| scored(run).map(|k| run.reference[k] - run.actual[k])).collect();
+    let linear_flat: Vec<f64> = linear_errors.into_iter().flatten().collect();
+    Ok(FittedAxis {
+        predictor,
+        held_out: HeldOut { rms, max, linear_rms: rms_max(&linear_flat).0, raw_rms: rms_max(&raw).0, band_held },
+        coverage,
+        band,
+        note,
+    })
+}
+
+/// One run in six, at least one, to stop early by; a single run serves as both.
+fn validation_split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
+    if runs.len() < 2 {
+        return (runs.to_vec(), runs.to_vec());
+    }
+    let every = runs.len().min(6);
+    let (mut fitted, mut validation) = (Vec::new(), Vec::new());
+    for (index, run) in runs.iter().enumerate() {
+        if index % every == every - 1 { validation.push(run.clone()) } else { fitted.push(run.clone()) }
+    }
+    (fitted, validation)
+}
+
+fn period_of(runs: &[AxisRun]) -> f64 {
+    runs.first().map_or(0.002, |run| run.period_s)
+}
+
+/// Samples of a held-out run that are scored: the first ones lack their command history where a log starts in motion.
+fn scored(run: &AxisRun) -> std::ops::Range<usize> {
+    let skip = (datasets::UNSCORED_S / run.period_s).round() as usize;
+    skip.min(run.reference.len())..run.reference.len()
+}
+
+/// Prediction minus measurement on the scored samples of every run.
+fn held_out_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<Vec<f64>> {
+    runs.iter()
+        .map(|run| {
+            let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
+            scored(run).map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect()
+        })
+        .collect()
+}
+
+/// The band of all held-out runs, and the share of errors that a band of one half of each run holds on the other half.
+fn bands(runs: &[AxisRun], errors: &[Vec<f64>], top_speed: f64) -> (Band, f64) {
+    let part = |from: f64, to: f64| -> Vec<(AxisSignal<'_>, Vec<f64>)> {
+        runs.iter()
+            .zip(errors)
+            .map(|(run, errors)| {
+                let range = scored(run);
+                let cut = |share: f64| (errors.len() as f64 * share) as usize;
+                let samples = range.start + cut(from)..range.start + cut(to);
+                (AxisSignal::uncompensated(&run.reference[samples], run.period_s), errors[cut(from)..cut(to)].to_vec())
+            })
+            .collect()
+    };
+    let check = Band::fit(&part(0.0, 0.5), top_speed);
+    let (mut held, mut all) = (0.0, 0.0);
+    for (signal, errors) in part(0.5, 1.0) {
+        held += check.held(&signal, &errors) * errors.len() as f64;
+        all += errors.len() as f64;
+    }
+    (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
+}
+
+fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
+    AxisManifest {
+        name: axis.name.clone(),
+        rotary: axis.kind == AxisKind::Rotary,
+        predictor: String::new(),
+        settings: Value::Null,
+        held_out: fitted.held_out,
+        coverage: fitted.coverage,
+        band: fitted.band.clone(),
+    }
+}
+
+fn data_hash(logs: &[Log]) -> String {
+    let mut hash = Sha256::new();
+    for column in logs.iter().flat_map(|log| log.reference.columns().iter().chain(log.actual.columns())) {
+        for value in column {
+            hash.update(value.to_le_bytes());
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Trained {
+    /// Held-out figures of every axis; µm, or µrad for rotary axes.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let rows: Vec<Vec<String>> = self
+            .bundle
+            .manifest
+            .axes
+            .iter()
+            .map(|axis| {
+                let scale = if axis.rotary { 1e3 } else { 1.0 };
+                let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
+                let shown = [rms, max, linear_rms, raw_rms].map(|value| um(value * scale));
+                let unit = if axis.rotary { "µrad" } else { "µm" };
+                std::iter::once(format!("{} ({unit})", axis.name))
+                    .chain(shown)
+                    .chain([format!("{:.1} %", band_held * 100.0), axis.predictor.clone()])
+                    .collect()
+            })
+            .collect();
+        table(&["held-out runs", "RMS", "MAX", "linear RMS", "tracking error RMS", "95 % band holds", "predictor"], &rows)
+    }
+
+    /// The figures as JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let axes: Map<String, Value> = self
+            .bundle
+            .manifest
+            .axes
+            .iter()
+            .map(|axis| {
+                let (unit, scale) = if axis.rotary { ("urad", 1e6) } else { ("um", 1e3) };
+                let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
+                let figures = json!({
+                    format!("held_out_rms_{unit}"): rms * scale,
+                    format!("held_out_max_{unit}"): max * scale,
+                    format!("linear_rms_{unit}"): linear_rms * scale,
+                    format!("raw_rms_{unit}"): raw_rms * scale,
+                    "band_held_share": band_held,
+                    "predictor": axis.predictor,
+                    "coverage": axis.coverage,
+                });
+                (axis.name.clone(), figures)
+            })
+            .collect();
+        json!({ "seconds": self.seconds, "axes": axes, "left_out": self.left_out, "notes": self.notes })
+    }
+}

@@ -1,0 +1,54 @@
+//! The command line's contract: help, exit status, messages.
+
+mod common;
+
+use common::{Folder, text};
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let folder = Folder::new();
+    for command in ["demo", "excite", "simulate", "train", "predict", "compensate", "measure", "compare", "reproduce"] {
+        let output = folder.precomp(&[command, "--help"]);
+        assert!(output.status.success());
+        let help = text(&output.stdout);
+        assert!(help.contains("Example") && help.contains("--json") && help.contains("--seed"), "{command}: {help}");
+    }
+}
+
+#[test]
+fn errors_in_use_and_refusals_have_their_own_status() {
+    let folder = Folder::new();
+    folder.fails(2, &["nonsense"]);
+    folder.fails(2, &["train", "-o", "x.model"]);
+    assert!(folder.fails(2, &["train", "missing.csv", "-o", "x.model"]).contains("missing.csv"));
+    assert!(folder.fails(2, &["simulate", "curve:nothing", "-o", "x.csv"]).contains("crown"));
+    assert!(folder.fails(2, &["excite", "--machine", "nothing.toml", "-o", "x"]).contains("ballscrew"));
+    std::fs::write(folder.path("m.toml"), "name = \"m\"\nsampling_period_ms = 2.0\nwobble = 1\n").unwrap();
+    assert!(folder.fails(1, &["excite", "--machine", "m.toml", "-o", "x"]).contains("wobble"));
+    std::fs::write(folder.path("not.model"), b"PK nothing").unwrap();
+    assert!(folder.fails(1, &["predict", "curve:crown", "-m", "not.model"]).contains("not a model"));
+}
+
+#[test]
+fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("macro.nc"), "G21 G90\nG0 X0 Y0 Z0\nG1 X[#101*2] F500\nM30\n").unwrap();
+    let said = folder.fails(1, &["simulate", "macro.nc", "-o", "x.csv"]);
+    assert!(said.contains("macro.nc:3:4") && said.contains('^'), "{said}");
+    assert!(!folder.path("x.csv").exists());
+    std::fs::write(folder.path("empty.nc"), "").unwrap();
+    assert!(folder.fails(1, &["simulate", "empty.nc", "-o", "x.csv"]).contains("no feed move"));
+}
+
+#[test]
+fn json_on_standard_output_is_alone_there() {
+    let folder = Folder::new();
+    let output = folder.precomp(&["simulate", "curve:circle", "--feed", "50", "-o", "x.csv", "--json", "-"]);
+    assert!(output.status.success());
+    let figures: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(figures["contour_um"]["rms"].as_f64().unwrap() > 1.0);
+    // The log measures the same by itself.
+    let again = folder.figures(&["measure", "x.csv"]);
+    let (a, b) = (figures["contour_um"]["rms"].as_f64().unwrap(), again["contour_um"]["rms"].as_f64().unwrap());
+    assert!((a - b).abs() < 0.02, "{a} {b}");
+}

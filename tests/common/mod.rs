@@ -1,0 +1,77 @@
+//! The command, run as its user would.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own for a test, removed when dropped.
+pub struct Folder(pub tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs `precomp` with these words in the folder.
+    pub fn precomp(&self, words: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_precomp")).args(words).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// Runs it, expects success, and returns its JSON figures.
+    pub fn figures(&self, words: &[&str]) -> Value {
+        let mut all = words.to_vec();
+        all.extend(["--json", "figures.json"]);
+        let output = self.precomp(&all);
+        assert!(output.status.success(), "{words:?}: {}{}", text(&output.stdout), text(&output.stderr));
+        serde_json::from_slice(&std::fs::read(self.path("figures.json")).unwrap()).unwrap()
+    }
+
+    /// Runs it, expects this exit status, and returns what it said on standard error.
+    pub fn fails(&self, status: i32, words: &[&str]) -> String {
+        let output = self.precomp(words);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{words:?}: {}{said}", text(&output.stdout));
+        assert!(!said.contains("panicked"), "{said}");
+        said
+    }
+
+    /// Excites and logs the built-in machine, and trains a model of it.
+    pub fn train(&self, seconds: &str, predictor: &str) -> PathBuf {
+        self.figures(&["excite", "-o", "excitation", "--seconds", seconds]);
+        let mut logs = Vec::new();
+        for entry in std::fs::read_dir(self.path("excitation")).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|e| e == "csv") {
+                let log = format!("log-{}", path.file_name().unwrap().to_string_lossy());
+                self.figures(&["simulate", &path.to_string_lossy(), "-o", &log, "--seed", &(logs.len() + 1).to_string()]);
+                logs.push(log);
+            }
+        }
+        logs.sort();
+        let mut words = vec!["train"];
+        words.extend(logs.iter().map(String::as_str));
+        words.extend(["--machine", "ballscrew", "--predictor", predictor, "-o", "machine.model"]);
+        self.figures(&words);
+        self.path("machine.model")
+    }
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A file of the shared real data; `None`, said aloud, where a clone has none. Under CI it must be there.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "{} is missing", path.display());
+    println!("skipped: ../shared is not there");
+    None
+}

@@ -1,0 +1,111 @@
+//! The whole story, by the command line: excite, log, train, compensate what training never saw, and see that it helped.
+
+mod common;
+
+use common::{Folder, shared, text};
+use serde_json::Value;
+
+fn rms(figures: &Value) -> f64 {
+    figures["contour_um"]["rms"].as_f64().unwrap()
+}
+
+/// Lines, a helix, full and half circles, in a program as a user would write it.
+const PART: &str = "%\r\nO0001 (BRACKET)\r\nN10 G21 G90 G17 G40 G49 G80\r\nN20 T1 M6\r\nN30 G0 G54 X-30. Y-20. S8000 M3\r\nN40 G0 Z5. (ABOVE)\r\n\
+N50 G1 Z-1. F900 M8\r\nN60 G1 X30. F2400\r\nN70 G3 X30. Y20. I0. J20.\r\nN80 G1 X-30.\r\nN90 G3 X-30. Y-20. Z-3. J-20.\r\nN100 G2 I10. J10.\r\n\
+N110 G0 Z5. M9\r\nN120 G81 X0. Y0. Z-5. R2. F100\r\nN130 G80\r\nN140 M30\r\n%\r\n";
+
+#[test]
+fn first_run_on_unseen_paths() {
+    let folder = Folder::new();
+    folder.train("40", "staged");
+
+    // A reference.
+    let before = folder.figures(&["compare", "curve:five-petals", "-m", "machine.model", "--runs", "4", "--report", "report.html"]);
+    let methods = &before["paths"][0]["methods"];
+    let figure = |method: &str| methods[method]["rms_um"].as_f64().unwrap();
+    assert!(figure("first-run") < 0.15 * figure("uncompensated"), "{methods}");
+    assert!(figure("one-shot") < 0.25 * figure("uncompensated"), "{methods}");
+    assert!(figure("floor") < figure("first-run"), "{methods}");
+    let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    assert!(page.len() < 1_000_000 && page.contains("five-petals") && !page.contains("http"));
+
+    // A program.
+    std::fs::write(folder.path("part.nc"), PART).unwrap();
+    let made = folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc"]);
+    assert_eq!(made["changed"], true);
+    assert!(made["largest_shift_um"].as_f64().unwrap() < 100.0);
+    let raw = rms(&folder.figures(&["simulate", "part.nc", "-o", "raw.csv"]));
+    let cut = rms(&folder.figures(&["simulate", "out.nc", "--against", "part.nc", "-o", "cut.csv"]));
+    assert!(cut < 0.6 * raw, "{cut} µm against {raw} µm");
+    let out = std::fs::read_to_string(folder.path("out.nc")).unwrap();
+    for kept in ["O0001 (BRACKET)\r\n", "N20 T1 M6\r\n", "N40 G0 Z5. (ABOVE)\r\n", "N110 G0 Z5. M9\r\n", "N120 G81 X0. Y0. Z-5. R2. F100\r\n"] {
+        assert!(out.contains(kept), "{kept:?}");
+    }
+
+    // The same input, seed and version give the same bytes.
+    folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "again.nc"]);
+    assert_eq!(std::fs::read(folder.path("out.nc")).unwrap(), std::fs::read(folder.path("again.nc")).unwrap());
+
+    // Nothing is written over the input, and a damaged model is refused.
+    folder.fails(2, &["compensate", "part.nc", "-m", "machine.model", "-o", "part.nc"]);
+    let mut model = std::fs::read(folder.path("machine.model")).unwrap();
+    let middle = model.len() / 2;
+    model[middle] ^= 1;
+    std::fs::write(folder.path("bad.model"), model).unwrap();
+    assert!(folder.fails(1, &["predict", "part.nc", "-m", "bad.model"]).contains("checksum"));
+
+    // Far outside of what was trained, nothing is changed, and the command says where and why.
+    let output = folder.precomp(&["compensate", "part.nc", "-m", "machine.model", "-o", "far.nc", "--work-offset", "5000,0,0"]);
+    assert!(output.status.success());
+    assert!(text(&output.stdout).contains("position of axis x lies outside"), "{}", text(&output.stdout));
+    assert_eq!(std::fs::read(folder.path("far.nc")).unwrap(), PART.as_bytes());
+
+    real_program(&folder);
+}
+
+/// A production program: non-feed bytes the same, and the simulated machine follows it better.
+fn real_program(folder: &Folder) {
+    let Some(part) = shared("gcode/nist_plate_14.nc") else { return };
+    let part = part.to_string_lossy().into_owned();
+    let offset = ["--work-offset", "-40,40,0"];
+    let words = [&["compensate", &part, "-m", "machine.model", "-o", "plate.nc"][..], &offset].concat();
+    assert_eq!(folder.figures(&words)["changed"], true);
+    let raw = rms(&folder.figures(&[&["simulate", &part, "-o", "raw.csv"][..], &offset].concat()));
+    let cut = rms(&folder.figures(&[&["simulate", "plate.nc", "--against", &part, "-o", "cut.csv"][..], &offset].concat()));
+    assert!(cut < raw, "{cut} µm against {raw} µm");
+    let original = std::fs::read(&part).unwrap();
+    let out = text(&std::fs::read(folder.path("plate.nc")).unwrap());
+    for line in text(&original).lines().filter(|line| !line.contains(['X', 'Y', 'Z', 'F'])) {
+        assert!(out.contains(line), "{line}");
+    }
+}
+
+#[test]
+fn real_logs() {
+    let folder = Folder::new();
+    let Some(emps) = shared("logs/emps_train_1kHz.csv") else { return };
+    let figures = folder.figures(&["train", &emps.to_string_lossy(), "-o", "emps.model"]);
+    let x = &figures["axes"]["x"];
+    let held_out = x["held_out_rms_um"].as_f64().unwrap();
+    assert!(held_out < 3.0, "{figures}");
+    assert!(held_out <= x["linear_rms_um"].as_f64().unwrap() * 1.02, "{figures}");
+    let Some(michigan) = shared("logs/michigan_experiment_11.csv") else { return };
+    let said = folder.fails(1, &["train", &michigan.to_string_lossy(), "-o", "no.model", "--period", "100"]);
+    assert!(said.contains("10 Hz") || said.contains("digits"), "{said}");
+    assert!(!folder.path("no.model").exists());
+}
+
+#[test]
+fn the_demo_with_the_lstm_alone() {
+    // Paper D's network on its features, nothing of precomp's own predictor: a quarter of the uncompensated error at most.
+    let folder = Folder::new();
+    let figures = folder.figures(&["demo", "--predictor", "lstm", "--out", "demo"]);
+    let mean = |method: &str| {
+        let paths = figures["paths"].as_array().unwrap();
+        paths.iter().map(|path| path["methods"][method]["rms_um"].as_f64().unwrap()).sum::<f64>() / paths.len() as f64
+    };
+    assert_eq!(figures["paths"].as_array().unwrap().len(), 4);
+    assert!(mean("first-run") < 0.25 * mean("uncompensated"), "{figures}");
+    assert!(mean("spatial-ilc") < 0.1 * mean("uncompensated"), "{figures}");
+    assert!(folder.path("demo/report.html").exists() && folder.path("demo/machine.model").exists());
+}

@@ -1,0 +1,7 @@
+//! Fitting predictors to logs.
+
+mod error;
+pub mod network;
+pub mod staged;
+
+pub use error::TrainingError;

@@ -1,0 +1,210 @@
+//! Runs as scaled rows and targets, and their windows.
+
+use std::ops::Range;
+
+use burn::tensor::{Device, Tensor, TensorData};
+use models::features::velocity;
+use models::narx::PAST_ERRORS;
+use models::{AxisSignal, FeatureSpec, Scaler};
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::{NetworkRecipe, windows::FlagWindows};
+use crate::{TrainingError, staged::AxisRun};
+
+/// Start of a log that begins in motion, whose errors are not counted, s: it lacks the commands before.
+const UNSCORED_S: f64 = 0.3;
+
+/// What turns signals into a network's inputs and its outputs into errors.
+#[derive(Debug, Clone)]
+pub struct Scaling {
+    /// The features.
+    pub spec: FeatureSpec,
+    /// Scale of the features.
+    pub inputs: Scaler,
+    /// Scale of the tracking error.
+    pub targets: Scaler,
+    /// Largest scaled tracking error.
+    pub largest: f32,
+}
+
+/// One run between stretches of rest, so that every window of it is full.
+#[derive(Debug)]
+struct Sequence {
+    rows: Vec<f32>,
+    targets: Vec<f32>,
+    counted: Range<usize>,
+}
+
+/// The training runs of one axis.
+#[derive(Debug)]
+pub struct Corpus {
+    /// How they are scaled.
+    pub scaling: Scaling,
+    sequences: Vec<Sequence>,
+    width: usize,
+    window: usize,
+    warmup: usize,
+}
+
+/// Some windows, side by side.
+pub struct Batch {
+    /// Scaled features, `[windows, steps, features]`.
+    pub inputs: Tensor<3>,
+    /// Scaled errors, `[windows, steps, 1]`.
+    pub targets: Tensor<3>,
+    /// 1 where an error counts, else 0, `[windows, steps, 1]`.
+    pub mask: Tensor<3>,
+    /// How many count.
+    pub counted: usize,
+}
+
+/// Whether runs can be used: same period, equal lengths, finite numbers.
+pub fn check_runs(runs: &[AxisRun]) -> Result<f64, TrainingError> {
+    let period_s = runs.first().map_or(f64::NAN, |run| run.period_s);
+    if !(period_s.is_finite() && period_s > 0.0) {
+        return Err(TrainingError::Unusable("no run with a period".into()));
+    }
+    for (index, run) in runs.iter().enumerate() {
+        let unusable = |why: &str| Err(TrainingError::Unusable(format!("run {index}: {why}")));
+        if (run.period_s / period_s - 1.0).abs() > 1e-6 {
+            return unusable("its sampling period is another");
+        }
+        if run.reference.len() != run.actual.len() || run.reference.len() < 2 {
+            return unusable("reference and actual have different lengths, or less than two samples");
+        }
+        if run.reference.iter().chain(&run.actual).any(|position| !position.is_finite()) {
+            return unusable("a position is not a number");
+        }
+    }
+    Ok(period_s)
+}
+
+/// Tracking error of a run, mm or rad.
+pub fn tracking_error(run: &AxisRun) -> Vec<f64> {
+    run.reference.iter().zip(&run.actual).map(|(r, x)| r - x).collect()
+}
+
+/// The samples of a run whose errors count.
+pub fn counted(run: &AxisRun) -> Range<usize> {
+    let n = run.reference.len();
+    let moving = run.reference.first() != run.reference.get(1);
+    let skipped = if moving { (UNSCORED_S / run.period_s).ceil() as usize } else { 0 };
+    skipped.min(n)..n
+}
+
+impl Corpus {
+    /// Rows and targets of the runs, scaled to unit size.
+    pub fn new(runs: &[AxisRun], recipe: &NetworkRecipe) -> Result<Self, TrainingError> {
+        let period_s = check_runs(runs)?;
+        let steps = |seconds: f64| (seconds / period_s).round().max(1.0) as usize;
+        let (window, warmup) = (steps(recipe.window_s), steps(recipe.warmup_s));
+        let flags = FlagWindows::identify(runs);
+        let acceleration = |run: &AxisRun| {
+            let v = velocity(&run.reference, period_s);
+            v.windows(2).map(|pair| ((pair[1] - pair[0]) / period_s).abs()).fold(0.0, f64::max)
+        };
+        let spec = FeatureSpec {
+            set: recipe.features,
+            backlash_window: flags.backlash,
+            start_window: flags.start,
+            acceleration_max: runs.iter().map(acceleration).fold(0.0, f64::max),
+        };
+        if spec.acceleration_max == 0.0 {
+            return Err(TrainingError::Unusable("the axis never moves".into()));
+        }
+        let (lead, tail) = (warmup + window, window);
+        let padded = |run: &AxisRun| {
+            let reference = pad(&run.reference, lead, tail);
+            spec.rows(&AxisSignal::uncompensated(&reference, period_s))
+        };
+        let mut rows: Vec<Vec<f32>> = runs.iter().map(padded).collect();
+        let errors: Vec<Vec<f32>> = runs.iter().map(|run| tracking_error(run).iter().map(|e| *e as f32).collect()).collect();
+        let own =
+            rows.iter().zip(runs).map(|(rows, run)| &rows[lead * spec.width()..(lead + run.reference.len()) * spec.width()]);
+        let inputs = Scaler::fit(own, spec.width());
+        let targets = Scaler::fit(errors.iter().map(Vec::as_slice), 1);
+        rows.iter_mut().for_each(|rows| inputs.scale(rows));
+        let past = if recipe.kind.cell().is_none() { PAST_ERRORS } else { 0 };
+        let sequences: Vec<Sequence> = rows
+            .into_iter()
+            .zip(runs.iter().zip(errors))
+            .map(|(rows, (run, errors))| {
+                let mut scaled = vec![0.0; lead];
+                scaled.extend(errors);
+                scaled.resize(rows.len() / spec.width(), 0.0);
+                targets.scale(&mut scaled);
+                Sequence { rows: with_past(&rows, spec.width(), &scaled, past), targets: scaled, counted: counted(run) }
+            })
+            .collect();
+        let largest = sequences.iter().flat_map(|s| &s.targets).fold(0.0_f32, |top, e| top.max(e.abs()));
+        Ok(Self { scaling: Scaling { spec, inputs, targets, largest }, sequences, width: spec.width() + past, window, warmup })
+    }
+
+    /// An epoch's windows in random order: each run is cut from a random place on, so that no sample is always at a cut.
+    pub fn shuffled(&self, rng: &mut ChaCha8Rng) -> Vec<Window> {
+        let mut windows = Vec::new();
+        for (sequence, run) in self.sequences.iter().enumerate() {
+            // A window that begins at `first` counts from `first + warmup` on; the run itself begins at `warmup + window`.
+            let first = self.window - rng.random_range(0..self.window);
+            let end = self.window + run.counted.end;
+            let starts = (first..end).step_by(self.window);
+            windows.extend(starts.map(|start| Window { sequence, start }).filter(|window| !self.counted(window).is_empty()));
+        }
+        windows.shuffle(rng);
+        windows
+    }
+
+    /// Steps of a window whose errors count.
+    fn counted(&self, window: &Window) -> Range<usize> {
+        let counted = &self.sequences[window.sequence].counted;
+        let lead = self.warmup + self.window;
+        let within = |k: usize| (k + lead).saturating_sub(window.start).clamp(self.warmup, self.warmup + self.window);
+        within(counted.start)..within(counted.end)
+    }
+
+    /// The windows as tensors.
+    pub fn batch(&self, windows: &[Window], device: &Device) -> Batch {
+        let steps = self.warmup + self.window;
+        let mut inputs = Vec::with_capacity(windows.len() * steps * self.width);
+        let mut targets = Vec::with_capacity(windows.len() * steps);
+        let mut mask = vec![0.0_f32; windows.len() * steps];
+        for (window, mask) in windows.iter().zip(mask.chunks_exact_mut(steps)) {
+            let run = &self.sequences[window.sequence];
+            let (from, to) = (window.start, window.start + steps);
+            inputs.extend_from_slice(&run.rows[from * self.width..to * self.width]);
+            targets.extend_from_slice(&run.targets[from..to]);
+            mask[self.counted(window)].fill(1.0);
+        }
+        let counted = mask.iter().filter(|weight| **weight > 0.0).count();
+        let tensor = |values: Vec<f32>, width: usize| {
+            Tensor::<3>::from_data(TensorData::new(values, [windows.len(), steps, width]), device)
+        };
+        Batch { inputs: tensor(inputs, self.width), targets: tensor(targets, 1), mask: tensor(mask, 1), counted }
+    }
+}
+
+/// Where a window lies.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    sequence: usize,
+    start: usize,
+}
+
+/// Rest before and after.
+fn pad(positions: &[f64], before: usize, after: usize) -> Vec<f64> {
+    let (first, last) = (positions.first().copied().unwrap_or_default(), positions.last().copied().unwrap_or_default());
+    std::iter::repeat_n(first, before).chain(positions.iter().copied()).chain(std::iter::repeat_n(last, after)).collect()
+}
+
+/// The rows with the `past` errors before each of them, newest first.
+fn with_past(rows: &[f32], width: usize, errors: &[f32], past: usize) -> Vec<f32> {
+    let mut all = Vec::with_capacity(rows.len() / width.max(1) * (width + past));
+    for (k, row) in rows.chunks_exact(width).enumerate() {
+        all.extend_from_slice(row);
+        // Long before the run the error is the same rest as at the padding's first sample.
+        all.extend((1..=past).map(|lag| errors[k.saturating_sub(lag)]));
+    }
+    all
+}

@@ -1,0 +1,17 @@
+//! Training of the papers' networks: LSTM, GRU and NARX.
+//!
+//! [`train`] is the whole of it for one axis, [`train_axes`] for a machine; a [`NetworkRecipe`] says how.
+
+mod axes;
+mod checkpoint;
+mod clip;
+mod corpus;
+mod net;
+mod recipe;
+mod train;
+pub mod windows;
+
+pub use axes::{AxisRuns, train_axes};
+pub use clip::{clip_global_norm, global_norm};
+pub use recipe::{NetworkKind, NetworkRecipe};
+pub use train::{Epoch, Trained, held_out_error, train, train_resumable};

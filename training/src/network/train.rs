@@ -1,0 +1,182 @@
+//! The training loop.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use burn::optim::{AdamConfig, GradientsParams};
+use burn::tensor::Device;
+use models::{AxisPredictor, AxisSignal};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::checkpoint::{Progress, State, identity};
+use super::corpus::{Corpus, check_runs, counted, tracking_error};
+use super::{NetworkRecipe, clip_global_norm, net::Net};
+use crate::{TrainingError, staged::AxisRun};
+
+/// Adam's `ε`; burn's own default is a thousand times as much.
+const EPSILON: f32 = 1e-8;
+
+/// What an epoch came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Epoch {
+    /// Its number, from 1 on.
+    pub epoch: usize,
+    /// Most epochs that there will be.
+    pub of: usize,
+    /// Mean squared error of its training steps, of the scaled tracking error.
+    pub loss: f64,
+    /// Learning rate that it used.
+    pub learning_rate: f64,
+    /// Root mean square of the prediction's error on the held-out runs, mm or rad, if it was looked at.
+    pub held_out_rms: Option<f64>,
+}
+
+/// A trained network.
+#[derive(Debug)]
+pub struct Trained {
+    /// The network with the least held-out error, as it predicts.
+    pub predictor: Box<dyn AxisPredictor>,
+    /// Epochs after which that was.
+    pub best_epoch: usize,
+    /// Epochs done in all.
+    pub epochs: usize,
+    /// Its root mean square of the prediction's error on the held-out runs, mm or rad.
+    pub held_out_rms: f64,
+}
+
+/// Trains a network on `runs` of one axis and keeps the weights that predict `held_out` best.
+///
+/// Windows of the runs are shuffled into mini-batches; each step of Adam minimises the mean squared error of the scaled tracking error
+/// over the windows' counted parts. The same runs, recipe and seed give the same weights, bit by bit.
+///
+/// # Errors
+/// When the runs or the recipe cannot be used, or the training diverges.
+pub fn train(
+    runs: &[AxisRun],
+    held_out: &[AxisRun],
+    recipe: &NetworkRecipe,
+    seed: u64,
+    on_epoch: &mut dyn FnMut(Epoch),
+) -> Result<Trained, TrainingError> {
+    run(runs, held_out, recipe, seed, None, &mut |epoch| {
+        on_epoch(epoch);
+        ControlFlow::Continue(())
+    })
+}
+
+/// As [`train`], with a checkpoint in `folder` at each look at the held-out runs and at the end; goes on from the one that is there.
+/// The caller can stop after any epoch; the result then is the best network so far.
+///
+/// # Errors
+/// As [`train`], and when a checkpoint cannot be written, read, or belongs to another training.
+pub fn train_resumable(
+    runs: &[AxisRun],
+    held_out: &[AxisRun],
+    recipe: &NetworkRecipe,
+    seed: u64,
+    folder: &Path,
+    on_epoch: &mut dyn FnMut(Epoch) -> ControlFlow<()>,
+) -> Result<Trained, TrainingError> {
+    run(runs, held_out, recipe, seed, Some(folder), on_epoch)
+}
+
+fn run(
+    runs: &[AxisRun],
+    held_out: &[AxisRun],
+    recipe: &NetworkRecipe,
+    seed: u64,
+    folder: Option<&Path>,
+    on_epoch: &mut dyn FnMut(Epoch) -> ControlFlow<()>,
+) -> Result<Trained, TrainingError> {
+    recipe.check()?;
+    check_runs(held_out)?;
+    let corpus = Corpus::new(runs, recipe)?;
+    let device = Device::flex().autodiff();
+    let net = Net::draw(recipe, corpus.scaling.spec.width(), &mut rng(seed, 0), &device)?;
+    let progress =
+        Progress { of: identity(runs, held_out, recipe, seed)?, epochs: 0, best_epoch: 0, best_rms: None, failures: 0 };
+    let optimizer = AdamConfig::new().with_epsilon(EPSILON).init();
+    let mut state = State { best: net.clone(), net, optimizer, progress };
+    if let Some(folder) = folder {
+        state = state.resumed(folder)?;
+    }
+    while state.progress.epochs < recipe.epochs && state.progress.failures < recipe.patience {
+        let learning_rate = recipe.rate(state.progress.epochs);
+        let loss = epoch(&mut state, &corpus, recipe, learning_rate, seed, &device);
+        state.progress.epochs += 1;
+        let number = state.progress.epochs;
+        let look = number.is_multiple_of(recipe.validate_every) || number == recipe.epochs;
+        let held_out_rms = if look { Some(validate(&mut state, &corpus, held_out)?) } else { None };
+        let flow = on_epoch(Epoch { epoch: number, of: recipe.epochs, loss, learning_rate, held_out_rms });
+        if let Some(folder) = folder.filter(|_| look || flow.is_break()) {
+            state.save(folder)?;
+        }
+        if flow.is_break() {
+            break;
+        }
+    }
+    let predictor = state.best.predictor(&corpus.scaling)?;
+    let held_out_rms = state.progress.best_rms.unwrap_or_else(|| held_out_error(predictor.as_ref(), held_out));
+    Ok(Trained { predictor, best_epoch: state.progress.best_epoch, epochs: state.progress.epochs, held_out_rms })
+}
+
+/// Steps over all windows once; the mean loss.
+fn epoch(state: &mut State, corpus: &Corpus, recipe: &NetworkRecipe, rate: f64, seed: u64, device: &Device) -> f64 {
+    let mut rng = rng(seed, state.progress.epochs as u64 + 1);
+    let windows = corpus.shuffled(&mut rng);
+    let (mut sum, mut count) = (0.0, 0);
+    for windows in windows.chunks(recipe.batch) {
+        let batch = corpus.batch(windows, device);
+        let errors = (state.net.forward(batch.inputs, &mut rng) - batch.targets) * batch.mask;
+        let loss = (errors.clone() * errors).sum() / batch.counted as f64;
+        sum += loss.clone().into_scalar::<f64>() * batch.counted as f64;
+        count += batch.counted;
+        let mut gradients = GradientsParams::from_grads(loss.backward(), &state.net);
+        // A step along a gradient that is not a number would spoil all weights for good.
+        if clip_global_norm(&mut gradients, &state.net, recipe.clip_norm).is_finite() {
+            state.net = state.optimizer.step(rate, state.net.clone(), gradients);
+        }
+    }
+    sum / count.max(1) as f64
+}
+
+/// Looks at the held-out runs and keeps the network where it predicts them better than before.
+fn validate(state: &mut State, corpus: &Corpus, held_out: &[AxisRun]) -> Result<f64, TrainingError> {
+    let rms = match state.net.predictor(&corpus.scaling) {
+        Ok(predictor) => held_out_error(predictor.as_ref(), held_out),
+        // Weights that are not numbers make no predictor.
+        Err(_) if state.progress.best_rms.is_some() => f64::INFINITY,
+        Err(error) => return Err(error.into()),
+    };
+    let Progress { epochs, best_epoch, best_rms, failures, .. } = &mut state.progress;
+    if rms.is_finite() && best_rms.is_none_or(|best| rms < best) {
+        (*best_rms, *best_epoch, *failures) = (Some(rms), *epochs, 0);
+        state.best = state.net.clone();
+    } else {
+        *failures += 1;
+    }
+    Ok(rms)
+}
+
+/// Root mean square of a prediction's error on `runs`, mm or rad, over the samples that count.
+#[must_use]
+pub fn held_out_error(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> f64 {
+    let (mut squares, mut count) = (0.0, 0_usize);
+    for run in runs {
+        let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
+        let errors = tracking_error(run);
+        for k in counted(run) {
+            squares += (errors[k] - predicted.get(k).copied().unwrap_or(f64::NAN)).powi(2);
+            count += 1;
+        }
+    }
+    (squares / count.max(1) as f64).sqrt()
+}
+
+/// Random numbers of an epoch: a stream of the seed for each.
+fn rng(seed: u64, epoch: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(epoch);
+    rng
+}

@@ -1,0 +1,300 @@
+//! The runs of one axis, made ready for fitting: errors, scored stretches, folds.
+
+use std::ops::Range;
+
+use models::AxisSignal;
+use models::staged::{FeatureSet, Pass, Signals};
+use nalgebra::DMatrix;
+
+use super::gram::{FoldGrams, Gram};
+use super::recipe::StagedRecipe;
+use crate::TrainingError;
+
+/// Rows gathered at once.
+const BLOCK_ROWS: usize = 1024;
+
+/// One axis of one recorded run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisRun {
+    /// Commanded position, mm or rad, one a period.
+    pub reference: Vec<f64>,
+    /// Actual position at the same instants.
+    pub actual: Vec<f64>,
+    /// Sampling period, s.
+    pub period_s: f64,
+}
+
+impl AxisRun {
+    fn signal(&self) -> AxisSignal<'_> {
+        AxisSignal::uncompensated(&self.reference, self.period_s)
+    }
+}
+
+/// Share of the top speed below which a motion is taken to end.
+const REST_SHARE: f64 = 0.02;
+/// Bands of speed that are left out in turn; see [`FoldGrams::carry_over`].
+const BANDS: usize = 3;
+
+/// A stretch of a run that belongs to one fold and one band of speed.
+#[derive(Debug, Clone)]
+struct Stretch {
+    run: usize,
+    rows: Range<usize>,
+    fold: usize,
+    band: usize,
+}
+
+/// All runs of one axis.
+#[derive(Debug)]
+pub struct Corpus<'a> {
+    runs: &'a [AxisRun],
+    errors: Vec<Vec<f64>>,
+    stretches: Vec<Stretch>,
+    folds: usize,
+    period_s: f64,
+    /// Lengths and speeds of the recipe times this are those of this axis.
+    pub unit: f64,
+}
+
+impl<'a> Corpus<'a> {
+    /// Checks the runs and lays out the folds.
+    ///
+    /// # Errors
+    /// When the runs do not fit together, are too short, or never move.
+    pub fn new(runs: &'a [AxisRun], recipe: &StagedRecipe) -> Result<Self, TrainingError> {
+        let period_s = runs.first().map_or(0.0, |run| run.period_s);
+        if !(period_s.is_finite() && period_s > 0.0) {
+            return Err(TrainingError::Unusable("no run with a period".into()));
+        }
+        let mut speeds = Vec::new();
+        let mut errors = Vec::new();
+        for (index, run) in runs.iter().enumerate() {
+            let unusable = |why: &str| TrainingError::Unusable(format!("run {index}: {why}"));
+            if (run.period_s / period_s - 1.0).abs() > 1e-6 {
+                return Err(unusable("its sampling period is another"));
+            }
+            if run.reference.len() != run.actual.len() {
+                return Err(unusable("reference and actual have different lengths"));
+            }
+            let error: Vec<f64> = run.reference.iter().zip(&run.actual).map(|(r, x)| r - x).collect();
+            if error.iter().any(|e| !e.is_finite()) {
+                return Err(unusable("a position is not a number"));
+            }
+            speeds.extend(run.reference.windows(2).map(|pair| (pair[1] - pair[0]).abs() / period_s).filter(|v| *v > 0.0));
+            errors.push(error);
+        }
+        let top = quantile(&mut speeds, 0.995).ok_or_else(|| TrainingError::Unusable("the axis never moves".into()))?;
+        let scored: Vec<Range<usize>> =
+            runs.iter().zip(&errors).map(|(run, error)| scored_rows(run, error, top, recipe.skip_s)).collect();
+        let total: usize = scored.iter().map(ExactSizeIterator::len).sum();
+        // Few runs are cut into blocks, so that there are folds enough to tell a gain from chance.
+        let by_run = runs.len() >= recipe.folds;
+        let folds = recipe.folds;
+        if folds < 2 || total < 50 * folds {
+            return Err(TrainingError::Unusable(format!("{total} samples are too few for {folds} folds")));
+        }
+        Ok(Self {
+            stretches: by_speed(stretches(&scored, folds, by_run), runs, REST_SHARE * top * period_s),
+            runs,
+            errors,
+            folds,
+            period_s,
+            unit: top / recipe.speed_unit,
+        })
+    }
+
+    /// Sampling period, s.
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Number of folds.
+    pub fn folds(&self) -> usize {
+        self.folds
+    }
+
+    /// Rows that are fitted and scored.
+    pub fn samples(&self) -> usize {
+        self.stretches.iter().map(|s| s.rows.len()).sum()
+    }
+
+    /// The references, as expected positions of a first pass.
+    pub fn references(&self) -> Vec<Vec<f64>> {
+        self.runs.iter().map(|run| run.reference.clone()).collect()
+    }
+
+    /// Lowest and highest commanded position.
+    pub fn travel(&self) -> (f64, f64) {
+        self.runs
+            .iter()
+            .flat_map(|run| &run.reference)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
+    }
+
+    /// Signals of every run on its expected positions.
+    pub fn signals(&self, features: &FeatureSet, expected: &[Vec<f64>]) -> Vec<Signals> {
+        self.runs.iter().zip(expected).map(|(run, x)| features.signals(&run.reference, &run.reference, x, run.period_s)).collect()
+    }
+
+    /// Prediction of `pass` on each run, whose expected positions are given.
+    pub fn predictions(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.runs.iter().zip(expected).map(|(run, x)| pass.predict(&run.signal(), x)).collect()
+    }
+
+    /// Position that each run is expected to take after `pass`, which ran on `expected`.
+    pub fn expected_after(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let errors = self.predictions(pass, expected);
+        self.runs.iter().zip(errors).map(|(run, error)| run.reference.iter().zip(error).map(|(r, e)| r - e).collect()).collect()
+    }
+
+    /// Every scored row as `(run, row)`.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.stretches.iter().flat_map(|s| s.rows.clone().map(move |row| (s.run, row)))
+    }
+
+    /// Tracking error of each run.
+    pub fn errors(&self) -> &[Vec<f64>] {
+        &self.errors
+    }
+
+    /// Sum of `cost` over the scored rows, fold by fold, with the samples of each.
+    pub fn by_fold(&self, cost: impl Fn(usize, usize) -> f64) -> (Vec<f64>, Vec<usize>) {
+        let mut sums = vec![0.0; self.folds];
+        let mut samples = vec![0; self.folds];
+        for stretch in &self.stretches {
+            sums[stretch.fold] += stretch.rows.clone().map(|k| cost(stretch.run, k)).sum::<f64>();
+            samples[stretch.fold] += stretch.rows.len();
+        }
+        (sums, samples)
+    }
+
+    /// What `pass` leaves of the tracking error of each run.
+    pub fn left_by(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let predictions = self.predictions(pass, expected);
+        self.errors
+            .iter()
+            .zip(predictions)
+            .map(|(error, predicted)| error.iter().zip(predicted).map(|(e, p)| e - p).collect())
+            .collect()
+    }
+
+    /// Normal equations of `target` (one series a run) on the features and on `extra` columns (one list a column, one series a run).
+    ///
+    /// Folds are gathered each on its own, so the sums do not depend on how many threads share them.
+    pub fn grams(&self, features: &FeatureSet, signals: &[Signals], extra: &[Vec<Vec<f64>>], target: &[Vec<f64>]) -> FoldGrams {
+        let columns = features.columns() + extra.len();
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let gather = |fold: usize| -> Vec<Gram> {
+            let mut grams = vec![Gram::new(columns); BANDS];
+            for stretch in self.stretches.iter().filter(|s| s.fold == fold) {
+                for start in stretch.rows.clone().step_by(BLOCK_ROWS) {
+                    let rows = BLOCK_ROWS.min(stretch.rows.end - start);
+                    let range = start..start + rows;
+                    let mut block: DMatrix<f64> = features.block(&signals[stretch.run], start, rows, extra.len() + 1);
+                    let wanted = &target[stretch.run];
+                    block.column_mut(columns).copy_from_slice(&wanted[range.clone()]);
+                    for (index, series) in extra.iter().enumerate() {
+                        block.column_mut(features.columns() + index).copy_from_slice(&series[stretch.run][range.clone()]);
+                    }
+                    grams[stretch.band].add(&block);
+                }
+            }
+            grams.iter_mut().for_each(Gram::finish);
+            grams
+        };
+        let mut cells: Vec<(usize, Vec<Gram>)> = std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..threads.min(self.folds))
+                .map(|worker| {
+                    let gather = &gather;
+                    scope
+                        .spawn(move || (worker..self.folds).step_by(threads).map(|fold| (fold, gather(fold))).collect::<Vec<_>>())
+                })
+                .collect();
+            workers
+                .into_iter()
+                .flat_map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+                .collect()
+        });
+        cells.sort_by_key(|(fold, _)| *fold);
+        let cells: Vec<Vec<Gram>> = cells.into_iter().map(|(_, grams)| grams).collect();
+        FoldGrams::new(&cells, columns)
+    }
+}
+
+/// The value below which the share `q` of `values` lies.
+pub fn quantile(values: &mut [f64], q: f64) -> Option<f64> {
+    let rank = ((values.len() as f64 - 1.0) * q).round().max(0.0) as usize;
+    if values.is_empty() {
+        return None;
+    }
+    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// A log that begins in motion lacks the commands before it: its first rows say nothing.
+fn scored_rows(run: &AxisRun, error: &[f64], top_speed: f64, skip_s: f64) -> Range<usize> {
+    let length = error.len();
+    let moved = run.reference.first().zip(run.reference.get(1)).map_or(0.0, |(a, b)| (b - a).abs());
+    if moved > 1e-3 * top_speed * run.period_s {
+        let skipped = (skip_s / run.period_s).ceil() as usize;
+        skipped.min(length)..length
+    } else {
+        0..length
+    }
+}
+
+/// Whole runs dealt out to folds, or contiguous blocks where there are too few runs for that.
+fn stretches(scored: &[Range<usize>], folds: usize, by_run: bool) -> Vec<Stretch> {
+    let total: usize = scored.iter().map(ExactSizeIterator::len).sum();
+    let block = if by_run { usize::MAX } else { total.div_ceil(folds).max(1) };
+    let mut out = Vec::new();
+    let mut seen = 0_usize;
+    for (run, rows) in scored.iter().enumerate() {
+        let mut start = rows.start;
+        while start < rows.end {
+            let (length, fold) =
+                if by_run { (rows.end - start, run % folds) } else { (block - seen % block, (seen / block).min(folds - 1)) };
+            let end = rows.end.min(start.saturating_add(length));
+            out.push(Stretch { run, rows: start..end, fold, band: 0 });
+            seen += end - start;
+            start = end;
+        }
+    }
+    out
+}
+
+/// Cuts stretches where the axis all but stops, and sorts the pieces into bands of their top speed.
+fn by_speed(stretches: Vec<Stretch>, runs: &[AxisRun], slowest: f64) -> Vec<Stretch> {
+    let mut pieces: Vec<(f64, Stretch)> = Vec::new();
+    for stretch in stretches {
+        let reference = &runs[stretch.run].reference;
+        let velocity = |k: usize| if k == 0 { 0.0 } else { reference[k] - reference[k - 1] };
+        let mut start = stretch.rows.start;
+        while start < stretch.rows.end {
+            // A piece is a rest or slow crossing, then the motion up to the next.
+            let moving = (start..stretch.rows.end).find(|&k| velocity(k).abs() > slowest);
+            let end = (moving.unwrap_or(stretch.rows.end)..stretch.rows.end)
+                .find(|&k| velocity(k).abs() <= slowest)
+                .unwrap_or(stretch.rows.end);
+            let top = (start..end).map(|k| velocity(k).abs()).fold(0.0, f64::max);
+            let piece = Stretch { rows: start..end, ..stretch.clone() };
+            pieces.push((top, piece));
+            start = end;
+        }
+    }
+    let mut tops: Vec<(f64, usize)> = pieces.iter().map(|(top, piece)| (*top, piece.rows.len())).collect();
+    tops.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: usize = tops.iter().map(|(_, rows)| rows).sum();
+    let mut limits = [f64::INFINITY; BANDS];
+    let mut seen = 0;
+    for (top, rows) in tops {
+        let band = (seen * BANDS / total.max(1)).min(BANDS - 1);
+        // Motions of the same speed stay in one band.
+        limits[band] = top * (1.0 + 1e-3);
+        seen += rows;
+    }
+    limits[BANDS - 1] = f64::INFINITY;
+    pieces
+        .into_iter()
+        .map(|(top, piece)| Stretch { band: limits.iter().position(|limit| top <= *limit).unwrap_or(BANDS - 1), ..piece })
+        .collect()
+}

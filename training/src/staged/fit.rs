@@ -1,0 +1,201 @@
+//! The fit: candidates from a pure delay to waves along the axis, each kept only if held-out blocks say that it pays.
+
+use models::staged::StagedPredictor;
+
+use super::corpus::{AxisRun, Corpus};
+use super::gram::FoldErrors;
+use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
+use super::operators::{Bank, FittedPass, best_ridge, fit_pass, knots, operator_features, penalties};
+use super::recipe::StagedRecipe;
+use super::refine::refined_lines;
+use super::report::{StageReport, StagedReport};
+use super::search::Search;
+use super::waves::{Line, WaveBasis, leading_filters};
+use crate::TrainingError;
+
+/// Passes of operators before the last: position from the linear law, then from the operators themselves.
+const OPERATOR_PASSES: usize = 2;
+
+/// Fits a staged predictor to runs of one axis.
+///
+/// # Errors
+/// When the runs are unusable (lengths, periods, too few samples, no motion), or no linear law can be fitted.
+pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, StagedReport), TrainingError> {
+    let corpus = Corpus::new(runs, recipe)?;
+    let (ladder, ridge) = candidates(&corpus, recipe)?;
+    assemble(&corpus, ladder, ridge, recipe)
+}
+
+/// Every candidate, simplest first, and the ridge of the non-linear columns.
+fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
+    let references = corpus.references();
+    let simple = velocity_acceleration_jerk(corpus, &references, recipe)?;
+    // The memory is chosen with operators in place: before, friction hides what a longer one would gain.
+    let mut best: Option<(Candidate, LinearLaw, Candidate, f64)> = None;
+    for &memory_s in &recipe.memory_s {
+        let (linear, law) = anchored(corpus, &references, recipe, &simple, memory_s)?;
+        let (few, ridge) = with_operators(corpus, &references, &linear, &law, Bank::Anchored, recipe)?;
+        let better = best.as_ref().is_none_or(|(_, _, rival, _)| few.errors.beats(&rival.errors, recipe.least_gain, 1.0));
+        if better {
+            best = Some((linear, law, few, ridge));
+        }
+    }
+    let (linear, law, few, ridge) = best.ok_or_else(|| TrainingError::Unusable("the recipe has no memory to try".into()))?;
+    let mut ladder = Vec::from(pure_delays(corpus, &references)?);
+    ladder.extend([simple, linear.clone(), few.clone()]);
+    let mut base = (few, Bank::Anchored, ridge);
+    for bank in [Bank::Full, Bank::Shaped] {
+        let (candidate, ridge) = with_operators(corpus, &references, &linear, &law, bank, recipe)?;
+        ladder.push(candidate.clone());
+        if pays(&candidate, &base.0, recipe) {
+            base = (candidate, bank, ridge);
+        }
+    }
+    let (base, bank, ridge) = base;
+    ladder.extend(with_position_lines(corpus, &law, &base, bank, ridge, recipe)?);
+    Ok((ladder, Some(ridge)))
+}
+
+/// Whether a richer candidate is better than a simpler one on held-out runs and no worse at speeds that it was not fitted to; or as good
+/// on held-out runs and far better at those speeds. The freest columns have to hold at such speeds in their own right.
+fn pays(richer: &Candidate, simpler: &Candidate, recipe: &StagedRecipe) -> bool {
+    let (mine, theirs) = (richer.errors.mean_square(), simpler.errors.mean_square());
+    let carry = match (&richer.carried, &simpler.carried) {
+        (Some(richer), Some(simpler)) => richer.mean_square() / simpler.mean_square(),
+        (None, Some(_)) => f64::INFINITY,
+        (_, None) => 1.0,
+    };
+    let trusted =
+        !richer.free || richer.carried.as_ref().is_some_and(|carried| carried.mean_square() <= recipe.carry_ratio * mine);
+    let better = richer.errors.beats(&simpler.errors, recipe.least_gain, recipe.standard_errors);
+    let as_good = mine <= theirs * (1.0 + recipe.least_gain);
+    trusted && ((better && carry <= 1.0 + recipe.carry_loss) || (as_good && carry < recipe.carry_gain))
+}
+
+/// Adds one bank of operators to the linear law, and the ridge that held-out blocks prefer for it.
+fn with_operators(
+    corpus: &Corpus<'_>,
+    references: &[Vec<f64>],
+    linear: &Candidate,
+    law: &LinearLaw,
+    bank: Bank,
+    recipe: &StagedRecipe,
+) -> Result<(Candidate, f64), TrainingError> {
+    let features = operator_features(&law.features, bank, corpus, recipe);
+    let mut passes = linear.passes.clone();
+    let mut expected = corpus.expected_after(&passes[0], references);
+    let guess = linear.errors.mean_square();
+    let start = penalties(law, guess, corpus, &features, recipe.ridges[0], recipe);
+    let trial = fit_pass(corpus, &features, &expected, start)?;
+    let (ridge, noise) = best_ridge(&trial, law, guess, corpus, recipe).ok_or(TrainingError::Singular(bank.name()))?;
+    let penalties = penalties(law, noise, corpus, &features, ridge, recipe);
+    let mut fitted = fit_pass(corpus, &features, &expected, penalties.clone())?;
+    for _ in 1..OPERATOR_PASSES {
+        expected = corpus.expected_after(&fitted.pass, &expected);
+        passes.push(fitted.pass);
+        fitted = fit_pass(corpus, &features, &expected, penalties.clone())?;
+    }
+    Ok((fitted.candidate(bank.name(), bank == Bank::Shaped, &passes)?, ridge))
+}
+
+/// Adds position lines to the operators: look, refit, look again; then refine their frequencies. `None` where no line is found.
+fn with_position_lines(
+    corpus: &Corpus<'_>,
+    law: &LinearLaw,
+    base: &Candidate,
+    bank: Bank,
+    ridge: f64,
+    recipe: &StagedRecipe,
+) -> Result<Option<Candidate>, TrainingError> {
+    let Some(operators) = base.passes.last() else {
+        return Ok(None);
+    };
+    let bare = operator_features(&law.features, bank, corpus, recipe);
+    let Some(filters) = leading_filters(operators, recipe.lines.filters) else {
+        return Ok(None);
+    };
+    let basis = WaveBasis {
+        filters,
+        knots: knots(&recipe.knots_s, corpus.period_s()),
+        stops: recipe.shape_stops.clone(),
+        fine_above: recipe.lines.fine_above / corpus.unit,
+    };
+    let noise = base.errors.mean_square();
+    let mut expected = corpus.references();
+    for pass in &base.passes {
+        expected = corpus.expected_after(pass, &expected);
+    }
+    let search = Search { corpus, base: &bare, basis: &basis, expected: &expected, ridge, recipe };
+    let fit = |lines: &[Line]| {
+        let features = basis.features(&bare, lines);
+        let penalties = penalties(law, noise, corpus, &features, ridge, recipe);
+        fit_pass(corpus, &features, &expected, penalties)
+    };
+    let mut known: Vec<Line> = Vec::new();
+    let mut fitted: Option<FittedPass> = None;
+    for _ in 0..recipe.lines.rounds {
+        let pass = fitted.as_ref().map_or(operators, |fitted| &fitted.pass);
+        let left = corpus.left_by(pass, &expected);
+        let room = recipe.lines.at_most.saturating_sub(known.len());
+        let found = search.run(left, &known, recipe.lines.per_round.min(room));
+        if found.is_empty() {
+            break;
+        }
+        known.extend(found);
+        let mut current = fit(&known)?;
+        for _ in 0..recipe.lines.refinements {
+            let Some(moved) = refined_lines(corpus, &current.pass, &expected, &current.penalties, recipe) else {
+                break;
+            };
+            for (line, frequency) in known.iter_mut().zip(moved) {
+                line.frequency = frequency;
+            }
+            current = fit(&known)?;
+        }
+        fitted = Some(current);
+    }
+    fitted.map(|fitted| fitted.candidate("lines", true, &base.passes)).transpose()
+}
+
+/// Takes the simplest candidate that no richer one beats.
+fn assemble(
+    corpus: &Corpus<'_>,
+    ladder: Vec<Candidate>,
+    ridge: Option<f64>,
+    recipe: &StagedRecipe,
+) -> Result<(StagedPredictor, StagedReport), TrainingError> {
+    let mut chosen: Option<&Candidate> = None;
+    let mut stages = Vec::new();
+    for candidate in &ladder {
+        let accepted = chosen.is_none_or(|simpler| pays(candidate, simpler, recipe));
+        if accepted {
+            chosen = Some(candidate);
+        }
+        stages.push(StageReport {
+            name: candidate.name.into(),
+            columns: candidate.passes.last().map_or(0, |pass| pass.weights.len()),
+            held_out_rms: candidate.errors.rms(),
+            other_speeds_rms: candidate.carried.as_ref().map(FoldErrors::rms),
+            accepted,
+        });
+    }
+    let chosen = chosen.ok_or_else(|| TrainingError::Unusable("no candidate".into()))?;
+    let last = chosen.passes.last();
+    let window = ladder
+        .iter()
+        .find(|candidate| candidate.name == "linear")
+        .and_then(|linear| linear.passes.first())
+        .and_then(|pass| pass.features.groups.last())
+        .map_or((0, 0), |group| group.basis.span());
+    let report = StagedReport {
+        stages,
+        chosen: chosen.name.into(),
+        window_s: (-window.0 as f64 * corpus.period_s(), window.1 as f64 * corpus.period_s()),
+        ridge: ridge.filter(|_| chosen.passes.len() > 1),
+        lines: last.map_or_else(Vec::new, |pass| pass.features.scales.lines.clone()),
+        columns: last.map_or(0, |pass| pass.weights.len()),
+        samples: corpus.samples(),
+    };
+    let predictor = StagedPredictor::new(corpus.period_s(), chosen.passes.clone())?;
+    Ok((predictor, report))
+}

@@ -1,0 +1,259 @@
+//! Normal equations: gathered block of rows by block of rows, kept apart by fold, solved with a ridge.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::cholesky::solve_definite;
+
+/// Columns that one product covers; only the lower triangle of tiles is computed.
+const TILE: usize = 128;
+
+/// What a weight costs in the fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Penalty {
+    /// Ridge: share of the column's sum of squares, times the weight squared.
+    pub ridge: f64,
+    /// Variance of the noise over that of the weight before anything is known of it, times the weight squared.
+    pub prior: f64,
+}
+
+impl Penalty {
+    /// A ridge only.
+    pub fn ridge(ridge: f64) -> Self {
+        Self { ridge, prior: 0.0 }
+    }
+}
+
+/// Sums of products of columns; the last column is the target.
+#[derive(Debug, Clone)]
+pub struct Gram {
+    products: DMatrix<f64>,
+    samples: usize,
+}
+
+impl Gram {
+    /// Nothing gathered yet, for `columns` columns and a target.
+    pub fn new(columns: usize) -> Self {
+        Self { products: DMatrix::zeros(columns + 1, columns + 1), samples: 0 }
+    }
+
+    /// Adds a block of rows, the target in its last column. Only the lower triangle is kept up; see [`Self::finish`].
+    pub fn add(&mut self, block: &DMatrix<f64>) {
+        let transposed = block.transpose();
+        let size = self.products.nrows();
+        for start in (0..size).step_by(TILE) {
+            let width = TILE.min(size - start);
+            let height = size - start;
+            self.products.view_mut((start, start), (height, width)).gemm(
+                1.0,
+                &transposed.rows(start, height),
+                &block.columns(start, width),
+                1.0,
+            );
+        }
+        self.samples += block.nrows();
+    }
+
+    /// Mirrors the lower triangle to the upper one.
+    pub fn finish(&mut self) {
+        self.products.fill_upper_triangle_with_lower_triangle();
+    }
+
+    /// Adds another sum of the same columns.
+    pub fn merge(&mut self, other: &Self) {
+        self.products += &other.products;
+        self.samples += other.samples;
+    }
+
+    /// This sum without the rows of `part`.
+    pub fn without(&self, part: &Self) -> Self {
+        Self { products: &self.products - &part.products, samples: self.samples - part.samples }
+    }
+
+    /// Rows gathered.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Columns without the target.
+    pub fn columns(&self) -> usize {
+        self.products.nrows() - 1
+    }
+
+    /// The same sum over fewer columns, in the order given.
+    pub fn select(&self, columns: &[usize]) -> Self {
+        let target = self.columns();
+        let pick: Vec<usize> = columns.iter().copied().chain([target]).collect();
+        Self { products: self.products.select_rows(&pick).select_columns(&pick), samples: self.samples }
+    }
+
+    /// Weights that minimise the squared error plus the penalties; a column of zeros gets none.
+    ///
+    /// `None` where the equations are singular to working precision.
+    pub fn solve(&self, penalties: &[Penalty]) -> Option<Vec<f64>> {
+        let count = self.columns();
+        let scale: Vec<f64> = (0..count)
+            .map(|i| {
+                let square = self.products[(i, i)];
+                if square > 0.0 { square.sqrt().recip() } else { 0.0 }
+            })
+            .collect();
+        let mut normal = DMatrix::from_fn(count, count, |i, j| self.products[(i, j)] * scale[i] * scale[j]);
+        for (i, penalty) in penalties.iter().enumerate() {
+            normal[(i, i)] = 1.0 + penalty.ridge + penalty.prior * scale[i] * scale[i];
+        }
+        let right = DVector::from_fn(count, |i, _| self.products[(i, count)] * scale[i]);
+        let solved = solve_definite(normal, &right)?;
+        let weights: Vec<f64> = solved.iter().zip(&scale).map(|(w, s)| w * s).collect();
+        weights.iter().all(|w| w.is_finite()).then_some(weights)
+    }
+
+    /// Sum of squared errors of `weights` on the gathered rows.
+    pub fn squared_error(&self, weights: &[f64]) -> f64 {
+        let count = self.columns();
+        let extended = DVector::from_fn(count + 1, |i, _| if i < count { -weights[i] } else { 1.0 });
+        extended.dot(&(&self.products * &extended)).max(0.0)
+    }
+}
+
+/// The rows' sums, cut in two ways: by fold, and by the speed of the motion that a row belongs to.
+#[derive(Debug, Clone)]
+pub struct FoldGrams {
+    folds: Vec<Gram>,
+    bands: Vec<Gram>,
+    total: Gram,
+}
+
+impl FoldGrams {
+    /// Puts together sums of each fold (outer) and band (inner).
+    pub fn new(cells: &[Vec<Gram>], columns: usize) -> Self {
+        let bands = cells.first().map_or(0, Vec::len);
+        let sum = |parts: &mut dyn Iterator<Item = &Gram>| {
+            let mut gram = Gram::new(columns);
+            for part in parts {
+                gram.merge(part);
+            }
+            gram
+        };
+        let folds: Vec<Gram> = cells.iter().map(|fold| sum(&mut fold.iter())).collect();
+        Self {
+            total: sum(&mut folds.iter()),
+            bands: (0..bands).map(|band| sum(&mut cells.iter().filter_map(|fold| fold.get(band)))).collect(),
+            folds,
+        }
+    }
+
+    /// All rows.
+    pub fn total(&self) -> &Gram {
+        &self.total
+    }
+
+    /// The same over fewer columns.
+    pub fn select(&self, columns: &[usize]) -> Self {
+        let select = |grams: &[Gram]| grams.iter().map(|gram| gram.select(columns)).collect();
+        Self { folds: select(&self.folds), bands: select(&self.bands), total: self.total.select(columns) }
+    }
+
+    /// Squared error on each fold of the weights fitted to all the others; `None` where a fit is singular.
+    pub fn cross_validate(&self, penalties: &[Penalty]) -> Option<FoldErrors> {
+        self.leave_out(&self.folds, penalties)
+    }
+
+    /// The same, leaving out one band of speeds after the other: how the columns carry over to speeds that they were not fitted to.
+    pub fn carry_over(&self, penalties: &[Penalty]) -> Option<FoldErrors> {
+        self.leave_out(&self.bands, penalties)
+    }
+
+    fn leave_out(&self, parts: &[Gram], penalties: &[Penalty]) -> Option<FoldErrors> {
+        let squares = parts
+            .iter()
+            .map(|part| {
+                let weights = self.total.without(part).solve(penalties)?;
+                Some(part.squared_error(&weights))
+            })
+            .collect::<Option<_>>()?;
+        Some(FoldErrors { squares, samples: parts.iter().map(Gram::samples).collect() })
+    }
+}
+
+/// Held-out squared errors, fold by fold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoldErrors {
+    /// Sum of squares of each fold.
+    pub squares: Vec<f64>,
+    /// Samples of each fold.
+    pub samples: Vec<usize>,
+}
+
+impl FoldErrors {
+    /// Mean square over all samples.
+    pub fn mean_square(&self) -> f64 {
+        self.squares.iter().sum::<f64>() / self.samples.iter().sum::<usize>().max(1) as f64
+    }
+
+    /// Root mean square over all samples.
+    pub fn rms(&self) -> f64 {
+        self.mean_square().sqrt()
+    }
+
+    /// Whether these errors are below `other`'s by more than `least_gain` of its mean square, and the folds agree on it: the mean of
+    /// their gains lies above zero by more than `standard_errors` standard errors, in squares or in logarithms.
+    ///
+    /// Squares alone would let one fold of fast runs drown the others; logarithms alone a fold in which the axis hardly moves.
+    pub fn beats(&self, other: &Self, least_gain: f64, standard_errors: f64) -> bool {
+        let pairs = || self.squares.iter().zip(&other.squares);
+        let squares: Vec<f64> = pairs().map(|(mine, theirs)| theirs - mine).collect();
+        let logarithms: Vec<f64> =
+            pairs().filter(|(mine, theirs)| **mine > 0.0 && **theirs > 0.0).map(|(mine, theirs)| (theirs / mine).ln()).collect();
+        self.mean_square() < (1.0 - least_gain) * other.mean_square()
+            && (above_zero(&squares, standard_errors) || above_zero(&logarithms, standard_errors))
+    }
+}
+
+/// Whether the mean of `values` is above zero by more than `standard_errors` of its standard errors.
+fn above_zero(values: &[f64], standard_errors: f64) -> bool {
+    let count = values.len() as f64;
+    if count < 2.0 {
+        return false;
+    }
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean > standard_errors * (variance / count).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn errors(squares: &[f64]) -> FoldErrors {
+        FoldErrors { squares: squares.to_vec(), samples: vec![100; squares.len()] }
+    }
+
+    #[test]
+    fn a_gain_has_to_show_in_most_folds() {
+        let simple = errors(&[1.0, 100.0, 2.0, 3.0]);
+        assert!(errors(&[0.8, 79.0, 1.5, 2.4]).beats(&simple, 0.02, 2.0));
+        assert!(errors(&[0.4, 99.0, 0.9, 1.4]).beats(&simple, 0.01, 2.0));
+        assert!(!errors(&[1.5, 50.0, 2.6, 3.9]).beats(&simple, 0.02, 2.0));
+        assert!(!simple.beats(&simple, 0.02, 2.0));
+    }
+
+    #[test]
+    fn weights_and_errors_come_from_the_sums() {
+        let rows = 200;
+        let block = DMatrix::from_fn(rows, 3, |i, j| {
+            let x = i as f64 / 10.0;
+            match j {
+                0 => x.sin(),
+                1 => 1.0,
+                _ => 3.0 * x.sin() - 2.0 + if i % 2 == 0 { 0.1 } else { -0.1 },
+            }
+        });
+        let mut gram = Gram::new(2);
+        gram.add(&block);
+        gram.finish();
+        let weights = gram.solve(&[Penalty::ridge(0.0); 2]).unwrap_or_default();
+        assert!((weights[0] - 3.0).abs() < 0.01 && (weights[1] + 2.0).abs() < 0.01);
+        let direct: f64 = block.row_iter().map(|row| (row[2] - weights[0] * row[0] - weights[1] * row[1]).powi(2)).sum();
+        assert!((gram.squared_error(&weights) - direct).abs() < 1e-9);
+    }
+}

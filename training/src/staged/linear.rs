@@ -1,0 +1,177 @@
+//! The linear candidates: pure delay, the law in velocity, acceleration and jerk, and the anchored linear law.
+
+use models::staged::{Carrier, FeatureGroup, FeatureSet, Fir, LagBasis, Pass, Scales};
+
+use super::corpus::Corpus;
+use super::gram::{FoldErrors, Penalty};
+use super::recipe::StagedRecipe;
+use crate::TrainingError;
+
+/// Longest delay that is looked for, s.
+const LONGEST_DELAY_S: f64 = 0.1;
+/// Delays tried in each sampling period.
+const DELAYS_PER_PERIOD: usize = 10;
+
+/// A pass, and its held-out errors.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// What it is called in the report.
+    pub name: &'static str,
+    /// Passes, first to last.
+    pub passes: Vec<Pass>,
+    /// Errors on each fold, fitted without it.
+    pub errors: FoldErrors,
+    /// Errors on each band of speeds, fitted without it; `None` where the law is too stiff to go wrong there.
+    pub carried: Option<FoldErrors>,
+    /// Whether it has columns that are free to act otherwise at every speed or place.
+    pub free: bool,
+}
+
+/// No error at all; and `e(t) = r(t) − r(t − τ)` with the best `τ`, linear between samples.
+pub fn pure_delays(corpus: &Corpus<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
+    let delays: Vec<f64> = (0..)
+        .map(|i| f64::from(i) / DELAYS_PER_PERIOD as f64)
+        .take_while(|delay| delay * corpus.period_s() <= LONGEST_DELAY_S)
+        .collect();
+    let tables: Vec<(Vec<f64>, Vec<usize>)> = delays
+        .iter()
+        .map(|&delay| {
+            let whole = delay.floor() as usize;
+            let part = delay - delay.floor();
+            corpus.by_fold(|run, k| {
+                let reference = &references[run];
+                let late = reference[k.saturating_sub(whole)] * (1.0 - part) + reference[k.saturating_sub(whole + 1)] * part;
+                (corpus.errors()[run][k] - (reference[k] - late)).powi(2)
+            })
+        })
+        .collect();
+    let best = |left_out: Option<usize>| {
+        let cost = |table: &(Vec<f64>, Vec<usize>)| table.0.iter().sum::<f64>() - left_out.map_or(0.0, |fold| table.0[fold]);
+        (0..tables.len()).min_by(|&a, &b| cost(&tables[a]).total_cmp(&cost(&tables[b])))
+    };
+    let none = || TrainingError::Unusable("no delay can be tried".into());
+    let chosen = best(None).ok_or_else(none)?;
+    let squares = (0..corpus.folds())
+        .map(|fold| best(Some(fold)).map(|delay| tables[delay].0[fold]))
+        .collect::<Option<_>>()
+        .ok_or_else(none)?;
+    let delayed = FoldErrors { squares, samples: tables[chosen].1.clone() };
+    let nothing = FoldErrors { squares: tables[0].0.clone(), samples: tables[0].1.clone() };
+    Ok([
+        delay_candidate("none", 0.0, corpus.period_s(), nothing),
+        delay_candidate("delay", delays[chosen], corpus.period_s(), delayed),
+    ])
+}
+
+/// A delay of `delay` samples: `r(k) − r(k − d)` is the sum of the last `d` velocities times the period.
+fn delay_candidate(name: &'static str, delay: f64, period_s: f64, errors: FoldErrors) -> Candidate {
+    let whole = delay.floor();
+    let mut taps = vec![period_s; whole as usize + 1];
+    taps[0] *= delay - whole;
+    let response = Fir { first_lag: -(whole as isize), taps };
+    let features =
+        FeatureSet { scales: Scales::linear(), groups: vec![group(LagBasis::new(vec![response]), &[Carrier::Velocity])] };
+    Candidate { name, passes: vec![Pass { features, weights: vec![1.0] }], errors, carried: None, free: false }
+}
+
+/// `e = c + c_v·v + c_a·a + c_j·j`, from the velocity and its increments at the present and the next sample.
+pub fn velocity_acceleration_jerk(
+    corpus: &Corpus<'_>,
+    references: &[Vec<f64>],
+    recipe: &StagedRecipe,
+) -> Result<Candidate, TrainingError> {
+    let features = FeatureSet {
+        scales: Scales::linear(),
+        groups: vec![
+            group(LagBasis::now(), &[Carrier::Velocity, Carrier::One]),
+            group(LagBasis::dense(0, 1), &[Carrier::VelocityStep]),
+        ],
+    };
+    let signals = corpus.signals(&features, references);
+    let grams = corpus.grams(&features, &signals, &[], corpus.errors());
+    let penalties = vec![Penalty::ridge(recipe.linear_ridge); features.columns()];
+    let weights = grams.total().solve(&penalties);
+    let errors = grams.cross_validate(&penalties);
+    let carried = grams.carry_over(&penalties);
+    let (Some(weights), Some(errors)) = (weights, errors) else {
+        return Err(TrainingError::Singular("v-a-j"));
+    };
+    Ok(Candidate { name: "v-a-j", passes: vec![Pass { features, weights }], errors, carried, free: false })
+}
+
+/// The anchored linear law's columns and what is expected of their weights before the fit.
+///
+/// The response to a step of velocity is expected to differ from its steady value by about the steady lag at first, and by less and
+/// less as time goes on: independent increments whose variance falls off exponentially (the stable-spline or TC prior of system
+/// identification). A log of smooth motion says little about fast changes; without the prior the fit would fill in anything.
+#[derive(Debug, Clone)]
+pub struct LinearLaw {
+    /// `v`, 1, `v(k) − v(k − m − 1)`, increments ahead.
+    pub features: FeatureSet,
+    /// Variance expected of each weight; infinite for `v` and 1.
+    variances: Vec<f64>,
+}
+
+impl LinearLaw {
+    /// The law with a response that dies out with time constant `memory_s`, around a steady lag of `lag_s`.
+    pub fn new(memory_s: f64, lag_s: f64, period_s: f64, recipe: &StagedRecipe) -> Self {
+        let longest = (recipe.memories * memory_s / period_s).ceil().max(2.0) as usize;
+        let ahead_s = recipe.future_s.min(recipe.memories * memory_s);
+        let future = (ahead_s / period_s).round().max(1.0) as usize;
+        let decay = (-2.0 * period_s / memory_s).exp();
+        let size = lag_s.abs().max(period_s).powi(2);
+        let back = (0..=longest).map(|m| size * (1.0 - decay) * decay.powi(m as i32));
+        let ahead = (0..future).map(|m| size * (1.0 - decay) * decay.powi(m as i32));
+        Self {
+            features: FeatureSet {
+                scales: Scales::linear(),
+                groups: vec![
+                    group(LagBasis::now(), &[Carrier::Velocity, Carrier::One]),
+                    group(LagBasis::sums(longest, future), &[Carrier::VelocityStep]),
+                ],
+            },
+            variances: [f64::INFINITY; 2].into_iter().chain(back).chain(ahead).collect(),
+        }
+    }
+
+    /// Penalties of the law's columns where the errors that it leaves have mean square `noise`.
+    pub fn penalties(&self, noise: f64, recipe: &StagedRecipe) -> Vec<Penalty> {
+        self.variances
+            .iter()
+            .map(|variance| Penalty { ridge: recipe.linear_ridge, prior: noise * recipe.correlated / variance })
+            .collect()
+    }
+}
+
+/// The anchored linear law whose response dies out with time constant `memory_s`.
+pub fn anchored(
+    corpus: &Corpus<'_>,
+    references: &[Vec<f64>],
+    recipe: &StagedRecipe,
+    simpler: &Candidate,
+    memory_s: f64,
+) -> Result<(Candidate, LinearLaw), TrainingError> {
+    let lag_s = simpler.passes.first().and_then(|pass| pass.weights.first()).copied().unwrap_or_default();
+    let law = LinearLaw::new(memory_s, lag_s, corpus.period_s(), recipe);
+    let signals = corpus.signals(&law.features, references);
+    let grams = corpus.grams(&law.features, &signals, &[], corpus.errors());
+    let penalties = law.penalties(simpler.errors.mean_square(), recipe);
+    let weights = grams.total().solve(&penalties);
+    let errors = grams.cross_validate(&penalties);
+    let (Some(weights), Some(errors)) = (weights, errors) else {
+        return Err(TrainingError::Singular("linear"));
+    };
+    let candidate = Candidate {
+        name: "linear",
+        passes: vec![Pass { features: law.features.clone(), weights }],
+        errors,
+        carried: grams.carry_over(&penalties),
+        free: false,
+    };
+    Ok((candidate, law))
+}
+
+/// Carriers through one basis.
+pub fn group(basis: LagBasis, carriers: &[Carrier]) -> FeatureGroup {
+    FeatureGroup { basis, channels: carriers.iter().map(|&carrier| carrier.into()).collect() }
+}

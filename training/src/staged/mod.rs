@@ -1,0 +1,21 @@
+//! Fitting the staged predictor: least squares in stages, each kept only if held-out runs say that it pays.
+
+mod adapt;
+mod cholesky;
+mod corpus;
+mod fit;
+mod gram;
+mod linear;
+mod lines;
+mod operators;
+mod recipe;
+mod refine;
+mod report;
+mod search;
+mod waves;
+
+pub use adapt::{AdaptReport, adapt};
+pub use corpus::AxisRun;
+pub use fit::fit;
+pub use recipe::{LineRecipe, StagedRecipe};
+pub use report::{StageReport, StagedReport};

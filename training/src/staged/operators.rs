@@ -1,0 +1,173 @@
+//! The hysteresis stage: stop operators on the position that the linear law expects.
+
+use models::staged::{Carrier, FeatureSet, LagBasis, Pass, Scales};
+
+use super::corpus::Corpus;
+use super::gram::{FoldGrams, Penalty};
+use super::linear::{Candidate, LinearLaw, group};
+use super::recipe::StagedRecipe;
+use crate::TrainingError;
+
+/// How many operators there are, and how they enter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bank {
+    /// A few, less the direction of motion, so that at steady speed only `v`, 1 and `sign v` act.
+    Anchored,
+    /// All, on every knot.
+    Full,
+    /// All, with the terms of slow motion and of direction.
+    Shaped,
+}
+
+impl Bank {
+    /// Name in the report.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Anchored => "operators-anchored",
+            Self::Full => "operators",
+            Self::Shaped => "operators-shaped",
+        }
+    }
+}
+
+/// Columns of the linear law followed by those of the operators.
+pub fn operator_features(linear: &FeatureSet, bank: Bank, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
+    let scaled = |list: &[f64]| list.iter().map(|x| x * corpus.unit).collect();
+    let (low, high) = corpus.travel();
+    let knots = knots(&recipe.knots_s, corpus.period_s());
+    let mut groups = linear.groups.clone();
+    match bank {
+        Bank::Anchored => {
+            let stops: Vec<Carrier> = recipe.few_stops.iter().map(|&i| Carrier::StopLessSign(i)).collect();
+            groups.push(group(LagBasis::now(), &[Carrier::Sign]));
+            groups.push(group(LagBasis::hats(&knots), &stops));
+        }
+        Bank::Full | Bank::Shaped => {
+            let stops: Vec<Carrier> = (0..recipe.stop_half_widths.len()).map(Carrier::Stop).collect();
+            groups.push(group(LagBasis::hats(&knots), &stops));
+        }
+    }
+    if bank == Bank::Shaped {
+        let slow = (0..recipe.slow_speeds.len()).map(|q| Carrier::SlowStop(recipe.slow_stop, q));
+        let shaped: Vec<Carrier> = slow.chain(recipe.shape_stops.iter().map(|&i| Carrier::StopMagnitude(i))).collect();
+        groups.push(group(LagBasis::hats(&every(&knots, 2)), &shaped));
+    }
+    FeatureSet {
+        scales: Scales {
+            stop_half_widths: scaled(&recipe.stop_half_widths),
+            slow_speeds: scaled(&recipe.slow_speeds),
+            centre: f64::midpoint(low, high),
+            lines: Vec::new(),
+        },
+        groups,
+    }
+}
+
+/// Knots of the operators' responses as whole samples.
+pub fn knots(seconds: &[f64], period_s: f64) -> Vec<isize> {
+    let mut knots: Vec<isize> = seconds.iter().map(|s| (s / period_s).round() as isize).collect();
+    knots.sort_unstable();
+    knots.dedup();
+    knots
+}
+
+/// Every `step`-th knot, counted from the latest, the earliest always among them.
+pub fn every(knots: &[isize], step: usize) -> Vec<isize> {
+    let mut kept: Vec<isize> = knots.iter().rev().step_by(step).copied().collect();
+    kept.extend(knots.first());
+    kept.sort_unstable();
+    kept.dedup();
+    kept
+}
+
+/// Root mean square below which a column counts as hardly excited: its weight is then held back as if it had this size.
+const HARDLY_EXCITED: f64 = 0.1;
+
+/// Penalties of the linear law's columns, and `ridge` on all that follow them.
+///
+/// A column that the log hardly excites (slow motion on a log of fast ones) would get a huge weight from a ridge on columns of unit
+/// RMS, and ruin the prediction where the motion does excite it.
+pub fn penalties(
+    law: &LinearLaw,
+    noise: f64,
+    corpus: &Corpus<'_>,
+    features: &FeatureSet,
+    ridge: f64,
+    recipe: &StagedRecipe,
+) -> Vec<Penalty> {
+    let mut penalties = law.penalties(noise, recipe);
+    let prior = ridge * corpus.samples() as f64 * HARDLY_EXCITED * HARDLY_EXCITED;
+    let mut column = 0;
+    for group in &features.groups {
+        for channel in &group.channels {
+            for _ in 0..group.basis.len() {
+                if column >= penalties.len() {
+                    let prior = if channel.carrier == Carrier::VelocityStep { 0.0 } else { prior };
+                    penalties.push(Penalty { ridge, prior });
+                }
+                column += 1;
+            }
+        }
+    }
+    penalties
+}
+
+/// A fitted pass with the sums that it was fitted to.
+#[derive(Debug, Clone)]
+pub struct FittedPass {
+    /// The pass.
+    pub pass: Pass,
+    /// Its normal equations.
+    pub grams: FoldGrams,
+    /// Penalty of each column.
+    pub penalties: Vec<Penalty>,
+}
+
+impl FittedPass {
+    /// As a candidate that goes through `before` first.
+    pub fn candidate(self, name: &'static str, free: bool, before: &[Pass]) -> Result<Candidate, TrainingError> {
+        let singular = TrainingError::Singular(name);
+        let errors = self.grams.cross_validate(&self.penalties);
+        let carried = self.grams.carry_over(&self.penalties);
+        let (Some(errors), Some(carried)) = (errors, carried) else {
+            return Err(singular);
+        };
+        Ok(Candidate { name, passes: before.iter().cloned().chain([self.pass]).collect(), errors, carried: Some(carried), free })
+    }
+}
+
+/// One fit on the given expected positions.
+pub fn fit_pass(
+    corpus: &Corpus<'_>,
+    features: &FeatureSet,
+    expected: &[Vec<f64>],
+    penalties: Vec<Penalty>,
+) -> Result<FittedPass, TrainingError> {
+    let signals = corpus.signals(features, expected);
+    let grams = corpus.grams(features, &signals, &[], corpus.errors());
+    let weights = grams.total().solve(&penalties).ok_or(TrainingError::Singular("operators"))?;
+    let pass = Pass { features: features.clone(), weights };
+    Ok(FittedPass { pass, grams, penalties })
+}
+
+/// The ridge of the non-linear columns that held-out blocks prefer, and the mean square that it leaves.
+pub fn best_ridge(
+    fitted: &FittedPass,
+    law: &LinearLaw,
+    noise: f64,
+    corpus: &Corpus<'_>,
+    recipe: &StagedRecipe,
+) -> Option<(f64, f64)> {
+    let tried: Vec<(f64, f64)> = recipe
+        .ridges
+        .iter()
+        .filter_map(|&ridge| {
+            let penalties = penalties(law, noise, corpus, &fitted.pass.features, ridge, recipe);
+            let errors = fitted.grams.cross_validate(&penalties)?;
+            Some((ridge, errors.mean_square()))
+        })
+        .collect();
+    let least = tried.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
+    // Among ridges that do about as well the strongest holds best on motion unlike the log's.
+    tried.into_iter().filter(|(_, error)| *error <= least * (1.0 + recipe.ridge_slack)).max_by(|a, b| a.0.total_cmp(&b.0))
+}

@@ -1,0 +1,97 @@
+//! The staged predictor on EMPS, a real ball-screw axis at 1 kHz (A. Janot, M. Gautier, M. Brunot, 2019), always on what was held out.
+
+mod staged_common;
+
+use staged_common::{first_pass, residual, rms, run_of, shared_log};
+use training::staged::{AxisRun, StagedRecipe, fit};
+
+const PERIOD_S: f64 = 1e-3;
+/// The log starts in motion: its first 300 ms lack their command history.
+const UNSCORED: usize = 300;
+
+fn log() -> Option<AxisRun> {
+    Some(run_of(&shared_log("emps_train_1kHz.csv")?, 1, 2, PERIOD_S))
+}
+
+/// Plateau (42, 82 or 124 mm/s) of the motion that each sample belongs to, from stop to stop.
+fn plateaus(reference: &[f64]) -> Vec<u32> {
+    let speed = |k: usize| {
+        if k == 0 { 0.0 } else { (reference[k] - reference[k - 1]).abs() / PERIOD_S }
+    };
+    let mut labels = vec![0; reference.len()];
+    let mut start = 0;
+    while start < reference.len() {
+        let moving = (start..reference.len()).find(|&k| speed(k) <= 1.0).unwrap_or(reference.len());
+        let end = (moving..reference.len()).find(|&k| speed(k) > 1.0).unwrap_or(reference.len());
+        let top = (start..moving).map(speed).fold(0.0, f64::max);
+        let label = if top > 100.0 {
+            124
+        } else if top > 60.0 {
+            82
+        } else {
+            42
+        };
+        labels[start..end.max(start + 1)].fill(label);
+        start = end.max(start + 1);
+    }
+    labels
+}
+
+/// RMS in µm of the predictor and of its first pass on the rows of `plateau`, fitted to all the others.
+fn without_plateau(plateau: u32) -> Option<(f64, f64)> {
+    let log = log()?;
+    let labels = plateaus(&log.reference);
+    let mut runs = Vec::new();
+    let mut start = 0;
+    while start < labels.len() {
+        let end = (start..labels.len()).find(|&k| labels[k] != labels[start]).unwrap_or(labels.len());
+        if labels[start] != plateau && end - start > 200 {
+            runs.push(AxisRun {
+                reference: log.reference[start..end].to_vec(),
+                actual: log.actual[start..end].to_vec(),
+                period_s: PERIOD_S,
+            });
+        }
+        start = end;
+    }
+    let (predictor, report) = fit(&runs, &StagedRecipe::default()).unwrap();
+    let on_plateau = |residual: Vec<f64>| {
+        let rows = residual.into_iter().enumerate().skip(UNSCORED);
+        1e3 * rms(rows.filter(|(k, _)| labels[*k] == plateau).map(|(_, e)| e))
+    };
+    let full = on_plateau(residual(&predictor, &log));
+    let linear = on_plateau(residual(&first_pass(&predictor), &log));
+    println!("{plateau} mm/s left out: {} {full:.2} µm, first pass {linear:.2} µm", report.chosen);
+    Some((full, linear))
+}
+
+#[test]
+fn the_second_half_is_predicted_from_the_first() {
+    let Some(log) = log() else { return };
+    let half = log.reference.len() / 2;
+    let first = AxisRun { reference: log.reference[..half].to_vec(), actual: log.actual[..half].to_vec(), period_s: PERIOD_S };
+    let (predictor, report) = fit(&[first], &StagedRecipe::default()).unwrap();
+    let error = 1e3 * rms(residual(&predictor, &log)[half..].iter().copied());
+    let linear = 1e3 * rms(residual(&first_pass(&predictor), &log)[half..].iter().copied());
+    println!("second half: {} {error:.3} µm, linear {linear:.2} µm", report.chosen);
+    assert!(error <= 1.47, "{error}");
+    assert!(error < linear);
+}
+
+#[test]
+fn a_plateau_between_those_known_is_predicted() {
+    let Some((full, linear)) = without_plateau(82) else { return };
+    assert!(full <= 1.6 && full < linear, "{full} {linear}");
+}
+
+#[test]
+fn a_plateau_above_those_known_is_predicted() {
+    let Some((full, linear)) = without_plateau(124) else { return };
+    assert!(full <= 2.6 && full < linear, "{full} {linear}");
+}
+
+#[test]
+fn a_plateau_below_those_known_is_predicted() {
+    let Some((full, linear)) = without_plateau(42) else { return };
+    assert!(full <= 5.7 && full < linear, "{full} {linear}");
+}
