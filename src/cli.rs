@@ -90,8 +90,10 @@ pub struct CarrierArgs {
 }
 
 fn parse_offset(text: &str) -> Result<[f64; 3], String> {
-    let values: Vec<f64> =
-        text.split(',').map(|part| part.trim().parse::<f64>().map_err(|error| format!("`{part}`: {error}"))).collect::<Result<_, _>>()?;
+    let values: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse::<f64>().map_err(|error| format!("`{part}`: {error}")))
+        .collect::<Result<_, _>>()?;
     values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())
 }
 

@@ -143,7 +143,8 @@ pub fn compare(
             runs: Vec::new(),
         };
         for seed in 0..settings.seeds {
-            let mut machine = input::simulated(spec, settings.seed.wrapping_add(1000 * (seed + 1)))?.with_options(settings.simulation)?;
+            let mut machine =
+                input::simulated(spec, settings.seed.wrapping_add(1000 * (seed + 1)))?.with_options(settings.simulation)?;
             for (name, reference) in &references {
                 let actual = machine.run(reference)?;
                 result.push(name, figures(desired, &actual)?);

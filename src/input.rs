@@ -54,11 +54,8 @@ impl Input {
     /// When the file cannot be read, or its content is refused.
     pub fn read(input: &Path, frame: &Frame, args: &ProgramArgs) -> Result<Self> {
         let text = input.to_string_lossy();
-        let settings = PlanSettings {
-            period_s: frame.period_s,
-            corner_tolerance_mm: args.corner_tolerance,
-            ..PlanSettings::default()
-        };
+        let settings =
+            PlanSettings { period_s: frame.period_s, corner_tolerance_mm: args.corner_tolerance, ..PlanSettings::default() };
         if let Some(name) = text.strip_prefix(CURVE) {
             return Self::curve(name, args.feed, frame);
         }
@@ -67,7 +64,8 @@ impl Input {
             if !input.is_file() {
                 return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
             }
-            let (reference, _) = datasets::read_reference(input, &datasets::ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
+            let (reference, _) =
+                datasets::read_reference(input, &datasets::ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
             let kinematics: Arc<dyn Kinematics> = if frame.kinematics.axes() == reference.axes() {
                 Arc::clone(&frame.kinematics)
             } else {

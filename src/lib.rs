@@ -4,8 +4,8 @@
 //! the model of the machine, [`pipeline::refit`] writes it back, [`pipeline::verify`] reads the output again.
 
 pub mod cli;
-pub mod comparison;
 mod commands;
+pub mod comparison;
 pub mod evaluate;
 pub mod input;
 pub mod learning;

@@ -176,7 +176,10 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
     let (predictor, note): (Box<dyn AxisPredictor>, String) = match settings.predictor {
         PredictorName::Staged => {
             let (predictor, report) = training::staged::fit(training, &StagedRecipe::default())?;
-            (Box::new(predictor), format!("{}: {} ({} columns, {} lines)", axis.name, report.chosen, report.columns, report.lines.len()))
+            (
+                Box::new(predictor),
+                format!("{}: {} ({} columns, {} lines)", axis.name, report.chosen, report.columns, report.lines.len()),
+            )
         }
         PredictorName::Linear => (Box::new(linear.clone()), format!("{}: linear", axis.name)),
         PredictorName::Lstm => network(&recurrent(NetworkKind::Lstm, false))?,

@@ -33,7 +33,12 @@ fn crates_use_only_what_their_floor_allows() {
             if house.contains(&used.as_str()) {
                 assert!(allowed.contains(&used.as_str()), "{name} must not use {used}");
             }
-            let only = BTreeMap::from([("polars", vec!["datasets"]), ("burn", vec!["models", "training"]), ("clap", vec![]), ("indicatif", vec![])]);
+            let only = BTreeMap::from([
+                ("polars", vec!["datasets"]),
+                ("burn", vec!["models", "training"]),
+                ("clap", vec![]),
+                ("indicatif", vec![]),
+            ]);
             if let Some(owners) = only.get(used.as_str()) {
                 assert!(owners.contains(&name), "{name} must not know {used}");
             }

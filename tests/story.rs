@@ -20,7 +20,8 @@ fn first_run_on_unseen_paths() {
     folder.train("40", "staged");
 
     // A reference.
-    let before = folder.figures(&["compare", "curve:five-petals", "-m", "machine.model", "--runs", "4", "--report", "report.html"]);
+    let before =
+        folder.figures(&["compare", "curve:five-petals", "-m", "machine.model", "--runs", "4", "--report", "report.html"]);
     let methods = &before["paths"][0]["methods"];
     let figure = |method: &str| methods[method]["rms_um"].as_f64().unwrap();
     assert!(figure("first-run") < 0.15 * figure("uncompensated"), "{methods}");
@@ -38,7 +39,13 @@ fn first_run_on_unseen_paths() {
     let cut = rms(&folder.figures(&["simulate", "out.nc", "--against", "part.nc", "-o", "cut.csv"]));
     assert!(cut < 0.6 * raw, "{cut} µm against {raw} µm");
     let out = std::fs::read_to_string(folder.path("out.nc")).unwrap();
-    for kept in ["O0001 (BRACKET)\r\n", "N20 T1 M6\r\n", "N40 G0 Z5. (ABOVE)\r\n", "N110 G0 Z5. M9\r\n", "N120 G81 X0. Y0. Z-5. R2. F100\r\n"] {
+    for kept in [
+        "O0001 (BRACKET)\r\n",
+        "N20 T1 M6\r\n",
+        "N40 G0 Z5. (ABOVE)\r\n",
+        "N110 G0 Z5. M9\r\n",
+        "N120 G81 X0. Y0. Z-5. R2. F100\r\n",
+    ] {
         assert!(out.contains(kept), "{kept:?}");
     }
 

@@ -147,7 +147,14 @@ fn one_direction_alone_is_refused_unless_another_run_turns_back() {
 #[test]
 fn columns_that_do_not_belong_together_are_named() {
     let report = training(&hurt(std::mem::swap));
-    assert_found(&report, Warn, Check::Pairing, "ahead of the command by 6.");
+    assert_found(&report, Refuse, Check::Pairing, "ahead of the command by 6.");
+    let report = training(&hurt(|reference, actual| {
+        for (reference, actual) in reference.iter().zip(actual) {
+            actual[..4990].copy_from_slice(&reference[10..]);
+            actual[4990..].copy_from_slice(&reference[4990..]);
+        }
+    }));
+    assert_found(&report, Warn, Check::Pairing, "x_act: the actual position is ahead of the command by 19");
     let report = training(&hurt(|_, actual| actual.swap(0, 1)));
     assert_found(&report, Refuse, Check::Pairing, "the command of `x` is followed by the actual position of `y`");
     let report = training(&hurt(|_, actual| actual[0].iter_mut().for_each(|v| *v = -*v)));

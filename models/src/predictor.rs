@@ -20,11 +20,7 @@ impl<'a> AxisSignal<'a> {
     /// A signal whose reference is its desired path.
     #[must_use]
     pub fn uncompensated(reference: &'a [f64], period_s: f64) -> Self {
-        Self {
-            reference,
-            desired: None,
-            period_s,
-        }
+        Self { reference, desired: None, period_s }
     }
 
     /// The positions from which reversal and start flags are taken.
@@ -63,10 +59,9 @@ impl SavedPredictor {
     /// # Errors
     /// When there is none.
     pub fn array(&self, name: &str) -> Result<&Array, ModelError> {
-        self.arrays.get(name).ok_or_else(|| ModelError::Malformed {
-            part: self.kind.clone(),
-            why: format!("array `{name}` is missing"),
-        })
+        self.arrays
+            .get(name)
+            .ok_or_else(|| ModelError::Malformed { part: self.kind.clone(), why: format!("array `{name}` is missing") })
     }
 }
 

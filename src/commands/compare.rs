@@ -96,11 +96,8 @@ pub fn report_of(results: &[PathComparison]) -> Result<Vec<PathReport>> {
     results
         .iter()
         .map(|result| {
-            let series = result
-                .runs
-                .iter()
-                .map(|(name, actual)| Series::of(name, &result.desired, actual))
-                .collect::<Result<Vec<_>>>()?;
+            let series =
+                result.runs.iter().map(|(name, actual)| Series::of(name, &result.desired, actual)).collect::<Result<Vec<_>>>()?;
             Ok(PathReport::new(&result.name, &result.desired, series))
         })
         .collect()

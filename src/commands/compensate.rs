@@ -10,12 +10,12 @@ use machine::MachineSpec;
 use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, ProgramArgs};
+use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::output::{Printer, Refusal, check_not_input, um, write_file, write_json};
 use crate::pipeline::{Carrier, Part, RefitSettings, refit, verify};
 use crate::report::{PathReport, Series, write_report};
-use crate::evaluate;
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
@@ -74,7 +74,8 @@ impl Compensate {
         let outcome = learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?;
         let printer = Printer::new(self.common.json.as_deref());
         if bundle.manifest.limits_from_log {
-            printer.line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
+            printer
+                .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
         self.say(&printer, &path, &outcome);
         let written = match &path.part {

@@ -49,7 +49,14 @@ impl Demo {
         let spec = input::machine(&self.machine.machine)?;
         let frame = Frame::of(&spec);
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &vec![(-TRAVEL_MM, TRAVEL_MM); spec.axes.len()], frame.period_s, self.common.seed)?;
+        let runs = excite(
+            &plan,
+            &frame.limits,
+            frame.kinematics.axes(),
+            &vec![(-TRAVEL_MM, TRAVEL_MM); spec.axes.len()],
+            frame.period_s,
+            self.common.seed,
+        )?;
         let mut machine = input::simulated(&spec, self.common.seed)?;
         let logs: Vec<Log> = runs
             .into_iter()

@@ -10,9 +10,9 @@ use motion::{Cartesian, DesiredPath};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
+use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, Refusal, Usage, table, um, write_json};
-use crate::evaluate;
 
 /// Tracking and contour error of a recorded run
 #[derive(Debug, Args)]

@@ -52,7 +52,8 @@ impl Reproduce {
         let spec = input::machine(&self.machine.machine)?;
         let path = Input::curve("flat-flower", 80.0, &Frame::of(&spec))?;
         let actual = input::simulated(&spec, self.common.seed)?.run(path.desired.trajectory())?;
-        let actual: Vec<Vec3> = motion::poses_of(&actual, path.desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+        let actual: Vec<Vec3> =
+            motion::poses_of(&actual, path.desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
         let desired = path.desired.tips();
         let Some(curve) = path.desired.curve() else { anyhow::bail!("the flower is analytic") };
         let mut tables = Vec::new();
@@ -99,9 +100,8 @@ fn say_table_1(printer: &Printer, rate_hz: u32, rows: &[TableRow]) -> Value {
     let lines: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
-            let (max, seconds) = printed_table_1(row.estimator).map_or((String::from("–"), String::from("–")), |(max, s)| {
-                (format!("{max}"), format!("{s}"))
-            });
+            let (max, seconds) = printed_table_1(row.estimator)
+                .map_or((String::from("–"), String::from("–")), |(max, s)| (format!("{max}"), format!("{s}")));
             vec![
                 row.estimator.to_owned(),
                 max,

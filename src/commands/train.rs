@@ -87,7 +87,9 @@ impl Train {
             warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
             logs.push(log);
         }
-        warnings.extend(training_run::check(&logs).findings.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
+        warnings.extend(
+            training_run::check(&logs).findings.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string),
+        );
         for warning in &warnings {
             printer.line(warning);
         }

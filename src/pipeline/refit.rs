@@ -129,7 +129,13 @@ impl Stretch<'_> {
             return;
         }
         let code = match (next.kind, moves[last].kind) {
-            (MoveKind::Arc(arc), MoveKind::Arc(_)) => if arc.sweep > 0.0 { "G3" } else { "G2" },
+            (MoveKind::Arc(arc), MoveKind::Arc(_)) => {
+                if arc.sweep > 0.0 {
+                    "G3"
+                } else {
+                    "G2"
+                }
+            }
             _ => return,
         };
         let words = self.part.program.block_words(next.block as usize);
@@ -192,9 +198,8 @@ impl Stretch<'_> {
             // The line so far reaches to point `i`; if it leaves the curve in between, the last good point is written.
             let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
             let candidate = corrected(at(i + 1).min(to_s));
-            let fits = (held + 1..=i).all(|j| {
-                off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm
-            }) && i - held < MOST_POINTS;
+            let fits = (held + 1..=i).all(|j| off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm)
+                && i - held < MOST_POINTS;
             if !fits {
                 let point = corrected(at(i));
                 targets.push(Target { point, time_s: at(i) });
@@ -256,7 +261,8 @@ impl<'a> Writer<'a> {
             let number = format_coordinate(value, modal.units, decimals)?;
             // What a control reads back, so that incremental programs gather no rounding.
             let read: f64 = number.parse::<f64>().unwrap_or_default() * modal.units.mm();
-            let reached = self.written[axis] + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
+            let reached = self.written[axis]
+                + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
             if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) {
                 text.push(['X', 'Y', 'Z'][axis]);
                 text.push_str(&number);

@@ -175,7 +175,11 @@ fn point((x, y): (f64, f64)) -> String {
 fn color(shade: usize) -> String {
     let t = shade as f64 / (SHADES - 1) as f64;
     let mix = |a: f64, b: f64, t: f64| (a + (b - a) * t).round() as u8;
-    let (from, to, t) = if t < 0.5 { ([70.0, 130.0, 180.0], [220.0, 190.0, 60.0], 2.0 * t) } else { ([220.0, 190.0, 60.0], [190.0, 40.0, 30.0], 2.0 * t - 1.0) };
+    let (from, to, t) = if t < 0.5 {
+        ([70.0, 130.0, 180.0], [220.0, 190.0, 60.0], 2.0 * t)
+    } else {
+        ([220.0, 190.0, 60.0], [190.0, 40.0, 30.0], 2.0 * t - 1.0)
+    };
     let [r, g, b] = [0, 1, 2].map(|i| mix(from[i], to[i], t));
     format!("#{r:02x}{g:02x}{b:02x}")
 }
@@ -183,7 +187,12 @@ fn color(shade: usize) -> String {
 /// The largest of 1, 2, 5 times a power of ten that does not exceed `value`.
 fn round_down(value: f64) -> f64 {
     let power = 10.0_f64.powf(value.max(1e-9).log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|digit| digit * power).find(|rounded| *rounded <= value * (1.0 + 1e-12)).unwrap_or(power).max(1.0)
+    [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|rounded| *rounded <= value * (1.0 + 1e-12))
+        .unwrap_or(power)
+        .max(1.0)
 }
 
 #[cfg(test)]

@@ -89,8 +89,8 @@ fn displaced(run: &Series) -> Vec<(Vec3, Vec3)> {
 pub fn write_report(path: &Path, title: &str, paths: &[PathReport]) -> Result<()> {
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
-    let page = environment
-        .get_template("report.html")?
-        .render(context! { title => title, paths => minijinja::Value::from_serialize(paths), version => env!("CARGO_PKG_VERSION") })?;
+    let page = environment.get_template("report.html")?.render(
+        context! { title => title, paths => minijinja::Value::from_serialize(paths), version => env!("CARGO_PKG_VERSION") },
+    )?;
     write_file(path, page.as_bytes())
 }

@@ -81,17 +81,21 @@ pub(super) fn axis(name: &str, units: &[Option<Unit>]) -> Result<Axis, String> {
     Ok(axis)
 }
 
-/// Period from a column of commanded positions and one of commanded velocities, s: `Σ|Δx| / Σ|v|`; a hint, no measurement.
+/// Period from a column of positions and one of speeds, s: the regression of the position's steps on the speed; a hint, no measurement.
 pub(crate) fn implied_period_s(table: &Table) -> Option<f64> {
     table.names.iter().zip(&table.columns).find_map(|(name, positions)| {
-        let velocity = name.replace("Position", "Velocity").replace("pos", "vel");
-        if velocity == *name {
+        let speed_name = name.replace("Position", "Velocity").replace("pos", "vel");
+        if speed_name == *name {
             return None;
         }
-        let index = table.names.iter().position(|other| *other == velocity)?;
-        let travel: f64 = positions.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-        let speed: f64 = table.columns[index].iter().map(|value| value.abs()).sum();
-        let period_s = travel / speed;
+        let speeds = &table.columns[table.names.iter().position(|other| *other == speed_name)?];
+        let (mut travel, mut square) = (0.0, 0.0);
+        for (position, speed) in positions.windows(2).zip(speeds.windows(2)) {
+            let mean = f64::midpoint(speed[0], speed[1]);
+            travel += (position[1] - position[0]) * mean;
+            square += mean * mean;
+        }
+        let period_s = travel / square;
         (period_s.is_finite() && period_s > 0.0).then_some(period_s)
     })
 }

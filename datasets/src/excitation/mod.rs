@@ -24,8 +24,11 @@ const LEVER_MM: f64 = 100.0;
 const MEAN_INTERVAL_S: f64 = 0.1;
 /// Rest before and after the motion of each run, s.
 const REST_S: f64 = 0.1;
-/// Draws in which a piece's duration comes near the planned one.
-const DRAWS: usize = 4;
+/// Stops between pieces keep this share of the way to the ends of the travel, so that the motion around them has room.
+const STOP_SHARE: f64 = 0.5;
+/// Draws of a piece, and how near to the planned duration (logarithm of the ratio) ends them.
+const DRAWS: usize = 8;
+const NEAR: f64 = 0.1;
 
 /// Random runs for a machine: name and reference of each, every one from rest to rest at the middle of the travel.
 ///
@@ -99,7 +102,7 @@ impl Stage<'_> {
             let end = if piece + 1 == self.run.pieces {
                 home.clone()
             } else {
-                (0..home.len()).map(|axis| self.position(axis)).collect()
+                (0..home.len()).map(|axis| self.position(axis, STOP_SHARE)).collect()
             };
             let motion = self.piece(&start, &end)?;
             for (column, samples) in columns.iter_mut().zip(motion) {
@@ -120,21 +123,25 @@ impl Stage<'_> {
         }
     }
 
-    /// A piece from rest to rest, of about the planned duration.
+    /// A piece from rest to rest: of a few draws, with more or fewer knots, the one whose duration is nearest to the planned.
     fn piece(&mut self, start: &[f64], end: &[f64]) -> Result<Vec<Vec<f64>>, DatasetError> {
         let wanted_s = self.run.piece_s(REST_S);
-        let mut intervals = 8;
-        for draw in 1.. {
+        let mut intervals: usize = 8;
+        let mut best = (f64::INFINITY, Vec::new());
+        for _ in 0..DRAWS {
             let splines = self.splines(intervals, start, end)?;
             let sampled = Sampled::within(&splines, self.axes, self.limits, self.run.speed_share, self.period_s);
             let ratio = wanted_s / sampled.duration_s;
-            let next = ((intervals as f64 * ratio).round() as usize).clamp(2, 4000);
-            if draw >= DRAWS || (0.8..1.25).contains(&ratio) || next == intervals {
-                return Ok(sampled.columns);
+            let miss = ratio.ln().abs();
+            if miss < best.0 {
+                best = (miss, sampled.columns);
             }
-            intervals = next;
+            if miss < NEAR {
+                break;
+            }
+            intervals = ((intervals as f64 * ratio).round() as usize).clamp(2, 4000);
         }
-        Ok(Vec::new())
+        Ok(best.1)
     }
 
     fn splines(&mut self, intervals: usize, start: &[f64], end: &[f64]) -> Result<Vec<QuinticSpline>, DatasetError> {
@@ -150,7 +157,7 @@ impl Stage<'_> {
                 // All axes end together.
                 times.iter_mut().for_each(|t| *t *= total_s / time);
                 let mut values = vec![start[axis]];
-                values.extend((1..intervals).map(|_| self.position(axis)));
+                values.extend((1..intervals).map(|_| self.position(axis, 1.0)));
                 values.push(end[axis]);
                 let spline = QuinticSpline::through(&times, &values)?;
                 Ok(spline.squeezed(self.travel[axis]))
@@ -158,14 +165,15 @@ impl Stage<'_> {
             .collect()
     }
 
-    /// A random position of an axis, at most as far from the middle as the travel allows.
-    fn position(&mut self, axis: usize) -> f64 {
+    /// A random position of an axis, never beyond `share` of the way from the middle to the ends of its travel.
+    fn position(&mut self, axis: usize, share: f64) -> f64 {
         let (low, high) = self.travel[axis];
+        let (middle, half) = (f64::midpoint(low, high), 0.5 * (high - low));
         let sigma = match self.axes[axis].kind {
             AxisKind::Linear => self.run.sigma_mm,
             AxisKind::Rotary => self.run.sigma_mm / LEVER_MM,
         };
         let normal: f64 = StandardNormal.sample(self.rng);
-        (f64::midpoint(low, high) + sigma * normal).clamp(low, high)
+        middle + (sigma.min(0.5 * half) * normal).clamp(-share * half, share * half)
     }
 }

@@ -1,4 +1,7 @@
-//! Time scaling: as fast as the limits allow, and no faster.
+//! Time scaling: everywhere as fast as the limits allow, and no faster.
+//!
+//! The splines run over a parameter `u` (the time of Paper D, eq. 13). Its rate `du/dt` is first what the limits allow at each place,
+//! then made smooth, and last lowered by one factor for the finite differences of the samples to keep every limit.
 
 use motion::{Axis, AxisKind, Limits};
 
@@ -6,10 +9,14 @@ use super::spline::QuinticSpline;
 
 /// Places looked at between two knots.
 const PER_KNOT: usize = 40;
-/// What is kept back from each limit, for what lies between the places looked at.
+/// What is kept back from each limit, for what lies between the samples.
 const KEPT_BACK: f64 = 0.995;
+/// Shares of speed, acceleration and jerk limits that a constant rate may use; the rest is for changing it.
+const SHARES: [f64; 3] = [1.0, 0.75, 0.75];
+/// The rate is never more than this many times its median, as it might at the ends, where the splines rest.
+const FASTEST: f64 = 1.5;
 /// Rounds in which the samples themselves are brought within the limits.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 10;
 
 /// Splines sampled at a uniform rate, slow enough for all limits.
 pub(super) struct Sampled {
@@ -19,40 +26,124 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
-    /// Scales the time of all splines (of equal duration) by one factor until the limits hold, with a share of the speed limits.
+    /// Runs all splines (of equal duration) through with one common, varying rate, with a share of the speed limits.
     pub fn within(splines: &[QuinticSpline], axes: &[Axis], limits: &Limits, speed_share: f64, period_s: f64) -> Self {
         let bounds = Bounds { axes, limits, speed_share };
-        let duration_s = splines.iter().map(QuinticSpline::duration_s).fold(0.0, f64::max);
-        let mut places: Vec<f64> = Vec::new();
-        for spline in splines {
-            for pair in spline.times().windows(2) {
-                let step = (pair[1] - pair[0]) / PER_KNOT as f64;
-                places.extend((0..PER_KNOT).map(|k| pair[0] + step * k as f64));
-            }
-        }
-        let mut slowdown = places
-            .iter()
-            .map(|&time| {
-                let derivatives: Vec<[f64; 4]> = splines.iter().map(|spline| spline.at(time)).collect();
-                bounds.slowdown(|axis, order| derivatives[axis][order])
-            })
-            .fold(0.0, f64::max)
-            .max(f64::MIN_POSITIVE);
+        // A change of speed from nothing to full takes about this long.
+        let change_s = speed_share * limits.path_velocity_mm_s / limits.path_acceleration_mm_s2;
+        let rate = Rate::allowed(splines, &bounds).smoothed(change_s.clamp(0.01, 0.5), period_s);
+        let natural_s = rate.duration_s(period_s);
+        let mut stretch = 1.0;
         let mut columns = Vec::new();
         let mut samples = 0;
         for _ in 0..ROUNDS {
             // A whole number of samples, so that the last one is at rest at the end.
-            samples = ((duration_s * slowdown / period_s).ceil() as usize).max(2);
-            let at = |k: usize| duration_s * k as f64 / samples as f64;
-            columns = splines.iter().map(|spline| (0..=samples).map(|k| spline.at(at(k))[0]).collect()).collect();
+            samples = ((natural_s * stretch / period_s).ceil() as usize).max(2);
+            let places = rate.places(natural_s, samples);
+            columns = splines.iter().map(|spline| places.iter().map(|u| spline.at(*u)[0]).collect()).collect();
             let excess = sampled_slowdown(&columns, &bounds, period_s);
             if excess <= 1.0 {
                 break;
             }
-            slowdown = slowdown.max(samples as f64 * period_s / duration_s) * excess * 1.001;
+            stretch = (samples as f64 * period_s / natural_s) * excess * 1.001;
         }
         Self { columns, duration_s: samples as f64 * period_s }
     }
+}
+
+/// `du/dt` over `u`, linear between places.
+struct Rate {
+    places: Vec<f64>,
+    rates: Vec<f64>,
+}
+
+impl Rate {
+    /// The largest constant rate that each place allows.
+    fn allowed(splines: &[QuinticSpline], bounds: &Bounds) -> Self {
+        let end = splines.iter().map(QuinticSpline::duration_s).fold(0.0, f64::max);
+        let knots = splines.iter().map(|spline| spline.times().len()).max().unwrap_or(2);
+        let count = PER_KNOT * knots;
+        let places: Vec<f64> = (0..=count).map(|k| end * k as f64 / count as f64).collect();
+        let mut rates: Vec<f64> = places
+            .iter()
+            .map(|&u| {
+                let derivatives: Vec<[f64; 4]> = splines.iter().map(|spline| spline.at(u)).collect();
+                1.0 / bounds.slowdown(SHARES, |axis, order| derivatives[axis][order]).max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let mut sorted = rates.clone();
+        sorted.sort_by(f64::total_cmp);
+        // Where nothing moves at all any rate will do.
+        let fastest = (FASTEST * sorted[sorted.len() / 2]).min(1e3);
+        rates.iter_mut().for_each(|rate| *rate = rate.min(fastest));
+        Self { places, rates }
+    }
+
+    fn at(&self, u: f64) -> f64 {
+        let next = self.places.partition_point(|place| *place <= u).clamp(1, self.places.len() - 1);
+        let (before, after) = (self.places[next - 1], self.places[next]);
+        let share = ((u - before) / (after - before)).clamp(0.0, 1.0);
+        self.rates[next - 1] + share * (self.rates[next] - self.rates[next - 1])
+    }
+
+    fn end(&self) -> f64 {
+        self.places[self.places.len() - 1]
+    }
+
+    /// The place `step_s` later (fourth-order Runge-Kutta).
+    fn advance(&self, u: f64, step_s: f64) -> f64 {
+        let a = self.at(u);
+        let b = self.at(u + 0.5 * step_s * a);
+        let c = self.at(u + 0.5 * step_s * b);
+        let d = self.at(u + step_s * c);
+        u + step_s * (a + 2.0 * (b + c) + d) / 6.0
+    }
+
+    /// A rate that is nowhere higher and takes about `change_s` for its changes: the lowest within a window, averaged twice.
+    fn smoothed(self, change_s: f64, period_s: f64) -> Self {
+        let mut places = vec![0.0];
+        let mut u = 0.0;
+        while u < self.end() {
+            u = self.advance(u, period_s);
+            places.push(u.min(self.end()));
+        }
+        let half = ((0.5 * change_s / period_s).round() as usize).max(1);
+        let rates: Vec<f64> = places.iter().map(|&u| self.at(u)).collect();
+        let lowest = windowed(&rates, 2 * half, |window| window.iter().copied().fold(f64::INFINITY, f64::min));
+        let mean = |window: &[f64]| window.iter().sum::<f64>() / window.len() as f64;
+        let rates = windowed(&windowed(&lowest, half, mean), half, mean);
+        Self { places, rates }
+    }
+
+    /// Time to the end, s.
+    fn duration_s(&self, period_s: f64) -> f64 {
+        let (mut u, mut time_s) = (0.0, 0.0);
+        loop {
+            let next = self.advance(u, period_s);
+            if next >= self.end() {
+                return time_s + (self.end() - u) / self.at(u);
+            }
+            (u, time_s) = (next, time_s + period_s);
+        }
+    }
+
+    /// Places at `samples + 1` equal steps of time from the start to the end, which is reached after `natural_s`.
+    fn places(&self, natural_s: f64, samples: usize) -> Vec<f64> {
+        let step_s = natural_s / samples as f64;
+        let mut u = 0.0;
+        let mut places = vec![0.0];
+        for _ in 1..samples {
+            u = self.advance(u, step_s).min(self.end());
+            places.push(u);
+        }
+        places.push(self.end());
+        places
+    }
+}
+
+/// `of` each value's neighbourhood, `half` values to either side.
+fn windowed(values: &[f64], half: usize, of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    (0..values.len()).map(|k| of(&values[k.saturating_sub(half)..(k + half + 1).min(values.len())])).collect()
 }
 
 /// How far the finite differences of samples, with rest before and after them, exceed the limits; 1 where they just hold.
@@ -64,7 +155,7 @@ fn sampled_slowdown(columns: &[Vec<f64>], bounds: &Bounds, period_s: f64) -> f64
     };
     (3..count + 6)
         .map(|k| {
-            bounds.slowdown(|axis, order| {
+            bounds.slowdown([1.0; 3], |axis, order| {
                 let p = |back: usize| position(axis, k - back);
                 match order {
                     1 => (p(0) - p(1)) / period_s,
@@ -84,35 +175,35 @@ struct Bounds<'a> {
 }
 
 impl Bounds<'_> {
-    /// Factor by which time has to be stretched for the derivatives `of(axis, order)`, orders 1 to 3, to keep within the limits.
+    /// Factor by which time has to be stretched for the derivatives `of(axis, order)`, orders 1 to 3, to keep to `shares` of the limits.
     ///
     /// The path's whole acceleration is held below both its tangential and its centripetal limit: stricter than each alone.
-    fn slowdown(&self, of: impl Fn(usize, usize) -> f64) -> f64 {
-        let stretch = |value: f64, limit: f64, order: usize| {
-            let ratio = value / (KEPT_BACK * limit);
-            match order {
-                1 => ratio / self.speed_share,
-                2 => ratio.sqrt(),
-                _ => ratio.cbrt(),
-            }
-        };
+    fn slowdown(&self, shares: [f64; 3], of: impl Fn(usize, usize) -> f64) -> f64 {
+        let path = [
+            self.limits.path_velocity_mm_s,
+            self.limits.path_acceleration_mm_s2.min(self.limits.centripetal_mm_s2),
+            self.limits.path_jerk_mm_s3,
+        ];
         let mut most: f64 = 0.0;
         for order in 1..=3 {
+            let stretch = |value: f64, limit: f64| {
+                let ratio = value / (KEPT_BACK * shares[order - 1] * limit);
+                match order {
+                    1 => ratio / self.speed_share,
+                    2 => ratio.sqrt(),
+                    _ => ratio.cbrt(),
+                }
+            };
             let mut squares = 0.0;
             for (index, (axis, limits)) in self.axes.iter().zip(&self.limits.axes).enumerate() {
                 let value = of(index, order).abs();
                 let limit = [limits.velocity, limits.acceleration, limits.jerk][order - 1];
-                most = most.max(stretch(value, limit, order));
+                most = most.max(stretch(value, limit));
                 if axis.kind == AxisKind::Linear {
                     squares += value * value;
                 }
             }
-            let path = [
-                self.limits.path_velocity_mm_s,
-                self.limits.path_acceleration_mm_s2.min(self.limits.centripetal_mm_s2),
-                self.limits.path_jerk_mm_s3,
-            ];
-            most = most.max(stretch(squares.sqrt(), path[order - 1], order));
+            most = most.max(stretch(squares.sqrt(), path[order - 1]));
         }
         most
     }

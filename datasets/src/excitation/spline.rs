@@ -96,7 +96,7 @@ impl QuinticSpline {
             let time = self.duration_s() * k as f64 / count as f64;
             let base = line.at(time)[0];
             let away = self.at(begin + time)[0] - base;
-            let room = if away > 0.0 { high - base } else { base - low };
+            let room = if away > 0.0 { high - base } else { base - low }.max(0.0);
             if away.abs() > room {
                 share = share.min(room / away.abs());
             }

@@ -17,24 +17,27 @@ pub(crate) struct Dialect {
 const SNIFFED: usize = 200;
 
 impl Dialect {
-    /// The dialect in which most lines have the same number of fields and the most numbers.
+    /// The dialect in which rows have the most numbers, counted by their share of all fields: a wrong one leaves `5;1` behind.
     pub fn sniff(lines: &[Line<'_>]) -> Self {
         let lines = &lines[..lines.len().min(SNIFFED)];
-        let mut best = (0, Self::new(',', false, 1));
+        let mut best = (0.0, Self::new(',', false, 1));
         for (separator, decimal_comma) in
             [(',', false), (';', false), (';', true), ('\t', false), ('\t', true), (' ', false), (' ', true)]
         {
             let mut dialect = Self::new(separator, decimal_comma, 1);
             let widths: Vec<usize> = lines.iter().map(|line| dialect.fields(line.text).len()).collect();
             dialect.width = most_common(&widths);
-            let numbers = lines
-                .iter()
-                .map(|line| dialect.fields(line.text))
-                .filter(|fields| fields.len() == dialect.width)
-                .map(|fields| fields.iter().filter(|field| dialect.number(field).is_some()).count())
-                .sum();
-            if numbers > best.0 {
-                best = (numbers, dialect);
+            let rows: Vec<Vec<&str>> = lines.iter().map(|line| dialect.fields(line.text)).collect();
+            let mut rows: Vec<&Vec<&str>> = rows.iter().filter(|row| row.len() == dialect.width).collect();
+            let numbers = |row: &&Vec<&str>| row.iter().filter(|field| dialect.number(field).is_some()).count() as f64;
+            let score: f64 = rows.iter().map(|row| numbers(row).powi(2) / row.len() as f64).sum();
+            // A separator at the end of every row makes no column.
+            rows.retain(|row| numbers(row) > 0.0);
+            if dialect.width > 1 && rows.iter().all(|row| row.last().is_some_and(|field| field.is_empty())) {
+                dialect.width -= 1;
+            }
+            if score > best.0 {
+                best = (score, dialect);
             }
         }
         best.1
@@ -70,10 +73,11 @@ impl Dialect {
         }
     }
 
-    /// Whether a row of the right width holds a number.
+    /// Whether a row of the right width, empty fields at its end aside, holds a number.
     pub fn is_data(&self, line: &str) -> bool {
         let fields = self.fields(line);
-        fields.len() == self.width && fields.iter().any(|field| self.number(field).is_some())
+        let fits = fields.len() >= self.width && fields.iter().skip(self.width).all(|field| field.is_empty());
+        fits && fields.iter().any(|field| self.number(field).is_some())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Parquet tables.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use polars::prelude::{DataType, ParquetReader, SerReader};
@@ -26,7 +27,10 @@ impl LogFormat for Parquet {
         if bytes.len() < 12 || !bytes.ends_with(b"PAR1") {
             return Err(DatasetError::format(path, "the Parquet file is cut off: its footer is missing; copy it again"));
         }
-        let frame = ParquetReader::new(Cursor::new(bytes)).finish().map_err(failed)?;
+        // The reader panics on some damaged footers and pages; a damaged file is to be an error like any other.
+        let frame = catch_unwind(AssertUnwindSafe(|| ParquetReader::new(Cursor::new(bytes)).finish()))
+            .map_err(|_| DatasetError::format(path, "the Parquet file is damaged; copy it again"))?
+            .map_err(failed)?;
         let mut table = Table { lines: (1..=frame.height()).collect(), ..Table::default() };
         for column in frame.columns() {
             let values = if column.dtype().is_primitive_numeric() {

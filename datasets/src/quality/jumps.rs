@@ -20,78 +20,60 @@ pub(super) fn check(axis: &Signals, lost: &[bool], purpose: Purpose, report: &mu
     let speed_changes =
         isolated(&steps(&axis.reference_steps), SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
 
-    let both: Vec<usize> = commanded.iter().copied().filter(|k| moved.contains(k)).collect();
+    let mut push = |severity, check, found: Vec<(usize, f64)>, what: &str| {
+        let Some(&(first, _)) = found.first() else {
+            return;
+        };
+        let largest = found.iter().map(|(_, size)| size.abs()).fold(0.0, f64::max);
+        let times = if found.len() == 1 { "once".to_owned() } else { format!("{} times", found.len()) };
+        let column = if check == Check::Command { axis.reference_name() } else { axis.actual_name() };
+        report.push(
+            Finding::new(severity, check, format!("{times}, at most {largest:.4} {}: {what}", axis.unit()))
+                .in_column(column)
+                .at_sample(first, axis.period_s),
+        );
+    };
+    // A step from sample k to k + 1 is told at k + 1.
+    let arrive = |steps: &[f64], found: Vec<usize>| found.into_iter().map(|k| (k + 1, steps[k])).collect();
+    let (together, alone) = commanded.iter().partition(|k| moved.contains(k));
     push(
-        axis,
-        &both,
-        &axis.reference_steps,
         purpose.grave(),
         Check::Jumps,
-        report,
+        arrive(&axis.reference_steps, together),
         "command and actual position jump together: rows are lost there; cut the file at these rows into separate runs",
     );
-    let command_only: Vec<usize> = commanded.iter().copied().filter(|k| !moved.contains(k)).collect();
     push(
-        axis,
-        &command_only,
-        &axis.reference_steps,
         Severity::Warn,
         Check::Command,
-        report,
+        arrive(&axis.reference_steps, alone),
         "the command jumps from one sample to the next: infinite speed, which no axis follows; leave these runs out or smooth the program",
     );
-    // After a jump of the command's speed the tracking error has a kink of its own.
+    // After a jump of the command or of its speed the tracking error has a kink of its own.
     let explained = |k: usize| {
         let near = |other: &usize| other.abs_diff(k) <= 3;
         commanded.iter().any(near) || speed_changes.iter().any(near)
     };
-    let resets: Vec<usize> = deviated.iter().copied().filter(|&k| !explained(k) && !lost_at(k) && !lost_at(k + 1)).collect();
+    let resets = deviated.iter().copied().filter(|&k| !explained(k) && !lost_at(k) && !lost_at(k + 1)).collect();
     push(
-        axis,
-        &resets,
-        &axis.actual_steps,
         purpose.grave(),
         Check::Jumps,
-        report,
-        "the actual position steps while the command goes on smoothly: a counter was reset or counts were lost; cut the file at these rows into separate runs",
+        arrive(&axis.actual_steps, resets),
+        "the actual position steps while the command goes on smoothly: a counter was reset or counts were lost; cut the file at these \
+         rows into separate runs",
     );
-    let spikes: Vec<usize> = spikes(&axis.error, smallest).into_iter().filter(|&k| !explained(k) && !lost_at(k)).collect();
+    let spikes = spikes(&axis.error, smallest).into_iter().filter(|(k, _)| !explained(*k) && !lost_at(*k)).collect();
     push(
-        axis,
-        &spikes,
-        &axis.error,
         Severity::Warn,
         Check::Jumps,
-        report,
+        spikes,
         "single samples of the actual position stand out of their neighbours: transmission faults; mend or leave out these rows",
     );
-    if !speed_changes.is_empty() {
-        let sizes = steps(&axis.reference_steps);
-        let speeds: Vec<f64> = sizes.iter().map(|step| step / axis.period_s).collect();
-        push(
-            axis,
-            &speed_changes,
-            &speeds,
-            Severity::Warn,
-            Check::Command,
-            report,
-            "the command's speed (per s) jumps within one sample: infinite acceleration; what follows is not learned well",
-        );
-    }
-}
-
-fn push(axis: &Signals, found: &[usize], sizes: &[f64], severity: Severity, check: Check, report: &mut Report, what: &str) {
-    let Some(&first) = found.first() else {
-        return;
-    };
-    let largest = found.iter().map(|&k| sizes[k].abs()).fold(0.0, f64::max);
-    let column = if check == Check::Command { axis.reference_name() } else { axis.actual_name() };
-    let places = if found.len() == 1 { "once" } else { "times" };
-    let count = if found.len() == 1 { String::new() } else { format!("{} ", found.len()) };
-    report.push(
-        Finding::new(severity, check, format!("{count}{places}, at most {largest:.4} {}: {what}", axis.unit()))
-            .in_column(column)
-            .at_sample(first + 1, axis.period_s),
+    let speeds: Vec<f64> = steps(&axis.reference_steps).iter().map(|step| step / axis.period_s).collect();
+    push(
+        Severity::Warn,
+        Check::Command,
+        arrive(&speeds, speed_changes.clone()),
+        "the command's speed (per s) jumps within one sample: infinite acceleration; what follows is not learned well",
     );
 }
 
@@ -107,15 +89,13 @@ fn isolated(steps: &[f64], smallest: f64) -> Vec<usize> {
         .collect()
 }
 
-/// Samples that lie off the line between their neighbours, which lie close together.
-fn spikes(values: &[f64], smallest: f64) -> Vec<usize> {
+/// Samples that lie off the line between their neighbours, which lie close together, and how far.
+fn spikes(values: &[f64], smallest: f64) -> Vec<(usize, f64)> {
     let bends: Vec<f64> = values.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2])).collect();
     let usual = (2.0 * ISOLATED * quantile(&bends, 0.99)).max(smallest);
+    let apart = |k: usize| (values[k + 2] - values[k]).abs();
     (0..bends.len())
-        .filter(|&k| {
-            let apart = (values[k + 2] - values[k]).abs();
-            bends[k].abs() > usual && bends[k].abs() > ISOLATED * apart
-        })
-        .map(|k| k + 1)
+        .filter(|&k| bends[k].abs() > usual && bends[k].abs() > ISOLATED * apart(k))
+        .map(|k| (k + 1, bends[k]))
         .collect()
 }

@@ -49,14 +49,18 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
     let signals = Signals::of(log);
     motion_checks::check(&signals, purpose, &mut report);
     copied::check(&signals, purpose, &mut report);
-    let moving: Vec<&Signals> = signals.iter().filter(|axis| axis.moves()).collect();
-    for axis in &moving {
+    let mut whole = Vec::new();
+    for axis in signals.iter().filter(|axis| axis.moves()) {
         digits::check(axis, purpose, &mut report);
         units::check(axis, &mut report);
         let lost = dropout::check(axis, purpose, &mut report);
         jumps::check(axis, &lost, purpose, &mut report);
+        // What is missing does not follow the command either: that would only be said twice.
+        if !lost.contains(&true) && !motion_checks::is_dead(axis) {
+            whole.push(axis);
+        }
     }
-    pairing::check(&moving, &mut report);
+    pairing::check(&whole, &mut report);
     report
 }
 

@@ -36,7 +36,7 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
                 Finding::new(Severity::Note, Check::Motion, "the axis never moves and is left out of training")
                     .in_column(axis.reference_name()),
             );
-        } else if shake < still && range(axis.reference) > 10.0 * still {
+        } else if is_dead(axis) {
             report.push(
                 Finding::new(
                     Severity::Refuse,
@@ -61,6 +61,12 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
             );
         }
     }
+}
+
+/// Whether the actual position stays while the command moves.
+pub(super) fn is_dead(axis: &Signals) -> bool {
+    let still = axis.of_kind(1e-3, 1e-5);
+    range(axis.actual) < still && range(axis.reference) > 10.0 * still
 }
 
 /// Number of times that the command turns back.

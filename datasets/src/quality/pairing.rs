@@ -10,6 +10,8 @@ const BELONGS: f64 = 0.9;
 const STRANGE: f64 = 0.5;
 /// An actual position that leads by more than this share of a period is suspect.
 const LEAD_PERIODS: f64 = 0.5;
+/// A column is the rougher one when its third differences are larger by this factor.
+const ROUGHER: f64 = 1.05;
 
 pub(super) fn check(moving: &[&Signals], report: &mut Report) {
     for (index, axis) in moving.iter().enumerate() {
@@ -49,7 +51,8 @@ fn check_lead(axis: &Signals, report: &mut Report) {
         return;
     }
     // A measured position is rougher than a planned one.
-    let rougher = rms(&steps(&axis.reference_steps)) > rms(&steps(&axis.actual_steps));
+    let roughness = |of: &[f64]| rms(&steps(&steps(of)));
+    let rougher = roughness(&axis.reference_steps) > ROUGHER * roughness(&axis.actual_steps);
     let (severity, remedy) = if rougher {
         (Severity::Refuse, "and the command is rougher than the actual position: the two columns are swapped")
     } else {

@@ -92,6 +92,8 @@ impl Add<f64> for Jet {
 
 impl Div for Jet {
     type Output = Self;
+    // A quotient is the product with a reciprocal.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn div(self, other: Self) -> Self {
         self * other.recip()
     }

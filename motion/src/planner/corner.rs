@@ -39,21 +39,21 @@ pub(super) fn round(pieces: &[Piece], first: usize, tolerance_mm: f64) -> (Vec<P
             continue;
         }
         let mut piece = piece.clone();
-        if let Some(before) = rounded.last_mut() {
-            if let Some(blend) = blend(before, &mut piece, previous_length.min(length) / 2.0, tolerance_mm) {
-                // Two halves, so that each counts to its own piece.
-                let feed_mm_s = before.feed_mm_s.min(piece.feed_mm_s);
-                let owner = *index.last().unwrap_or(&(first + offset));
-                for (range, owner) in [((0.0, 0.5), owner), ((0.5, 1.0), first + offset)] {
-                    rounded.push(Piece {
-                        curve: Arc::clone(&blend) as Arc<dyn crate::Curve>,
-                        range,
-                        feed_mm_s,
-                        stop_after: false,
-                        dwell_s: 0.0,
-                    });
-                    index.push(owner);
-                }
+        if let Some(before) = rounded.last_mut()
+            && let Some(blend) = blend(before, &mut piece, previous_length.min(length) / 2.0, tolerance_mm)
+        {
+            // Two halves, so that each counts to its own piece.
+            let feed_mm_s = before.feed_mm_s.min(piece.feed_mm_s);
+            let owner = *index.last().unwrap_or(&(first + offset));
+            for (range, owner) in [((0.0, 0.5), owner), ((0.5, 1.0), first + offset)] {
+                rounded.push(Piece {
+                    curve: Arc::clone(&blend) as Arc<dyn crate::Curve>,
+                    range,
+                    feed_mm_s,
+                    stop_after: false,
+                    dwell_s: 0.0,
+                });
+                index.push(owner);
             }
         }
         previous_length = length;

@@ -1,10 +1,10 @@
 //! Feed planning: from a path of curves to positions sampled every period, every limit held.
 //!
 //! The plan of a stretch between two rests is made in four steps, a file each:
-//! 1. [`geometry`]: the stretch on a grid of arc length, with `r′`, `r″`, `r‴`; corners are rounded within the tolerance before;
-//! 2. [`profile`]: the fastest speed over arc length under the limits (centripetal and axis limits pointwise, acceleration by
+//! 1. `geometry`: the stretch on a grid of arc length, with `r′`, `r″`, `r‴`; corners are rounded within the tolerance before;
+//! 2. `profile`: the fastest speed over arc length under the limits (centripetal and axis limits pointwise, acceleration by
 //!    a forward and a backward pass over the whole stretch, so look-ahead is unlimited);
-//! 3. [`smooth`]: sampled in time and smoothed by two moving averages, which bounds jerk;
+//! 3. `smooth`: sampled in time and smoothed by two moving averages, which bounds jerk;
 //! 4. [`plan`]: checked sample by sample; where a limit is exceeded the speed is lowered there and the stretch planned anew.
 
 mod corner;
