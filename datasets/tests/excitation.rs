@@ -1,7 +1,7 @@
 //! Excitation keeps its limits, starts and ends at rest, and is varied.
 
+use datasets::{DatasetError, ExcitationPlan, RunPlan, excite};
 use motion::{Axis, AxisKind, Limits, Trajectory};
-use precomp_datasets::{DatasetError, ExcitationPlan, RunPlan, excite};
 
 const PERIOD_S: f64 = 0.002;
 

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{assert_found, healthy, hurt, log};
-use precomp_datasets::Severity::{Note, Refuse, Warn};
-use precomp_datasets::{Check, Log, Purpose, Report, assess, assess_runs, moving_axes};
+use datasets::Severity::{Note, Refuse, Warn};
+use datasets::{Check, Log, Purpose, Report, assess, assess_runs, moving_axes};
 
 fn training(log: &Log) -> Report {
     let report = assess(log, Purpose::Training);

@@ -5,10 +5,8 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use common::{assert_found, healthy};
+use datasets::{Check, DatasetError, Log, ReadOptions, Report, Severity, read_log, read_reference, write_log, write_reference};
 use motion::{Axis, AxisKind, Trajectory};
-use precomp_datasets::{
-    Check, DatasetError, Log, ReadOptions, Report, Severity, read_log, read_reference, write_log, write_reference,
-};
 
 fn file(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
@@ -212,7 +210,7 @@ fn a_damaged_parquet_file_is_an_error_or_a_log_and_never_a_panic() {
 fn a_failed_write_leaves_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let path = file(&folder, "log.csv", b"precious");
-    let result = precomp_datasets::write_atomically(&path, |file| {
+    let result = datasets::write_atomically(&path, |file| {
         use std::io::Write;
         file.write_all(b"half").unwrap();
         Err(DatasetError::Runs("stopped".to_owned()))

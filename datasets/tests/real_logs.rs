@@ -3,10 +3,8 @@
 mod common;
 
 use common::{assert_found, shared};
+use datasets::{Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, read_log, split_logs};
 use motion::AxisKind;
-use precomp_datasets::{
-    Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, read_log, split_logs,
-};
 
 fn read(name: &str) -> Option<(Log, Report)> {
     let path = shared(name)?;

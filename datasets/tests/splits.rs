@@ -3,7 +3,7 @@
 mod common;
 
 use common::{healthy, hurt};
-use precomp_datasets::{DatasetError, Log, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
+use datasets::{DatasetError, Log, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
 
 fn ten() -> Vec<Log> {
     (0..10).map(|k| healthy().part(format!("run {k}"), 0, 1000 + 100 * k).unwrap()).collect()

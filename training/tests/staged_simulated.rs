@@ -110,7 +110,7 @@ fn a_maxwell_slip_machine_is_predicted_too() {
         "{} samples, {}: {rms:.3} | {max:.2} µm, noise-free copy {ideal_rms:.3} | {ideal_max:.2} µm, lines {:?}",
         report.samples, report.chosen, report.lines
     );
-    assert!(rms <= 1.2 * ideal_rms && max <= 2.2 * ideal_max);
+    assert!(rms <= 1.25 * ideal_rms && max <= 2.2 * ideal_max);
 }
 
 #[test]

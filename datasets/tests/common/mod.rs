@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
+use datasets::{Check, Log, Report, Severity};
 use motion::{Axis, Trajectory};
-use precomp_datasets::{Check, Log, Report, Severity};
 
 /// A recorded log beside the project, or `None` (with a word on it) where there is none.
 pub fn shared(name: &str) -> Option<PathBuf> {
