@@ -1,7 +1,7 @@
 //! Excitation keeps its limits, starts and ends at rest, and is varied.
 
 use datasets::{DatasetError, ExcitationPlan, RunPlan, excite};
-use motion::{Axis, AxisKind, Limits, Trajectory};
+use motion::{Axis, Limits, Trajectory};
 
 const PERIOD_S: f64 = 0.002;
 
@@ -33,17 +33,7 @@ fn assert_within(trajectory: &Trajectory, limits: &Limits, share: f64) -> [f64; 
             let limit = [limits.velocity * share, limits.acceleration, limits.jerk][order as usize - 1];
             let most = axis.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
             assert!(most <= limit, "order {order}: {most} above {limit}");
-        }
-        let limit = [
-            limits.path_velocity_mm_s * share,
-            limits.path_acceleration_mm_s2.min(limits.centripetal_mm_s2),
-            limits.path_jerk_mm_s3,
-        ][order as usize - 1];
-        for k in 0..axes[0].len() {
-            let linear = trajectory.axes().iter().zip(&axes).filter(|(axis, _)| axis.kind == AxisKind::Linear);
-            let path = linear.map(|(_, axis)| axis[k] * axis[k]).sum::<f64>().sqrt();
-            assert!(path <= limit * (1.0 + 1e-9), "path, order {order}: {path} above {limit}");
-            reached[order as usize - 1] = reached[order as usize - 1].max(path / limit);
+            reached[order as usize - 1] = reached[order as usize - 1].max(most / limit);
         }
     }
     reached
@@ -63,7 +53,7 @@ fn the_default_plan_makes_thirty_thousand_samples_within_the_limits() {
         let rms = (speed.iter().map(|v| v * v).sum::<f64>() / speed.len() as f64).sqrt();
         let turns = speed.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
         println!(
-            "{name}: {:.2} s, x speed {rms:.1} mm/s RMS, {turns} reversals, of the path limits {:.3} {:.3} {:.3}",
+            "{name}: {:.2} s, x speed {rms:.1} mm/s RMS, {turns} reversals, of the limits {:.3} {:.3} {:.3}",
             run.duration_s(),
             reached[0],
             reached[1],
@@ -112,12 +102,13 @@ fn an_off_centre_travel_and_rotary_axes_are_kept() {
 }
 
 #[test]
-fn tighter_path_limits_are_kept() {
+fn every_axis_is_seen_near_its_top_speed_whatever_the_path_may() {
     let mut limits = limits();
     limits.path_velocity_mm_s = 40.0;
-    limits.centripetal_mm_s2 = 200.0;
-    for (_, run) in runs(&ExcitationPlan::of_seconds(20.0), &limits, &Axis::xyz(), 100.0) {
-        assert_within(&run, &limits, 1.0);
+    let runs = runs(&ExcitationPlan::default(), &limits, &Axis::xyz(), 60.0);
+    for axis in 0..3 {
+        let top = runs.iter().flat_map(|(_, run)| differences(&run.columns()[axis], 1)).fold(0.0_f64, |top, v| top.max(v.abs()));
+        assert!(top > 0.9 * limits.axes[axis].velocity, "axis {axis}: {top}");
     }
 }
 

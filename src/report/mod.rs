@@ -90,7 +90,7 @@ pub fn write_report(path: &Path, title: &str, paths: &[PathReport]) -> Result<()
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
     let page = environment.get_template("report.html")?.render(
-        context! { title => title, paths => minijinja::Value::from_serialize(paths), version => env!("CARGO_PKG_VERSION") },
+        context! { title => title, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
     )?;
     write_file(path, page.as_bytes())
 }

@@ -30,8 +30,11 @@ pub(super) fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, Dataset
     Ok(ColumnMap { time, axes, unused })
 }
 
+/// The time column, and the position column of each axis.
+type Recognised = (Option<Source>, Vec<(Axis, Source)>);
+
 /// Time and position columns of a reference: `t,x,y,z`, or the commanded ones of a log.
-pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<(Option<Source>, Vec<(Axis, Source)>), DatasetError> {
+pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<Recognised, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
     let meanings = meanings(table);
     let mut axes = Vec::new();

@@ -32,8 +32,8 @@ const NEAR: f64 = 0.1;
 
 /// Random runs for a machine: name and reference of each, every one from rest to rest at the middle of the travel.
 ///
-/// `travel` holds the lowest and highest position of each axis (mm or rad); `period_s` is the sampling period. Axis and path limits hold
-/// for finite differences of the samples. The same plan, settings and seed give the same runs.
+/// `travel` holds the lowest and highest position of each axis (mm or rad); `period_s` is the sampling period. The axes' limits hold
+/// for finite differences of the samples; the path's do not apply, so that every axis is seen at its top speed. The same plan, settings and seed give the same runs.
 ///
 /// # Errors
 /// When a limit, the period, the plan or the travel is out of range.
@@ -130,7 +130,7 @@ impl Stage<'_> {
         let mut best = (f64::INFINITY, Vec::new());
         for _ in 0..DRAWS {
             let splines = self.splines(intervals, start, end)?;
-            let sampled = Sampled::within(&splines, self.axes, self.limits, self.run.speed_share, self.period_s);
+            let sampled = Sampled::within(&splines, self.limits, self.run.speed_share, self.period_s);
             let ratio = wanted_s / sampled.duration_s;
             let miss = ratio.ln().abs();
             if miss < best.0 {

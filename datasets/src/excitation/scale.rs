@@ -3,7 +3,7 @@
 //! The splines run over a parameter `u` (the time of Paper D, eq. 13). Its rate `du/dt` is first what the limits allow at each place,
 //! then made smooth, and last lowered by one factor for the finite differences of the samples to keep every limit.
 
-use motion::{Axis, AxisKind, Limits};
+use motion::Limits;
 
 use super::spline::QuinticSpline;
 
@@ -27,8 +27,8 @@ pub(super) struct Sampled {
 
 impl Sampled {
     /// Runs all splines (of equal duration) through with one common, varying rate, with a share of the speed limits.
-    pub fn within(splines: &[QuinticSpline], axes: &[Axis], limits: &Limits, speed_share: f64, period_s: f64) -> Self {
-        let bounds = Bounds { axes, limits, speed_share };
+    pub fn within(splines: &[QuinticSpline], limits: &Limits, speed_share: f64, period_s: f64) -> Self {
+        let bounds = Bounds { limits, speed_share };
         // A change of speed from nothing to full takes about this long.
         let change_s = speed_share * limits.path_velocity_mm_s / limits.path_acceleration_mm_s2;
         let rate = Rate::allowed(splines, &bounds).smoothed(change_s.clamp(0.01, 0.5), period_s);
@@ -167,9 +167,8 @@ fn sampled_slowdown(columns: &[Vec<f64>], bounds: &Bounds, period_s: f64) -> f64
         .fold(0.0, f64::max)
 }
 
-/// Limits of the axes and of the path.
+/// Limits of the axes.
 struct Bounds<'a> {
-    axes: &'a [Axis],
     limits: &'a Limits,
     speed_share: f64,
 }
@@ -177,13 +176,9 @@ struct Bounds<'a> {
 impl Bounds<'_> {
     /// Factor by which time has to be stretched for the derivatives `of(axis, order)`, orders 1 to 3, to keep to `shares` of the limits.
     ///
-    /// The path's whole acceleration is held below both its tangential and its centripetal limit: stricter than each alone.
+    /// The path's own limits do not count: under them no axis would ever reach its top speed in a random motion, and a program that
+    /// does would leave what the model knows.
     fn slowdown(&self, shares: [f64; 3], of: impl Fn(usize, usize) -> f64) -> f64 {
-        let path = [
-            self.limits.path_velocity_mm_s,
-            self.limits.path_acceleration_mm_s2.min(self.limits.centripetal_mm_s2),
-            self.limits.path_jerk_mm_s3,
-        ];
         let mut most: f64 = 0.0;
         for order in 1..=3 {
             let stretch = |value: f64, limit: f64| {
@@ -194,16 +189,10 @@ impl Bounds<'_> {
                     _ => ratio.cbrt(),
                 }
             };
-            let mut squares = 0.0;
-            for (index, (axis, limits)) in self.axes.iter().zip(&self.limits.axes).enumerate() {
-                let value = of(index, order).abs();
+            for (index, limits) in self.limits.axes.iter().enumerate() {
                 let limit = [limits.velocity, limits.acceleration, limits.jerk][order - 1];
-                most = most.max(stretch(value, limit));
-                if axis.kind == AxisKind::Linear {
-                    squares += value * value;
-                }
+                most = most.max(stretch(of(index, order).abs(), limit));
             }
-            most = most.max(stretch(squares.sqrt(), path[order - 1]));
         }
         most
     }

@@ -30,6 +30,9 @@ pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, 
 fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
     let references = corpus.references();
     let simple = velocity_acceleration_jerk(corpus, &references, recipe)?;
+    if recipe.stop_half_widths.is_empty() {
+        return Ok((linear_candidates(corpus, &references, simple, recipe)?, None));
+    }
     // The memory is chosen with operators in place: before, friction hides what a longer one would gain.
     let mut best: Option<(Candidate, LinearLaw, Candidate, f64)> = None;
     for &memory_s in &recipe.memory_s {
@@ -54,6 +57,21 @@ fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candida
     let (base, bank, ridge) = base;
     ladder.extend(with_position_lines(corpus, &law, &base, bank, ridge, recipe)?);
     Ok((ladder, Some(ridge)))
+}
+
+/// The candidates without friction.
+fn linear_candidates(
+    corpus: &Corpus<'_>,
+    references: &[Vec<f64>],
+    simple: Candidate,
+    recipe: &StagedRecipe,
+) -> Result<Vec<Candidate>, TrainingError> {
+    let mut ladder = Vec::from(pure_delays(corpus, references)?);
+    let anchored = recipe.memory_s.iter().map(|&memory_s| Ok(anchored(corpus, references, recipe, &simple, memory_s)?.0));
+    let anchored = anchored.collect::<Result<Vec<_>, TrainingError>>()?;
+    ladder.push(simple);
+    ladder.extend(anchored);
+    Ok(ladder)
 }
 
 /// Whether a richer candidate is better than a simpler one on held-out runs and no worse at speeds that it was not fitted to; or as good

@@ -29,7 +29,7 @@ pub struct StagedRecipe {
     pub ridges: Vec<f64>,
     /// Share of the mean square by which a stronger ridge may be worse than the best.
     pub ridge_slack: f64,
-    /// Half-widths of the stop operators.
+    /// Half-widths of the stop operators; none for the linear law alone.
     pub stop_half_widths: Vec<f64>,
     /// The operators of the smallest variant, by index.
     pub few_stops: Vec<usize>,

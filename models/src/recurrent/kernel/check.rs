@@ -81,7 +81,6 @@ fn gradients_are_the_loss_s_differences() {
                 worst = worst.max((difference - f64::from(gradient[index])).abs());
             }
         }
-        println!("{kind:?}: worst difference {worst:.1e}");
         assert!(worst < 5e-4, "{kind:?}: {worst}");
     }
 }

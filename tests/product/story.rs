@@ -1,8 +1,6 @@
 //! The whole story, by the command line: excite, log, train, compensate what training never saw, and see that it helped.
 
-mod common;
-
-use common::{Folder, shared, text};
+use crate::common::{Folder, shared, text};
 use serde_json::Value;
 
 fn rms(figures: &Value) -> f64 {

@@ -1,8 +1,6 @@
 //! The command line's contract: help, exit status, messages.
 
-mod common;
-
-use common::{Folder, text};
+use crate::common::{Folder, text};
 
 #[test]
 fn every_command_has_help_with_an_example() {

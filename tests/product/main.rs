@@ -1,0 +1,5 @@
+//! The whole product, run by its command line.
+
+mod cli;
+mod common;
+mod story;
