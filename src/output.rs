@@ -28,7 +28,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     datasets::write_atomically(path, |file| {
-        Ok(file.write_all(content).map_err(|source| datasets::DatasetError::Io { path: path.to_owned(), source })?)
+        file.write_all(content).map_err(|source| datasets::DatasetError::Io { path: path.to_owned(), source })
     })
     .with_context(|| format!("cannot write {}", path.display()))
 }

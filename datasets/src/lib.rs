@@ -22,7 +22,7 @@ mod write;
 pub use atomic::write_atomically;
 pub use columns::{ColumnMap, Source};
 pub use error::DatasetError;
-pub use excitation::{ExcitationPlan, RunPlan, excite};
+pub use excitation::{ExcitationPlan, RunPlan, Shape, excite};
 pub use formats::LogFormat;
 pub use log::Log;
 pub use quality::{Purpose, assess, assess_runs, moving_axes};

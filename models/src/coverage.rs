@@ -92,13 +92,12 @@ impl Coverage {
     pub fn weights(&self, positions: &[f64], period_s: f64) -> Vec<(f64, Option<Outside>)> {
         let v = velocity(positions, period_s);
         let range = (self.position.1 - self.position.0).max(1e-9);
-        // Room for rounding and for the small shifts of a compensated path.
-        let beyond =
-            |value: f64, limit: f64, reach: f64| (1.0 - (value / (limit * 1.02).max(1e-9) - 1.0) / reach).clamp(0.0, 1.0);
+        // Room for what a log happens to miss by little.
+        let beyond = |value: f64, limit: f64, reach: f64| (1.0 - (value / (limit * 1.1).max(1e-9) - 1.0) / reach).clamp(0.0, 1.0);
         (0..positions.len())
             .map(|k| {
                 let x = positions[k];
-                let off = (self.position.0 - x).max(x - self.position.1) - 0.02 * range;
+                let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
                 let a = if k > 0 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
                 let candidates = [
                     ((1.0 - off.max(0.0) / range).max(0.0), Outside::Position),

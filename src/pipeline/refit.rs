@@ -109,9 +109,6 @@ impl Stretch<'_> {
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
         }
-        for target in out.targets.iter().rev().take(run.len()).flat_map(|(_, points)| points) {
-            debug_assert!(target.iter().all(|value| value.is_finite()));
-        }
         let largest = self.samples.clone().map(|k| self.shifts[k].norm()).fold(0.0, f64::max);
         out.largest_shift_mm = out.largest_shift_mm.max(largest);
         if let Some(line) = writer.restore(&part.toolpath.moves[last])? {

@@ -1,6 +1,6 @@
 //! Pre-compensation in one shot (Paper D, section IV).
 
-use motion::contour::{ContourEstimator, SplineSearch};
+use motion::contour::{ContourError, ContourEstimator, SplineSearch};
 use motion::{DesiredPath, Trajectory, Vec3, poses_of};
 
 use crate::{CompensationError, CompensationLaw, move_tips};
@@ -31,7 +31,13 @@ impl CompensationLaw for OneShot {
     ) -> Result<Trajectory, CompensationError> {
         let actual: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
         let errors = self.estimator.estimate(&desired.tips(), &actual)?;
-        let shifts: Vec<Vec3> = errors.iter().map(|error| error.vector * self.eta).collect();
+        let shifts: Vec<Vec3> = errors.iter().map(|error| across(error) * self.eta).collect();
         move_tips(desired, reference, &shifts)
     }
+}
+
+/// The error without what lies along the path: the search takes one of ten points between samples, and the way to the next of them,
+/// micrometres at speed, would jerk the reference to and fro.
+fn across(error: &ContourError) -> Vec3 {
+    error.vector - error.tangent * error.tangent.dot(&error.vector)
 }

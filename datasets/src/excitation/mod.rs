@@ -1,20 +1,23 @@
 //! Excitation: random motion that shows all that a model has to learn, within the machine's limits.
 //!
-//! Paper D, eq. 13: each axis passes random positions `~ N(0, σ²)` at random knots `t_{j+1} = t_j + 0.04 + U(0.04, 0.08)` on a spline of
+//! Paper D, eq. 13: each axis passes random positions `~ N(c, σ²)` at random knots `t_{j+1} = t_j + 0.04 + U(0.04, 0.08)` on a spline of
 //! degree five, with time scaled until speed and acceleration keep their limits. Unlike the paper's one long path, each run here is a few
-//! seconds with starts and stops of its own, and runs differ in speed and sharpness: variety teaches more than length.
+//! seconds with starts and stops of its own, and runs differ in speed, sharpness and place (`c`; zero in
+//! the paper): variety teaches more than length. Some runs are straight lines with corners and stops, as in part programs.
 
+mod lines;
 mod plan;
 mod scale;
 mod spline;
 
 use motion::{Axis, AxisKind, Limits, Trajectory};
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::DatasetError;
-pub use plan::{ExcitationPlan, RunPlan};
+use lines::Lines;
+pub use plan::{ExcitationPlan, RunPlan, Shape};
 use scale::Sampled;
 use spline::QuinticSpline;
 
@@ -92,17 +95,43 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Rest, pieces with dwells between them, rest.
     fn play(&mut self) -> Result<Trajectory, DatasetError> {
         let home: Vec<f64> = self.travel.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
+        match self.run.shape {
+            Shape::Splines => self.splines_and_dwells(&home),
+            // A machine without axes x, y, z has no lines in space.
+            Shape::Lines => match self.lines(&home)? {
+                Some(run) => Ok(run),
+                None => self.splines_and_dwells(&home),
+            },
+        }
+    }
+
+    fn lines(&mut self, home: &[f64]) -> Result<Option<Trajectory>, DatasetError> {
+        let centres: Vec<f64> = (0..home.len()).map(|axis| self.centre(axis)).collect();
+        let lines = Lines {
+            axes: self.axes,
+            limits: self.limits,
+            home,
+            seconds: self.run.seconds,
+            rest_s: REST_S,
+            speed_share: self.run.speed_share,
+            period_s: self.period_s,
+        };
+        let draws: Vec<Draw> = (0..home.len()).map(|axis| self.draw(axis)).collect();
+        lines.play(self.rng, |rng, axis| draws[axis].position(rng, centres[axis], 1.0))
+    }
+
+    /// Rest, pieces with dwells between them, rest.
+    fn splines_and_dwells(&mut self, home: &[f64]) -> Result<Trajectory, DatasetError> {
         let mut columns: Vec<Vec<f64>> = home.iter().map(|&position| vec![position]).collect();
         self.dwell(&mut columns, REST_S);
         for piece in 0..self.run.pieces {
             let start: Vec<f64> = columns.iter().filter_map(|column| column.last().copied()).collect();
             let end = if piece + 1 == self.run.pieces {
-                home.clone()
+                home.to_vec()
             } else {
-                (0..home.len()).map(|axis| self.position(axis, STOP_SHARE)).collect()
+                (0..home.len()).map(|axis| self.position(axis, home[axis], STOP_SHARE)).collect()
             };
             let motion = self.piece(&start, &end)?;
             for (column, samples) in columns.iter_mut().zip(motion) {
@@ -148,6 +177,7 @@ impl Stage<'_> {
         let total_s = intervals as f64 * MEAN_INTERVAL_S;
         (0..self.axes.len())
             .map(|axis| {
+                let centre = self.centre(axis);
                 let mut times = vec![0.0];
                 let mut time = 0.0;
                 for _ in 0..intervals {
@@ -157,7 +187,7 @@ impl Stage<'_> {
                 // All axes end together.
                 times.iter_mut().for_each(|t| *t *= total_s / time);
                 let mut values = vec![start[axis]];
-                values.extend((1..intervals).map(|_| self.position(axis, 1.0)));
+                values.extend((1..intervals).map(|_| self.position(axis, centre, 1.0)));
                 values.push(end[axis]);
                 let spline = QuinticSpline::through(&times, &values)?;
                 Ok(spline.squeezed(self.travel[axis]))
@@ -165,15 +195,40 @@ impl Stage<'_> {
             .collect()
     }
 
-    /// A random position of an axis, never beyond `share` of the way from the middle to the ends of its travel.
-    fn position(&mut self, axis: usize, share: f64) -> f64 {
+    /// Where an axis moves about during a piece: anywhere that leaves two standard deviations to the ends of its travel, so that all
+    /// pieces together cover it. Friction varies with place.
+    fn centre(&mut self, axis: usize) -> f64 {
+        let draw = self.draw(axis);
+        let room = (draw.half - 2.0 * draw.sigma).max(0.0);
+        draw.middle + room * self.rng.random_range(-1.0..=1.0)
+    }
+
+    fn position(&mut self, axis: usize, centre: f64, share: f64) -> f64 {
+        self.draw(axis).position(self.rng, centre, share)
+    }
+
+    fn draw(&self, axis: usize) -> Draw {
         let (low, high) = self.travel[axis];
-        let (middle, half) = (f64::midpoint(low, high), 0.5 * (high - low));
         let sigma = match self.axes[axis].kind {
             AxisKind::Linear => self.run.sigma_mm,
             AxisKind::Rotary => self.run.sigma_mm / LEVER_MM,
         };
-        let normal: f64 = StandardNormal.sample(self.rng);
-        middle + (sigma.min(0.5 * half) * normal).clamp(-share * half, share * half)
+        Draw { middle: f64::midpoint(low, high), half: 0.5 * (high - low), sigma: sigma.min(0.25 * (high - low)) }
+    }
+}
+
+/// How positions of an axis are drawn.
+struct Draw {
+    middle: f64,
+    half: f64,
+    sigma: f64,
+}
+
+impl Draw {
+    /// A random position around `centre`, never beyond `share` of the way from the middle to the ends of the travel.
+    fn position(&self, rng: &mut impl Rng, centre: f64, share: f64) -> f64 {
+        let normal: f64 = StandardNormal.sample(rng);
+        let reach = share * self.half;
+        (centre + self.sigma * normal).clamp(self.middle - reach, self.middle + reach)
     }
 }

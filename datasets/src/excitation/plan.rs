@@ -2,6 +2,15 @@
 
 use crate::DatasetError;
 
+/// What a run is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Splines through random positions (Paper D, eq. 13).
+    Splines,
+    /// Straight lines with rounded corners and stops, as jerk-limited controls run them.
+    Lines,
+}
+
 /// One run of an excitation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunPlan {
@@ -13,7 +22,9 @@ pub struct RunPlan {
     pub sigma_mm: f64,
     /// Share of the speed limits that is used, 0 to 1; acceleration and jerk keep theirs.
     pub speed_share: f64,
-    /// Pieces from rest to rest.
+    /// What it is made of.
+    pub shape: Shape,
+    /// Pieces of splines from rest to rest.
     pub pieces: usize,
     /// Rest between pieces, s.
     pub dwell_s: f64,
@@ -23,13 +34,19 @@ impl RunPlan {
     /// The paper's spread of positions, σ = 18 mm, at a share of the speed limits.
     #[must_use]
     pub fn standard(name: &str, seconds: f64, speed_share: f64) -> Self {
-        Self { name: name.to_owned(), seconds, sigma_mm: 18.0, speed_share, pieces: 2, dwell_s: 0.1 }
+        Self { name: name.to_owned(), seconds, sigma_mm: 18.0, speed_share, shape: Shape::Splines, pieces: 2, dwell_s: 0.1 }
     }
 
     /// Many small sharp turns, σ = 4 mm.
     #[must_use]
     pub fn sharp(name: &str, seconds: f64) -> Self {
         Self { sigma_mm: 4.0, ..Self::standard(name, seconds, 1.0) }
+    }
+
+    /// Straight lines of all lengths up to some σ = 18 mm.
+    #[must_use]
+    pub fn lines(name: &str, seconds: f64) -> Self {
+        Self { shape: Shape::Lines, ..Self::standard(name, seconds, 1.0) }
     }
 
     /// Planned duration of one piece, s, without `rest_s` before and after the run.
@@ -74,24 +91,25 @@ impl Default for ExcitationPlan {
 }
 
 impl ExcitationPlan {
-    /// Ten runs of together about `seconds`: five at full speed, one at half and two at a quarter of it, two sharp ones.
+    /// Ten runs of together about `seconds`: four at full speed, one each at half and at a quarter of it, two with sharp turns, two of
+    /// straight lines.
     #[must_use]
     pub fn of_seconds(seconds: f64) -> Self {
         let each = seconds / 10.0;
         let full = || RunPlan::standard("full", each, 1.0);
-        let slow = || RunPlan::standard("slow", each, 0.25);
         let sharp = || RunPlan::sharp("sharp", each);
+        let lines = || RunPlan::lines("lines", each);
         Self {
             runs: vec![
                 full(),
-                slow(),
+                RunPlan::standard("slow", each, 0.25),
                 sharp(),
+                lines(),
                 full(),
                 RunPlan::standard("half", each, 0.5),
-                full(),
-                slow(),
                 sharp(),
                 full(),
+                lines(),
                 full(),
             ],
         }

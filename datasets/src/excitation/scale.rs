@@ -12,7 +12,7 @@ const PER_KNOT: usize = 40;
 /// What is kept back from each limit, for what lies between the samples.
 const KEPT_BACK: f64 = 0.995;
 /// Shares of speed, acceleration and jerk limits that a constant rate may use; the rest is for changing it.
-const SHARES: [f64; 3] = [1.0, 0.75, 0.75];
+const SHARES: [f64; 3] = [1.0, 0.97, 0.75];
 /// The rate is never more than this many times its median, as it might at the ends, where the splines rest.
 const FASTEST: f64 = 1.5;
 /// Rounds in which the samples themselves are brought within the limits.

@@ -1,0 +1,116 @@
+//! Straight lines with corners and stops, planned as a control plans them: what most part programs are made of.
+
+use std::sync::Arc;
+
+use motion::curves::Line;
+use motion::{Axis, Cartesian, Kinematics, Limits, Piece, PlanSettings, ToolPath, Trajectory, Vec3, plan};
+use rand::{Rng, RngExt};
+
+use crate::DatasetError;
+
+/// How far corners are rounded off, mm.
+const CORNER_TOLERANCE_MM: f64 = 0.02;
+/// Share of lines that end at a stop, and the longest dwell there, s.
+const STOPS: f64 = 0.35;
+const LONGEST_DWELL_S: f64 = 0.15;
+/// Share of lines along a single axis, which alone reach its full speed.
+const SINGLE: f64 = 0.4;
+/// Share of lines at full speed, and the slowest of the others, as a share of it.
+const FULL: f64 = 0.5;
+const SLOWEST: f64 = 0.25;
+
+/// Lines through places that `position` draws for an axis, from `home` and back.
+pub(super) struct Lines<'a> {
+    pub axes: &'a [Axis],
+    pub limits: &'a Limits,
+    pub home: &'a [f64],
+    pub seconds: f64,
+    pub rest_s: f64,
+    pub speed_share: f64,
+    pub period_s: f64,
+}
+
+impl Lines<'_> {
+    /// `None` where the machine has no axis x, y or z.
+    pub fn play<R: Rng>(
+        &self,
+        rng: &mut R,
+        mut position: impl FnMut(&mut R, usize) -> f64,
+    ) -> Result<Option<Trajectory>, DatasetError> {
+        let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(self.axes.to_vec()));
+        // The axes that move the tool in x, y, z.
+        let moved: Vec<(usize, usize)> = (0..self.axes.len())
+            .filter_map(|axis| ["x", "y", "z"].iter().position(|name| *name == self.axes[axis].name).map(|slot| (axis, slot)))
+            .collect();
+        if moved.is_empty() {
+            return Ok(None);
+        }
+        let limits = self.axis_limits_only(&moved);
+        let home = kinematics.forward(self.home).tip;
+        let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
+        loop {
+            let last = planned_s >= self.seconds - 2.0 * self.rest_s;
+            let mut end = if last { home } else { at };
+            if !last && rng.random_bool(SINGLE) {
+                let (axis, slot) = moved[rng.random_range(0..moved.len())];
+                end[slot] = position(rng, axis);
+            } else if !last {
+                moved.iter().for_each(|&(axis, slot)| end[slot] = position(rng, axis));
+            }
+            let length = (end - at).norm();
+            if length > 1e-3 {
+                let speed = self.speed_share * self.top_speed(&moved, &((end - at) / length));
+                let feed_mm_s = speed * if rng.random_bool(FULL) { 1.0 } else { rng.random_range(SLOWEST..1.0) };
+                let stop_after = rng.random_bool(STOPS);
+                let dwell_s = if stop_after { rng.random_range(0.0..LONGEST_DWELL_S) } else { 0.0 };
+                path.push(Piece {
+                    stop_after,
+                    dwell_s: if last { 0.0 } else { dwell_s },
+                    ..Piece::whole(Arc::new(Line { start: at, end }), feed_mm_s)
+                });
+                planned_s += length / feed_mm_s + dwell_s + 0.05;
+                at = end;
+            }
+            if last {
+                break;
+            }
+        }
+        let settings = PlanSettings {
+            period_s: self.period_s,
+            corner_tolerance_mm: CORNER_TOLERANCE_MM,
+            rest_s: self.rest_s,
+            ..PlanSettings::default()
+        };
+        let planned = plan(&path, &kinematics, &limits, &settings)?.desired.trajectory().clone();
+        let mut columns = planned.columns().to_vec();
+        for (axis, column) in columns.iter_mut().enumerate() {
+            if !moved.iter().any(|(known, _)| *known == axis) {
+                column.fill(self.home[axis]);
+            }
+        }
+        Ok(Some(planned.with_columns(columns)?))
+    }
+
+    /// The limits with those of the path out of the way.
+    fn axis_limits_only(&self, moved: &[(usize, usize)]) -> Limits {
+        let norm = |of: fn(&motion::AxisLimits) -> f64| {
+            moved.iter().map(|(axis, _)| of(&self.limits.axes[*axis]).powi(2)).sum::<f64>().sqrt()
+        };
+        let acceleration = norm(|axis| axis.acceleration);
+        Limits {
+            axes: self.limits.axes.clone(),
+            path_velocity_mm_s: norm(|axis| axis.velocity),
+            path_acceleration_mm_s2: acceleration,
+            path_jerk_mm_s3: norm(|axis| axis.jerk),
+            centripetal_mm_s2: acceleration,
+        }
+    }
+
+    /// Speed along `direction` at which the first axis reaches its limit, mm/s.
+    fn top_speed(&self, moved: &[(usize, usize)], direction: &Vec3) -> f64 {
+        moved
+            .iter()
+            .map(|&(axis, slot)| self.limits.axes[axis].velocity / direction[slot].abs().max(1e-9))
+            .fold(f64::INFINITY, f64::min)
+    }
+}
