@@ -59,7 +59,7 @@ pub struct ProgramArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_offset, default_value = "0,0,0", allow_hyphen_values = true)]
     pub work_offset: [f64; 3],
     /// How far the control may round corners off, mm; 0 plans a stop at every corner
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    #[arg(long, value_name = "MM", default_value_t = 0.002)]
     pub corner_tolerance: f64,
     /// Feed of built-in test curves (`curve:crown`), mm/s
     #[arg(long, value_name = "MM/S", default_value_t = 80.0)]

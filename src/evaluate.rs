@@ -1,7 +1,7 @@
 //! Figures of a run.
 
 use anyhow::Result;
-use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, summary};
+use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, summary};
 use motion::{DesiredPath, Trajectory, Vec3, poses_of};
 use serde_json::{Value, json};
 
@@ -11,12 +11,39 @@ use serde_json::{Value, json};
 /// # Errors
 /// When the two do not match.
 pub fn contour_errors(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<ContourError>> {
+    errors_from(desired, actual, &desired.tips())
+}
+
+/// As [`contour_errors`], for a run whose command `reference` keeps near the path but not its time: a program that a control planned
+/// anew. With the place on the path of every sample, in samples of `desired`.
+///
+/// # Errors
+/// When `reference` leads elsewhere.
+pub fn contour_errors_along(
+    desired: &DesiredPath,
+    reference: &Trajectory,
+    actual: &Trajectory,
+) -> Result<(Vec<ContourError>, Vec<f64>)> {
+    let path = desired.tips();
+    let commanded: Vec<Vec3> = poses_of(reference, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+    let in_time =
+        path.len() == commanded.len() && path.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < 0.2);
+    if in_time {
+        let places = (0..path.len()).map(|k| k as f64).collect();
+        return Ok((errors_from(desired, actual, &path)?, places));
+    }
+    let places = follow(&commanded, &path)?;
+    Ok((errors_from(desired, actual, &at_places(&path, &places))?, places))
+}
+
+/// Errors of `actual` from the path whose places at the same instants are `path`.
+fn errors_from(desired: &DesiredPath, actual: &Trajectory, path: &[Vec3]) -> Result<Vec<ContourError>> {
     let tips: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
     let mut estimator: Box<dyn ContourEstimator> = match desired.curve() {
         Some(curve) => Box::new(ExactOnCurve::new(curve.clone())),
         None => Box::new(Exact::default()),
     };
-    Ok(estimator.estimate(&tips, &desired.tips())?)
+    Ok(estimator.estimate(&tips, path)?)
 }
 
 /// RMS, MAX and 95th percentile of the contour error over the samples of a run, mm.

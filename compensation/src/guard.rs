@@ -40,8 +40,8 @@ impl Guard {
         for (axis, (column, target)) in reference.columns().iter().zip(path.columns()).enumerate() {
             let mut correction: Vec<f64> =
                 column.iter().zip(target).map(|(r, d)| (r - d).clamp(-self.max_shift, self.max_shift)).collect();
-            correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
             hold(&mut correction, &rests);
+            correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
             if let Some(limit) = self.limits.as_ref().and_then(|limits| limits.axes.get(axis)) {
                 fade_where_too_fast(&mut correction, target, path.period_s(), limit.velocity, limit.acceleration);
             }

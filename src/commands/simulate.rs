@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use datasets::{Log, write_log};
 use machine::{Machine, Sensor, SimulationOptions};
+use motion::contour::summary;
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
@@ -74,7 +75,8 @@ impl Simulate {
             Some(against) => input::Input::read(against, &frame, &self.program)?.desired,
             None => path.desired.clone(),
         };
-        let contour = evaluate::contour(&needed, &actual)?;
+        let (errors, _) = evaluate::contour_errors_along(&needed, reference, &actual)?;
+        let contour = summary(&errors).context("the path has no samples")?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
             "{}: {:.2} s; contour error {} µm RMS, {} µm MAX; log in {}",

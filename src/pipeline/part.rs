@@ -94,8 +94,8 @@ impl Part {
             let mut inside = 0.0_f64;
             for k in order {
                 inside = if weights[k] > 0.0 { inside + 1.0 } else { 0.0 };
-                // A raised cosine has no kink at either end.
-                let share = 0.5 - 0.5 * (std::f64::consts::PI * (inside / fade).min(1.0)).cos();
+                // A raised cosine has no kink at either end; the sample at rest beside another move is not shifted at all.
+                let share = 0.5 - 0.5 * (std::f64::consts::PI * ((inside - 1.0) / fade).clamp(0.0, 1.0)).cos();
                 weights[k] = weights[k].min(share);
             }
         };

@@ -24,7 +24,10 @@ pub fn verify(part: &Part, refitted: &Refitted, bytes: Vec<u8>, options: &Option
         let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
             let Some(same) = written.next() else { bail!("the move of line {line} is missing in the output") };
             if std::mem::discriminant(&same.kind) != std::mem::discriminant(&original.kind) || !ends_alike(same, original) {
-                bail!("the move of line {line} was not to be compensated, but reads differently in the output");
+                let (is, was) = (Vec3::from(same.end.nominal_mm()), Vec3::from(original.end.nominal_mm()));
+                bail!(
+                    "the move of line {line} was not to be compensated, but leads to {is:?} instead of {was:?} mm in the output"
+                );
             }
             continue;
         };

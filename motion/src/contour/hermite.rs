@@ -1,6 +1,6 @@
 //! Paper A's estimator: foot of the perpendicular on the adjoining chords, carried over to a Hermite spline.
 
-use super::local::{Arcs, error, foot_on_chord, slope};
+use super::local::{Arcs, error, foot_on_chord, hermite};
 use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
 use crate::{MotionError, Vec3};
 
@@ -96,17 +96,4 @@ fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
         within.then(|| (segment, share, (sample - a - (b - a) * share).norm_squared()))
     });
     feet.min_by(|one, other| one.2.total_cmp(&other.2)).map_or((nearest, 0.0), |(segment, share, _)| (segment, share))
-}
-
-/// Point and derivative of the cubic Hermite spline through `to` (Paper A, eq. 5).
-fn hermite(to: &[Vec3], segment: usize, t: f64) -> (Vec3, Vec3) {
-    let start = to[segment];
-    let Some(end) = to.get(segment + 1) else {
-        return (start, slope(to, segment));
-    };
-    let (leaving, arriving) = (slope(to, segment), slope(to, segment + 1));
-    let chord = end - start;
-    let square = 3.0 * chord - 2.0 * leaving - arriving;
-    let cube = leaving + arriving - 2.0 * chord;
-    (start + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
 }

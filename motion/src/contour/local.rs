@@ -72,3 +72,16 @@ pub(super) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, 
         at_end,
     }
 }
+
+/// Point and derivative of the cubic Hermite spline through `to` (Paper A, eq. 5).
+pub(super) fn hermite(to: &[Vec3], segment: usize, t: f64) -> (Vec3, Vec3) {
+    let start = to[segment];
+    let Some(end) = to.get(segment + 1) else {
+        return (start, slope(to, segment));
+    };
+    let (leaving, arriving) = (slope(to, segment), slope(to, segment + 1));
+    let chord = end - start;
+    let square = 3.0 * chord - 2.0 * leaving - arriving;
+    let cube = leaving + arriving - 2.0 * chord;
+    (start + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
+}
