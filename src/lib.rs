@@ -10,6 +10,7 @@ pub mod evaluate;
 pub mod input;
 pub mod learning;
 mod limits_from_log;
+pub mod measurement;
 mod output;
 pub mod pipeline;
 mod progress;

@@ -4,19 +4,26 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::Result;
-use clap::Args;
-use datasets::{Purpose, ReadOptions, assess, read_log};
+use clap::{Args, ValueEnum};
+use datasets::{Log, Purpose, ReadOptions, assess, read_log};
+use motion::contour::{CircularTest, ContourEstimator, Exact, HermiteFootPoint, OsculatingCircle, SplineSearch, Tangent};
 use motion::{Cartesian, DesiredPath};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
+use crate::measurement::{self, Measurement, Segment};
 use crate::output::{Printer, Refusal, Usage, table, um, write_json};
 
 /// Tracking and contour error of a recorded run
+///
+/// With --desired the run is laid over that path by itself: a late start, a work offset and a time law of its own are found and taken off.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  precomp measure run.csv\n  precomp measure run.csv --desired part.nc --machine mill.toml")]
+#[command(after_help = "Examples:
+  precomp measure run.csv
+  precomp measure run.csv --desired part.nc --machine mill.toml
+  precomp measure circle.csv --desired curve:circle --feed 50")]
 pub struct Measure {
     /// The log (.csv, .parquet)
     log: PathBuf,
@@ -26,12 +33,45 @@ pub struct Measure {
     machine: MachineArgs,
     #[command(flatten)]
     program: ProgramArgs,
-    /// The path that the part needs, where the log's command is a compensated one
+    /// The path that the part needs, where the log's command is a compensated one: program, reference or test curve (`curve:NAME`)
     #[arg(long, value_name = "INPUT")]
     desired: Option<PathBuf>,
+    /// How the contour error is found
+    #[arg(long, value_enum, default_value_t = EstimatorName::Exact)]
+    estimator: EstimatorName,
     /// Column names, where they are not recognised
     #[arg(long, value_name = "MAP")]
     columns: Option<String>,
+    /// Sampling period of logs without time stamps, ms
+    #[arg(long, value_name = "MS")]
+    period: Option<f64>,
+}
+
+/// A contour-error estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EstimatorName {
+    /// Newton's method on a spline of the path (default)
+    Exact,
+    /// Foot point on a Hermite spline (Paper A)
+    HermiteFoot,
+    /// Search on an interpolated spline (Paper D)
+    SplineSearch,
+    /// Osculating circle
+    Circle,
+    /// Tangent
+    Tangent,
+}
+
+impl EstimatorName {
+    fn estimator(self) -> Box<dyn ContourEstimator> {
+        match self {
+            Self::Exact => Box::new(Exact::default()),
+            Self::HermiteFoot => Box::new(HermiteFootPoint::default()),
+            Self::SplineSearch => Box::new(SplineSearch::default()),
+            Self::Circle => Box::new(OsculatingCircle::default()),
+            Self::Tangent => Box::new(Tangent::default()),
+        }
+    }
 }
 
 impl Measure {
@@ -39,7 +79,7 @@ impl Measure {
         if !self.log.is_file() {
             return Err(Usage(format!("cannot read {}: there is no such file", self.log.display())).into());
         }
-        let options = ReadOptions { columns: self.columns.clone(), period_s: None };
+        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
         let (log, mut report) = read_log(&self.log, &options).map_err(|error| Refusal(error.to_string()))?;
         report.extend(assess(&log, Purpose::Measuring));
         let printer = Printer::new(self.common.json.as_deref());
@@ -49,34 +89,178 @@ impl Measure {
         if report.is_refused() {
             return Err(Refusal("the log is not fit for measuring".into()).into());
         }
-        let desired = match &self.desired {
-            Some(path) => Input::read(path, &Frame::of(&input::machine(&self.machine.machine)?), &self.program)?.desired,
-            None => DesiredPath::new(log.reference.clone(), Arc::new(Cartesian::new(log.axes().to_vec())))?,
+        let desired = self.desired(&log)?;
+        let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
+        say(&printer, &log, &measured, self.desired.is_some())?;
+        write_json(self.common.json.as_deref(), &figures(&log, &measured)?)
+    }
+
+    fn desired(&self, log: &Log) -> Result<Input> {
+        match &self.desired {
+            Some(path) => {
+                // Planned at the log's own rate, so that samples pair up.
+                let frame = Frame { period_s: log.period_s(), ..Frame::of(&input::machine(&self.machine.machine)?) };
+                let desired = Input::read(path, &frame, &self.program)?;
+                if desired.desired.trajectory().axes() != log.axes() {
+                    let names = |axes: &[motion::Axis]| axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>().join(", ");
+                    return Err(Refusal(format!(
+                        "the log has the axes {}, the path {}; give the machine that has the log's axes with --machine",
+                        names(log.axes()),
+                        names(desired.desired.trajectory().axes())
+                    ))
+                    .into());
+                }
+                Ok(desired)
+            }
+            None => Ok(Input {
+                name: "command".into(),
+                desired: DesiredPath::new(log.reference.clone(), Arc::new(Cartesian::new(log.axes().to_vec())))?,
+                part: None,
+            }),
+        }
+    }
+}
+
+/// Segments and reversals that are printed; the JSON figures hold all.
+const SHOWN: usize = 10;
+
+fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) -> Result<()> {
+    if laid_over {
+        let offset = measured.matched.offset;
+        let time = match measured.matched.delay_s {
+            Some(delay) => format!("delay {:.3} ms", delay * 1e3),
+            None => "the run keeps a time of its own".to_owned(),
         };
-        let contour = evaluate::contour(&desired, &log.actual)?;
-        let rows: Vec<Vec<String>> = log
-            .axes()
+        printer.line(format!("laid over the path: {time}, offset {:.4} {:.4} {:.4} mm", offset.x, offset.y, offset.z));
+    }
+    let common = measured.common_lag_s();
+    let rows: Vec<Vec<String>> = log
+        .axes()
+        .iter()
+        .zip(log.reference.tracking_error(&log.actual)?)
+        .zip(&measured.lags_s)
+        .map(|((axis, error), lag)| {
+            let (rms, max) = evaluate::rms_max(&error);
+            let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
+            vec![axis.name.clone(), um(rms), um(max), ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
+        })
+        .collect();
+    printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "lag ms", "against the mean ms"], &rows));
+    let contour = &measured.contour;
+    printer.line(format!(
+        "contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
+        um(contour.rms_mm),
+        um(contour.max_mm),
+        um(contour.p95_mm)
+    ));
+    let line = |line: Option<usize>| line.map_or("–".to_owned(), |line| line.to_string());
+    let rows: Vec<Vec<String>> = measured
+        .worst
+        .iter()
+        .map(|place| {
+            let at = format!("{:.3} {:.3} {:.3}", place.at.x, place.at.y, place.at.z);
+            vec![um(place.error_mm), format!("{:.3}", place.time_s), line(place.line), at]
+        })
+        .collect();
+    printer.line(table(&["worst µm", "t s", "line", "x y z mm"], &rows));
+    if !measured.reversals.is_empty() {
+        let mut largest: Vec<_> = measured.reversals.iter().collect();
+        largest.sort_by(|a, b| b.glitch_mm.total_cmp(&a.glitch_mm));
+        let rows: Vec<Vec<String>> = largest
             .iter()
-            .zip(log.reference.tracking_error(&log.actual)?)
-            .map(|(axis, error)| {
-                let (rms, max) = evaluate::rms_max(&error);
-                vec![axis.name.clone(), um(rms), um(max)]
+            .take(SHOWN)
+            .map(|one| {
+                let way = if one.from_positive { "+ → −" } else { "− → +" };
+                vec![one.axis.clone(), way.to_owned(), format!("{:.3}", one.time_s), format!("{:.3}", one.at), um(one.glitch_mm)]
             })
             .collect();
-        printer.line(table(&["axis", "tracking error RMS µm", "MAX µm"], &rows));
-        printer.line(format!(
-            "contour error {} µm RMS, {} µm MAX, {} µm at 95 %; worst at t = {:.3} s",
-            um(contour.rms_mm),
-            um(contour.max_mm),
-            um(contour.p95_mm),
-            contour.max_at as f64 * log.period_s()
-        ));
-        write_json(
-            self.common.json.as_deref(),
-            &json!({
-                "contour_um": evaluate::contour_json(&contour),
-                "tracking_um": evaluate::tracking_json(&log.reference, &log.actual)?,
-            }),
-        )
+        printer.line(format!("{} reversals, the largest glitches:", measured.reversals.len()));
+        printer.line(table(&["axis", "direction", "t s", "at mm", "glitch µm"], &rows));
     }
+    if measured.segments.len() > 1 {
+        let mut largest: Vec<&Segment> = measured.segments.iter().collect();
+        largest.sort_by(|a, b| b.contour.rms_mm.total_cmp(&a.contour.rms_mm));
+        let rows: Vec<Vec<String>> = largest
+            .iter()
+            .take(SHOWN)
+            .map(|one| {
+                vec![
+                    line(one.line),
+                    format!("{:.3}", one.from_s),
+                    um(one.contour.rms_mm),
+                    um(one.contour.max_mm),
+                    one.samples.to_string(),
+                ]
+            })
+            .collect();
+        printer.line(format!("{} segments, the worst by RMS:", measured.segments.len()));
+        printer.line(table(&["line", "from s", "RMS µm", "MAX µm", "samples"], &rows));
+    }
+    if let Some(circle) = &measured.circle {
+        say_circle(printer, circle);
+    }
+    Ok(())
+}
+
+fn say_circle(printer: &Printer, circle: &CircularTest) {
+    printer.line(format!("circular test (ISO 230-4), least-squares radius {:.4} mm", circle.radius_mm));
+    let rows: Vec<Vec<String>> = [("counterclockwise", circle.counterclockwise), ("clockwise", circle.clockwise)]
+        .into_iter()
+        .filter_map(|(name, figures)| {
+            let f = figures?;
+            let shown = [f.circular_deviation_mm, f.radial_max_mm, f.radial_min_mm, f.radial_mean_mm];
+            Some(std::iter::once(name.to_owned()).chain(shown.map(um)).collect())
+        })
+        .collect();
+    printer.line(table(&["direction", "G µm", "F max µm", "F min µm", "mean radial µm"], &rows));
+    if let (Some(both), Some(mean)) = (circle.bidirectional_mm, circle.mean_bidirectional_mm) {
+        printer.line(format!(
+            "bidirectional circular error G(b) {} µm, mean bidirectional radial error D {} µm",
+            um(both),
+            um(mean)
+        ));
+    }
+}
+
+fn figures(log: &Log, measured: &Measurement) -> Result<Value> {
+    let ms = |value: Option<f64>| value.map(|value| value * 1e3);
+    let lags: serde_json::Map<String, Value> =
+        log.axes().iter().zip(&measured.lags_s).map(|(axis, lag)| (axis.name.clone(), json!(ms(*lag)))).collect();
+    let direction = |figures: Option<motion::contour::DirectionFigures>| {
+        figures.map(|f| {
+            json!({
+                "circular_um": f.circular_deviation_mm * 1e3,
+                "radial_max_um": f.radial_max_mm * 1e3,
+                "radial_min_um": f.radial_min_mm * 1e3,
+                "radial_mean_um": f.radial_mean_mm * 1e3,
+            })
+        })
+    };
+    let circle = measured.circle.as_ref().map(|circle| {
+        json!({
+            "radius_mm": circle.radius_mm,
+            "counterclockwise": direction(circle.counterclockwise),
+            "clockwise": direction(circle.clockwise),
+            "bidirectional_um": circle.bidirectional_mm.map(|value| value * 1e3),
+            "mean_bidirectional_um": circle.mean_bidirectional_mm.map(|value| value * 1e3),
+        })
+    });
+    Ok(json!({
+        "contour_um": evaluate::contour_json(&measured.contour),
+        "tracking_um": evaluate::tracking_json(&log.reference, &log.actual)?,
+        "delay_ms": ms(measured.matched.delay_s),
+        "offset_mm": measured.matched.offset.as_slice(),
+        "lag_ms": lags,
+        "common_lag_ms": ms(measured.common_lag_s()),
+        "worst": measured.worst.iter().map(|place| json!({
+            "um": place.error_mm * 1e3, "t_s": place.time_s, "line": place.line, "at_mm": place.at.as_slice(),
+        })).collect::<Vec<_>>(),
+        "reversals": measured.reversals.iter().map(|one| json!({
+            "axis": one.axis, "t_s": one.time_s, "at_mm": one.at, "from_positive": one.from_positive, "glitch_um": one.glitch_mm * 1e3,
+        })).collect::<Vec<_>>(),
+        "segments": measured.segments.iter().map(|one| json!({
+            "line": one.line, "from_s": one.from_s, "samples": one.samples, "contour_um": evaluate::contour_json(&one.contour),
+        })).collect::<Vec<_>>(),
+        "circular_test": circle,
+    }))
 }

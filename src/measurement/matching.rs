@@ -1,0 +1,51 @@
+//! Where and when a recorded run lies against the desired path.
+
+use anyhow::Result;
+use motion::contour::{AlignSettings, align, at_places, follow};
+use motion::{DesiredPath, Vec3};
+
+/// A command within this of the desired path, delay and offset taken off, keeps its time, mm.
+const IN_TIME_MM: f64 = 0.2;
+/// A smaller difference between command and path is a correction, not a work offset, mm.
+const LEAST_OFFSET_MM: f64 = 0.05;
+/// Resolution of work offsets, mm.
+const OFFSET_STEP_MM: f64 = 1e-4;
+
+/// A run laid over the path.
+#[derive(Debug, Clone)]
+pub struct Match {
+    /// The run's delay, s; `None` where it does not keep the path's time.
+    pub delay_s: Option<f64>,
+    /// Machine minus path coordinates, mm.
+    pub offset: Vec3,
+    /// Place on the desired path for every sample of the run, in its samples.
+    pub places: Vec<f64>,
+    /// The desired path at these places: one point a sample of the run, mm.
+    pub path: Vec<Vec3>,
+}
+
+/// Lays a run over the desired path by what was commanded, which has neither lag nor stiction: first by a delay and an offset; where the
+/// command does not keep the path's time (a compensated or re-planned program), by following it.
+///
+/// # Errors
+/// When the command leads elsewhere.
+pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
+    let path = desired.tips();
+    let found = align(&path, commanded, period_s, &AlignSettings::default())?;
+    let offset = if found.offset.norm() < LEAST_OFFSET_MM {
+        Vec3::zeros()
+    } else {
+        found.offset.map(|value| (value / OFFSET_STEP_MM).round() * OFFSET_STEP_MM)
+    };
+    let commanded: Vec<Vec3> = commanded.iter().map(|point| point - offset).collect();
+    let delay = found.delay_s / period_s;
+    let last = path.len().saturating_sub(1) as f64;
+    let places: Vec<f64> = (0..commanded.len()).map(|k| (k as f64 - delay).clamp(0.0, last)).collect();
+    let in_time = at_places(&path, &places);
+    if in_time.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < IN_TIME_MM) {
+        return Ok(Match { delay_s: Some(found.delay_s), offset, places, path: in_time });
+    }
+    let places = follow(&commanded, &path)?;
+    let path = at_places(&path, &places);
+    Ok(Match { delay_s: None, offset, places, path })
+}
