@@ -133,7 +133,7 @@ pub fn compare(
                 Ok(learning::compensate_with(bundle, &limits, desired, path.part.as_ref(), &settings)?.reference)
             };
             references.push((method::ONE_SHOT, learned(LawName::OneShot)?));
-            references.push((method::FIRST_RUN, learned(LawName::Virtual)?));
+            references.push((method::FIRST_RUN, learned(settings.learning.law)?));
         }
         let mut result = PathComparison {
             name: path.name.clone(),

@@ -50,6 +50,9 @@ impl Default for Settings {
 /// Least predicted gain for which a path is changed at all, as a share of its RMS contour error.
 const LEAST_GAIN: f64 = 0.05;
 
+/// Time within which a turn or a stop hands over from the contour error to the tracking error, s: about a servo's time constant.
+const TURN_S: f64 = 0.01;
+
 /// What came out.
 #[derive(Debug)]
 pub struct Outcome {
@@ -107,7 +110,7 @@ pub fn compensate(
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     let mut law: Box<dyn CompensationLaw> = match settings.law {
         LawName::Virtual => {
-            Box::new(SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default())))
+            Box::new(SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default())).with_tracking_in_turns(TURN_S))
         }
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),

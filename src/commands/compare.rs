@@ -10,7 +10,7 @@ use super::simulate::SensorName;
 use crate::cli::{Common, MachineArgs, ProgramArgs};
 use crate::comparison::{self, CompareSettings, PathComparison};
 use crate::input::{self, Frame, Input};
-use crate::learning::Settings;
+use crate::learning::{LawName, Settings};
 use crate::output::{Printer, write_json};
 use crate::report::{PathReport, Series, write_report};
 
@@ -43,6 +43,9 @@ pub struct Compare {
     /// Cut-off of ILC's zero-phase low-pass, Hz
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     low_pass: f64,
+    /// How the first run is learned on the model
+    #[arg(long, value_enum, default_value_t = Settings::default().law)]
+    law: LawName,
     /// Updates of virtual learning on the model
     #[arg(long, default_value_t = 4)]
     iterations: usize,
@@ -77,7 +80,7 @@ impl Compare {
             ilc_gain: self.gain,
             ilc_low_pass_hz: self.low_pass,
             simulation: SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() },
-            learning: Settings { iterations: self.iterations, ..Settings::default() },
+            learning: Settings { law: self.law, iterations: self.iterations, ..Settings::default() },
             seed: self.common.seed,
         };
         let results = comparison::compare(&paths, &spec, bundle.as_ref(), &settings)?;

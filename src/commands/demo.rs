@@ -32,7 +32,7 @@ pub struct Demo {
     #[arg(long, value_enum, default_value_t = PredictorName::Staged)]
     predictor: PredictorName,
     /// Seconds of excitation
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 120.0)]
     seconds: f64,
     /// Noise seeds over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]

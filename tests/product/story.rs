@@ -104,7 +104,7 @@ fn real_logs() {
 fn the_demo_with_the_lstm_alone() {
     // Paper D's network on its features, nothing of precomp's own predictor: a quarter of the uncompensated error at most.
     let folder = Folder::new();
-    let figures = folder.figures(&["demo", "--predictor", "lstm", "--out", "demo"]);
+    let figures = folder.figures(&["demo", "--predictor", "lstm", "--seconds", "60", "--out", "demo"]);
     let mean = |method: &str| {
         let paths = figures["paths"].as_array().unwrap();
         paths.iter().map(|path| path["methods"][method]["rms_um"].as_f64().unwrap()).sum::<f64>() / paths.len() as f64

@@ -31,6 +31,7 @@ pub struct SpatialIlc {
     gain: Gain,
     low_pass: Option<LowPass>,
     estimator: Box<dyn ContourEstimator>,
+    turn_s: Option<f64>,
     updates: usize,
 }
 
@@ -49,13 +50,24 @@ impl SpatialIlc {
                 remedy: "it must be positive; it converges below 2",
             });
         }
-        Ok(Self { gain, low_pass, estimator: Box::new(HermiteFootPoint::default()), updates: 0 })
+        Ok(Self { gain, low_pass, estimator: Box::new(HermiteFootPoint::default()), turn_s: None, updates: 0 })
     }
 
     /// The same law with another contour-error estimator.
     #[must_use]
     pub fn with_estimator(mut self, estimator: Box<dyn ContourEstimator>) -> Self {
         self.estimator = estimator;
+        self
+    }
+
+    /// The same law, which takes the tracking error instead of the contour error where the path turns sharply or stops within `turn_s`
+    /// (a servo's time constant, s).
+    ///
+    /// A shift takes effect only after that time. By then the normal of a sharp turn points elsewhere, and a path that has stopped shows
+    /// no foot point for axes that are still on their way; the tracking error says in time what to do.
+    #[must_use]
+    pub fn with_tracking_in_turns(mut self, turn_s: f64) -> Self {
+        self.turn_s = Some(turn_s);
         self
     }
 }
@@ -72,9 +84,16 @@ impl CompensationLaw for SpatialIlc {
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
         let actual: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
-        let errors = self.estimator.estimate(&desired.tips(), &actual)?;
+        let tips = desired.tips();
+        let errors = self.estimator.estimate(&tips, &actual)?;
         let gain = self.gain.at(self.updates);
         let mut shifts: Vec<Vec3> = errors.iter().map(|error| error.vector * gain).collect();
+        if let Some(turn_s) = self.turn_s {
+            let reach = (turn_s / desired.trajectory().period_s()).round() as usize;
+            for (k, (shift, share)) in shifts.iter_mut().zip(turns(&tips, reach)).enumerate() {
+                *shift = shift.lerp(&((tips[k] - actual[k]) * gain), share);
+            }
+        }
         if let Some(filter) = &self.low_pass {
             smooth(&mut shifts, filter);
         }
@@ -91,4 +110,30 @@ fn smooth(shifts: &mut [Vec3], filter: &LowPass) {
             shift[axis] = value;
         }
     }
+}
+
+/// Turn within the reach at which the tracking error counts as much as the contour error, rad.
+const SHARP_RAD: f64 = 0.5;
+
+/// For every sample how much of a turn or a stop lies within `reach` samples, 0 to 1, smooth over as many.
+fn turns(path: &[Vec3], reach: usize) -> Vec<f64> {
+    let last = path.len().saturating_sub(1);
+    let moves = |k: usize| path[(k + 1).min(last)] != path[k];
+    let raw: Vec<f64> = (0..path.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(reach), (k + reach).min(last));
+            if !moves(from) || !moves(to) {
+                return 1.0;
+            }
+            let (before, after) = (path[k] - path[from], path[to] - path[k]);
+            let turn = before.angle(&after) / SHARP_RAD;
+            turn * turn / (1.0 + turn * turn)
+        })
+        .collect();
+    (0..raw.len())
+        .map(|k| {
+            let window = &raw[k.saturating_sub(reach)..(k + reach + 1).min(raw.len())];
+            window.iter().sum::<f64>() / window.len() as f64
+        })
+        .collect()
 }
