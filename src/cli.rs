@@ -26,6 +26,7 @@ enum Command {
     Predict(commands::predict::Predict),
     Compensate(commands::compensate::Compensate),
     Measure(commands::measure::Measure),
+    Refine(commands::refine::Refine),
     Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
 }
@@ -117,6 +118,7 @@ pub fn main() -> ExitCode {
         Command::Predict(command) => command.run(),
         Command::Compensate(command) => command.run(),
         Command::Measure(command) => command.run(),
+        Command::Refine(command) => command.run(),
         Command::Compare(command) => command.run(),
         Command::Reproduce(command) => command.run(),
     };

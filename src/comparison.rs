@@ -4,7 +4,8 @@ use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
-use models::Bundle;
+use models::staged::StagedPredictor;
+use models::{AxisPredictor, Bundle, LearnedMachine};
 use motion::contour::{ContourEstimator, Exact, summary};
 use motion::{DesiredPath, Trajectory, Vec3, poses_of};
 use serde_json::{Map, Value, json};
@@ -97,6 +98,8 @@ pub struct PathComparison {
 pub mod method {
     /// The desired path as reference.
     pub const UNCOMPENSATED: &str = "uncompensated";
+    /// Virtual learning on the linear law of the model alone: what inverting the servo's linear response gives.
+    pub const LINEAR_INVERSE: &str = "linear-inverse";
     /// Paper D's law on the model's prediction.
     pub const ONE_SHOT: &str = "one-shot";
     /// Virtual learning on the model, then one run.
@@ -132,6 +135,17 @@ pub fn compare(
                 let settings = Settings { law, ..settings.learning };
                 Ok(learning::compensate_with(bundle, &limits, desired, path.part.as_ref(), &settings)?.reference)
             };
+            if let Some(mut linear) = linear_machine(bundle)? {
+                let inverse = learning::compensate(
+                    &mut linear,
+                    &bundle.coverage(),
+                    Some(&limits),
+                    desired,
+                    path.part.as_ref(),
+                    &settings.learning,
+                )?;
+                references.push((method::LINEAR_INVERSE, inverse.reference));
+            }
             references.push((method::ONE_SHOT, learned(LawName::OneShot)?));
             references.push((method::FIRST_RUN, learned(settings.learning.law)?));
         }
@@ -148,7 +162,7 @@ pub fn compare(
             for (name, reference) in &references {
                 let actual = machine.run(reference)?;
                 result.push(name, figures(desired, &actual)?);
-                if seed == 0 && *name != method::ONE_SHOT {
+                if seed == 0 && PICTURED.contains(name) {
                     result.runs.push((name, actual));
                 }
             }
@@ -199,6 +213,22 @@ impl PathComparison {
         let floor = rms(method::FLOOR)?;
         Some((rms(method::FIRST_RUN)? - floor) / (rms(method::SPATIAL_ILC)? - floor))
     }
+}
+
+/// Methods whose runs are kept for pictures, beside ILC.
+const PICTURED: [&str; 2] = [method::UNCOMPENSATED, method::FIRST_RUN];
+
+/// The machine as the first, linear pass of a staged model sees it.
+fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
+    let mut linear: Vec<Box<dyn AxisPredictor>> = Vec::new();
+    for predictor in bundle.predictors()? {
+        if predictor.kind() != models::staged::KIND {
+            return Ok(None);
+        }
+        let staged = StagedPredictor::from_saved(&predictor.save())?;
+        linear.push(Box::new(StagedPredictor::new(staged.period_s(), staged.passes()[..1].to_vec())?));
+    }
+    Ok(Some(LearnedMachine::new(bundle.manifest.period_s, bundle.axes(), linear)?))
 }
 
 fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {

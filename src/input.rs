@@ -8,7 +8,7 @@ use gcode::{Dialect, Options};
 use machine::{MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
-use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Vec3, plan_curve};
+use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve};
 
 use crate::cli::{DialectName, ProgramArgs};
 use crate::output::{Refusal, Usage, read_file};
@@ -89,6 +89,13 @@ impl Input {
             &settings,
         )?;
         Ok(Self { name, desired: part.plan.desired.clone(), part: Some(part) })
+    }
+
+    /// Largest difference of an axis's position from the path, mm or rad.
+    #[must_use]
+    pub fn largest_shift(&self, reference: &Trajectory) -> f64 {
+        let columns = self.desired.trajectory().columns().iter().zip(reference.columns());
+        columns.flat_map(|(d, r)| d.iter().zip(r).map(|(d, r)| (r - d).abs())).fold(0.0, f64::max)
     }
 
     /// The built-in test curve `name`, at `feed_mm_s`.

@@ -109,9 +109,11 @@ pub fn compensate(
     }
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     let mut law: Box<dyn CompensationLaw> = match settings.law {
-        LawName::Virtual => {
-            Box::new(SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default())).with_tracking_in_turns(TURN_S))
-        }
+        LawName::Virtual => Box::new(
+            SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?
+                .with_estimator(Box::new(Exact::default()))
+                .with_tracking_in_turns(TURN_S),
+        ),
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
     };
@@ -139,7 +141,7 @@ pub fn compensate(
 }
 
 /// Time over which a correction begins and ends beside moves that must not be shifted, s.
-const FADE_S: f64 = 0.03;
+pub const FADE_S: f64 = 0.03;
 
 /// As [`compensate`], with what a bundle says of its machine.
 ///

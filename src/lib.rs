@@ -3,6 +3,7 @@
 //! The walk, from bytes to bytes: [`pipeline::Part::read`] reads and plans a program, [`learning::compensate`] learns a reference on
 //! the model of the machine, [`pipeline::refit()`] writes it back, [`pipeline::verify()`] reads the output again.
 
+pub mod adaptation;
 pub mod cli;
 mod commands;
 pub mod comparison;
@@ -14,5 +15,6 @@ pub mod measurement;
 mod output;
 pub mod pipeline;
 mod progress;
+pub mod recording;
 mod report;
 pub mod training_run;

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use datasets::{Log, Purpose, Report, Severity, assess_runs, moving_axes, split_logs};
 use machine::MachineSpec;
 use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, HeldOut, Manifest};
-use motion::{Axis, AxisKind};
+use motion::{Axis, AxisKind, lag_s};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 use training::network::{NetworkKind, NetworkRecipe};
@@ -68,6 +68,8 @@ pub struct Trained {
     pub notes: Vec<String>,
     /// Axes that the log holds but that never moved.
     pub left_out: Vec<String>,
+    /// Lag of every axis of the model, s.
+    pub lags_s: Vec<Option<f64>>,
 }
 
 /// Checks logs for training and reads what is wrong with them.
@@ -119,7 +121,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings)
         period_s,
         seed: settings.seed,
         data_sha256: data_hash(logs),
-        common_delay_s: 0.0,
+        common_delay_s: common_delay_s(logs, &moving),
         machine_toml: spec_of_model.to_toml()?,
         limits_from_log: spec.is_none(),
         axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
@@ -130,6 +132,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings)
         bundle: Bundle::new(manifest, &predictors)?,
         seconds: started.elapsed().as_secs_f64(),
         notes,
+        lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
     })
 }
@@ -269,6 +272,25 @@ fn bands(runs: &[AxisRun], errors: &[Vec<f64>], top_speed: f64) -> (Band, f64) {
     (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }
 
+/// Delay that the moving axes share, s: the mean of their lags, each over all runs. It hardly hurts a contour; differences between axes do.
+fn common_delay_s(logs: &[Log], moving: &[usize]) -> f64 {
+    let lags: Vec<f64> = moving.iter().filter_map(|&axis| axis_lag_s(logs, axis)).collect();
+    lags.iter().sum::<f64>() / lags.len().max(1) as f64
+}
+
+/// Mean lag of one axis over the runs, weighted by their length, s.
+fn axis_lag_s(logs: &[Log], axis: usize) -> Option<f64> {
+    let lags: Vec<(f64, f64)> = logs
+        .iter()
+        .filter_map(|log| {
+            let lag = lag_s(&log.reference.columns()[axis], &log.actual.columns()[axis], log.period_s())?;
+            Some((lag, log.len() as f64))
+        })
+        .collect();
+    let samples: f64 = lags.iter().map(|(_, samples)| samples).sum();
+    (samples > 0.0).then(|| lags.iter().map(|(lag, samples)| lag * samples).sum::<f64>() / samples)
+}
+
 fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
     AxisManifest {
         name: axis.name.clone(),
@@ -281,7 +303,7 @@ fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
     }
 }
 
-fn data_hash(logs: &[Log]) -> String {
+pub(crate) fn data_hash(logs: &[Log]) -> String {
     let mut hash = Sha256::new();
     for column in logs.iter().flat_map(|log| log.reference.columns().iter().chain(log.actual.columns())) {
         for value in column {
@@ -322,7 +344,8 @@ impl Trained {
             .manifest
             .axes
             .iter()
-            .map(|axis| {
+            .zip(&self.lags_s)
+            .map(|(axis, lag)| {
                 let (unit, scale) = if axis.rotary { ("urad", 1e6) } else { ("um", 1e3) };
                 let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
                 let figures = json!({
@@ -331,12 +354,13 @@ impl Trained {
                     format!("linear_rms_{unit}"): linear_rms * scale,
                     format!("raw_rms_{unit}"): raw_rms * scale,
                     "band_held_share": band_held,
+                    "lag_ms": lag.map(|lag| lag * 1e3),
                     "predictor": axis.predictor,
                     "coverage": axis.coverage,
                 });
                 (axis.name.clone(), figures)
             })
             .collect();
-        json!({ "seconds": self.seconds, "axes": axes, "left_out": self.left_out, "notes": self.notes })
+        json!({ "seconds": self.seconds, "axes": axes, "common_lag_ms": self.bundle.manifest.common_delay_s * 1e3, "left_out": self.left_out, "notes": self.notes })
     }
 }

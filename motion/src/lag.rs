@@ -1,5 +1,7 @@
 //! By how much an axis is late.
 
+use crate::interpolate::cubic;
+
 /// Rounds of the search; it gains about three digits a round on smooth motion.
 const ROUNDS: usize = 12;
 
@@ -33,17 +35,6 @@ pub fn lag_s(reference: &[f64], actual: &[f64], period_s: f64) -> Option<f64> {
         }
     }
     Some(samples * period_s)
-}
-
-/// Value and slope (a sample) at a fractional index, by the cubic through the samples with central differences; `1 <= at <= n − 3`.
-fn cubic(values: &[f64], at: f64) -> (f64, f64) {
-    let k = at.floor() as usize;
-    let t = at - k as f64;
-    let [a, b, c, d] = [values[k - 1], values[k], values[k + 1], values[k + 2]];
-    let (leaving, arriving) = (0.5 * (c - a), 0.5 * (d - b));
-    let square = 3.0 * (c - b) - 2.0 * leaving - arriving;
-    let cube = leaving + arriving - 2.0 * (c - b);
-    (b + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
 }
 
 #[cfg(test)]

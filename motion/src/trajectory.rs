@@ -112,15 +112,24 @@ impl Trajectory {
             .collect())
     }
 
+    /// Whether it has these axes, in this order.
+    ///
+    /// # Errors
+    /// Names both.
+    pub fn check_axes(&self, axes: &[Axis]) -> Result<(), MotionError> {
+        if self.axes == axes {
+            return Ok(());
+        }
+        let names = |axes: &[Axis]| axes.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(" ");
+        Err(MotionError::Mismatch(format!("axes {} against {}", names(&self.axes), names(axes))))
+    }
+
     /// Whether `other` has the same axes, period and length.
     ///
     /// # Errors
     /// Says which of the three differs.
     pub fn check_matches(&self, other: &Self) -> Result<(), MotionError> {
-        if self.axes != other.axes {
-            let names = |t: &Self| t.axes.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(" ");
-            return Err(MotionError::Mismatch(format!("axes {} against {}", names(self), names(other))));
-        }
+        self.check_axes(&other.axes)?;
         if (self.period_s - other.period_s).abs() > 1e-9 * self.period_s {
             return Err(MotionError::Mismatch(format!("a period of {} s against {} s", self.period_s, other.period_s)));
         }

@@ -2,19 +2,17 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use datasets::write_reference;
-use gcode::edit;
-use machine::MachineSpec;
 use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
-use crate::output::{Printer, Refusal, check_not_input, um, write_file, write_json};
-use crate::pipeline::{Carrier, Part, RefitSettings, refit, verify};
+use crate::output::{Printer, check_not_input, um, write_json};
+use crate::pipeline::{Part, write_program};
 use crate::report::{PathReport, Series, write_report};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -78,14 +76,17 @@ impl Compensate {
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
         self.say(&printer, &path, &outcome);
-        let written = match &path.part {
-            Some(part) => self.write_program(part, &outcome, &spec)?,
+        let (largest_shift_mm, carrier) = match &path.part {
+            Some(part) => {
+                let written = write_program(part, &outcome.reference, &spec, &self.carrier, self.max_shift, &self.out)?;
+                (written.largest_shift_mm, outcome.gained.then_some(written.carrier))
+            }
             None => {
                 write_reference(&self.out, &outcome.reference)?;
-                Written { largest_shift_mm: largest_shift(&path, &outcome), carrier: None }
+                (path.largest_shift(&outcome.reference), None)
             }
         };
-        printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
+        printer.line(format!("largest shift {} µm; written to {}", um(largest_shift_mm), self.out.display()));
         if let Some(report) = &self.report {
             write_report(report, &format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
             printer.line(format!("report in {}", report.display()));
@@ -96,12 +97,12 @@ impl Compensate {
                 "changed": outcome.gained,
                 "law": self.law,
                 "updates": outcome.updates,
-                "largest_shift_um": written.largest_shift_mm * 1e3,
+                "largest_shift_um": largest_shift_mm * 1e3,
                 "predicted_contour_um": {
                     "before": evaluate::contour_json(&outcome.before),
                     "after": evaluate::contour_json(&outcome.after),
                 },
-                "carrier": written.carrier,
+                "carrier": carrier,
                 "warnings": warnings(path.part.as_ref(), &outcome),
             }),
         )
@@ -128,42 +129,6 @@ impl Compensate {
             printer.line("the model predicts no gain worth having: the input is returned unchanged");
         }
     }
-
-    fn write_program(&self, part: &Part, outcome: &Outcome, spec: &MachineSpec) -> Result<Written> {
-        let profile = spec.controller;
-        let carrier = self.carrier.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
-            Some(machine::Carrier::G94) => Carrier::G94,
-            _ => Carrier::G93,
-        });
-        let settings = RefitSettings {
-            carrier,
-            decimals: self.carrier.decimals.unwrap_or(profile.map_or(6, |profile| usize::from(profile.decimals))),
-            spacing_s: self.carrier.spacing.unwrap_or(profile.map_or(4.0, |profile| profile.point_spacing_ms)) * 1e-3,
-            chord_tolerance_mm: CHORD_TOLERANCE_MM,
-        };
-        if !(settings.spacing_s.is_finite() && settings.spacing_s > 0.0) || settings.decimals > 12 {
-            return Err(crate::output::Usage("--spacing must be positive and --decimals at most 12".into()).into());
-        }
-        let refitted = refit(part, &outcome.reference, &settings)?;
-        let bytes = edit(&part.program, &refitted.edits)?;
-        verify(part, &refitted, bytes.clone(), &part.options, self.max_shift)
-            .map_err(|error| Refusal(format!("the compensated program did not pass its check and was not written: {error:#}")))?;
-        write_file(&self.out, &bytes).context("the compensated program")?;
-        Ok(Written { largest_shift_mm: refitted.largest_shift_mm, carrier: outcome.gained.then_some(carrier) })
-    }
-}
-
-/// Largest distance of a written line from the corrected curve between its ends, mm.
-const CHORD_TOLERANCE_MM: f64 = 2e-4;
-
-struct Written {
-    largest_shift_mm: f64,
-    carrier: Option<Carrier>,
-}
-
-fn largest_shift(path: &Input, outcome: &Outcome) -> f64 {
-    let columns = path.desired.trajectory().columns().iter().zip(outcome.reference.columns());
-    columns.flat_map(|(d, r)| d.iter().zip(r).map(|(d, r)| (r - d).abs())).fold(0.0, f64::max)
 }
 
 /// Where the model is out of its depth, with lines where there is a program.

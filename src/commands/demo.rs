@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{ExcitationPlan, Log, excite};
-use machine::Machine;
+use datasets::Log;
 use serde_json::json;
 
 use super::compare::{UNSEEN, report_of};
@@ -14,6 +13,7 @@ use crate::cli::{Common, MachineArgs};
 use crate::comparison::{self, CompareSettings};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, write_file, write_json};
+use crate::recording::record;
 use crate::report::write_report;
 use crate::training_run::{self, PredictorName, TrainSettings};
 
@@ -48,23 +48,7 @@ impl Demo {
         let started = Instant::now();
         let spec = input::machine(&self.machine.machine)?;
         let frame = Frame::of(&spec);
-        let plan = ExcitationPlan::of_seconds(self.seconds);
-        let runs = excite(
-            &plan,
-            &frame.limits,
-            frame.kinematics.axes(),
-            &vec![(-TRAVEL_MM, TRAVEL_MM); spec.axes.len()],
-            frame.period_s,
-            self.common.seed,
-        )?;
-        let mut machine = input::simulated(&spec, self.common.seed)?;
-        let logs: Vec<Log> = runs
-            .into_iter()
-            .map(|(name, reference)| {
-                let actual = machine.run(&reference)?;
-                Ok(Log::new(name, reference, actual)?)
-            })
-            .collect::<Result<_>>()?;
+        let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let samples: usize = logs.iter().map(Log::len).sum();
         printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", spec.name, logs.len()));
         let settings = TrainSettings { predictor: self.predictor, seed: self.common.seed, ..TrainSettings::default() };

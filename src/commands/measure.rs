@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::cli::{Common, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
-use crate::measurement::{self, Measurement, Segment};
+use crate::measurement::{self, Fit, Measurement, Segment};
 use crate::output::{Printer, Refusal, Usage, table, um, write_json};
 
 /// Tracking and contour error of a recorded run
@@ -23,6 +23,7 @@ use crate::output::{Printer, Refusal, Usage, table, um, write_json};
 #[command(after_help = "Examples:
   precomp measure run.csv
   precomp measure run.csv --desired part.nc --machine mill.toml
+  precomp measure today.csv --model mill.model
   precomp measure circle.csv --desired curve:circle --feed 50")]
 pub struct Measure {
     /// The log (.csv, .parquet)
@@ -36,6 +37,9 @@ pub struct Measure {
     /// The path that the part needs, where the log's command is a compensated one: program, reference or test curve (`curve:NAME`)
     #[arg(long, value_name = "INPUT")]
     desired: Option<PathBuf>,
+    /// Say whether this model still fits the machine: its prediction beside what the log shows
+    #[arg(short, long, value_name = "MODEL")]
+    model: Option<PathBuf>,
     /// How the contour error is found
     #[arg(long, value_enum, default_value_t = EstimatorName::Exact)]
     estimator: EstimatorName,
@@ -92,7 +96,21 @@ impl Measure {
         let desired = self.desired(&log)?;
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;
-        write_json(self.common.json.as_deref(), &figures(&log, &measured)?)
+        let mut figures = figures(&log, &measured)?;
+        if let Some(model) = &self.model {
+            let bundle = input::model(model)?;
+            let fits = measurement::fits(&bundle, &log)?;
+            say_fits(&printer, &fits);
+            figures["model"] = json!(
+                fits.iter()
+                    .map(|fit| (
+                        fit.axis.clone(),
+                        json!({ "rms_um": fit.rms_mm * 1e3, "held_out_rms_um": fit.expected_mm * 1e3, "in_band_share": fit.in_band, "stale": fit.stale })
+                    ))
+                    .collect::<serde_json::Map<_, _>>()
+            );
+        }
+        write_json(self.common.json.as_deref(), &figures)
     }
 
     fn desired(&self, log: &Log) -> Result<Input> {
@@ -101,15 +119,9 @@ impl Measure {
                 // Planned at the log's own rate, so that samples pair up.
                 let frame = Frame { period_s: log.period_s(), ..Frame::of(&input::machine(&self.machine.machine)?) };
                 let desired = Input::read(path, &frame, &self.program)?;
-                if desired.desired.trajectory().axes() != log.axes() {
-                    let names = |axes: &[motion::Axis]| axes.iter().map(|axis| axis.name.clone()).collect::<Vec<_>>().join(", ");
-                    return Err(Refusal(format!(
-                        "the log has the axes {}, the path {}; give the machine that has the log's axes with --machine",
-                        names(log.axes()),
-                        names(desired.desired.trajectory().axes())
-                    ))
-                    .into());
-                }
+                desired.desired.trajectory().check_axes(log.axes()).map_err(|error| {
+                    Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
+                })?;
                 Ok(desired)
             }
             None => Ok(Input {
@@ -200,6 +212,23 @@ fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) ->
         say_circle(printer, circle);
     }
     Ok(())
+}
+
+fn say_fits(printer: &Printer, fits: &[Fit]) {
+    let rows: Vec<Vec<String>> = fits
+        .iter()
+        .map(|fit| {
+            let verdict = if fit.stale { "stale: train again, or adapt it with train --from" } else { "fits" };
+            vec![
+                fit.axis.clone(),
+                um(fit.rms_mm),
+                um(fit.expected_mm),
+                format!("{:.1} %", fit.in_band * 100.0),
+                verdict.to_owned(),
+            ]
+        })
+        .collect();
+    printer.line(table(&["model, axis", "error RMS µm", "held-out RMS µm", "within its 95 % band", ""], &rows));
 }
 
 fn say_circle(printer: &Printer, circle: &CircularTest) {

@@ -6,6 +6,7 @@ pub mod demo;
 pub mod excite;
 pub mod measure;
 pub mod predict;
+pub mod refine;
 pub mod reproduce;
 pub mod simulate;
 pub mod train;

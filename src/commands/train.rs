@@ -1,15 +1,16 @@
 //! `precomp train`: learn a machine from its logs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, ReadOptions, Severity, read_log};
 use models::FeatureSet;
 
+use crate::adaptation;
 use crate::cli::Common;
 use crate::input;
-use crate::output::{Printer, Refusal, Usage, write_file, write_json};
+use crate::output::{Printer, Refusal, Usage, table, um, write_file, write_json};
 use crate::training_run::{self, PredictorName, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
@@ -18,6 +19,7 @@ use crate::training_run::{self, PredictorName, TrainSettings};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp train runs/*.csv --machine mill.toml -o mill.model
+  precomp train ten-seconds.csv --from mill.model -o mill-today.model
   precomp train log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm -o x.model")]
 pub struct Train {
     /// Logs (.csv, .parquet), one a run
@@ -46,6 +48,9 @@ pub struct Train {
     /// Share of the samples that is held out, as whole runs
     #[arg(long, default_value_t = 0.2)]
     held_out: f64,
+    /// Adapt this model with a short new log instead of training a new one: another machine of its kind, another day
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "checkpoints", "machine"])]
+    from: Option<PathBuf>,
     /// Folder for checkpoints of the networks; an interrupted training goes on from there
     #[arg(long, value_name = "DIR")]
     checkpoints: Option<PathBuf>,
@@ -93,6 +98,9 @@ impl Train {
         for warning in &warnings {
             printer.line(warning);
         }
+        if let Some(model) = &self.from {
+            return self.adapt(model, &logs, &warnings, &printer);
+        }
         let settings = TrainSettings {
             predictor: self.predictor,
             features: self.features.into(),
@@ -108,6 +116,19 @@ impl Train {
         if spec.is_none() {
             printer.line("note: no --machine was given; the model takes speed and acceleration limits from what the log reached");
         }
+        let lags: Vec<String> = trained
+            .bundle
+            .manifest
+            .axes
+            .iter()
+            .zip(&trained.lags_s)
+            .filter_map(|(axis, lag)| Some(format!("{} {:.3} ms", axis.name, (*lag)? * 1e3)))
+            .collect();
+        printer.line(format!(
+            "lag behind the command: {}; all axes together {:.3} ms",
+            lags.join(", "),
+            trained.bundle.manifest.common_delay_s * 1e3
+        ));
         for axis in &trained.bundle.manifest.axes {
             let c = &axis.coverage;
             printer.line(format!(
@@ -119,6 +140,33 @@ impl Train {
         printer.line(format!("trained in {:.1} s; model in {}", trained.seconds, self.out.display()));
         let mut figures = trained.json();
         figures["warnings"] = serde_json::json!(warnings);
+        write_json(self.common.json.as_deref(), &figures)
+    }
+
+    fn adapt(&self, model: &Path, logs: &[Log], warnings: &[String], printer: &Printer) -> Result<()> {
+        let adapted = adaptation::adapt(&input::model(model)?, logs)?;
+        let rows: Vec<Vec<String>> = adapted
+            .axes
+            .iter()
+            .map(|axis| {
+                let verdict = if axis.taken { "adapted" } else { "kept as it was" };
+                vec![axis.name.clone(), um(axis.before), um(axis.held_out), verdict.to_owned()]
+            })
+            .collect();
+        printer.line(table(&["axis", "error before RMS µm", "adapted, held out RMS µm", ""], &rows));
+        write_file(&self.out, &adapted.bundle.to_bytes()?)?;
+        printer.line(format!("adapted in {:.1} s; model in {}", adapted.seconds, self.out.display()));
+        let axes: serde_json::Map<String, serde_json::Value> = adapted
+            .axes
+            .iter()
+            .map(|axis| {
+                let figures = serde_json::json!({
+                    "before_rms_um": axis.before * 1e3, "held_out_rms_um": axis.held_out * 1e3, "adapted": axis.taken,
+                });
+                (axis.name.clone(), figures)
+            })
+            .collect();
+        let figures = serde_json::json!({ "seconds": adapted.seconds, "axes": axes, "warnings": warnings });
         write_json(self.common.json.as_deref(), &figures)
     }
 }

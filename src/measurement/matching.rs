@@ -1,8 +1,9 @@
 //! Where and when a recorded run lies against the desired path.
 
 use anyhow::Result;
+use datasets::Log;
 use motion::contour::{AlignSettings, align, at_places, follow};
-use motion::{DesiredPath, Vec3};
+use motion::{DesiredPath, Trajectory, Vec3, cubic};
 
 /// A command within this of the desired path, delay and offset taken off, keeps its time, mm.
 const IN_TIME_MM: f64 = 0.2;
@@ -48,4 +49,38 @@ pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Re
     let places = follow(&commanded, &path)?;
     let path = at_places(&path, &places);
     Ok(Match { delay_s: None, offset, places, path })
+}
+
+/// Commanded and actual positions of a log at the instants of the desired path's samples, in its coordinates.
+///
+/// A rest of the path that the log holds longer or shorter is met at one instant.
+///
+/// # Errors
+/// When the two do not match.
+pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result<(Trajectory, Trajectory)> {
+    let path = desired.trajectory();
+    let places = &matched.places;
+    let mut k = 0;
+    let instants: Vec<f64> = (0..path.len())
+        .map(|sample| {
+            let wanted = sample as f64;
+            while k + 1 < places.len() && places[k + 1] < wanted {
+                k += 1;
+            }
+            let (before, after) = (places[k], places.get(k + 1).copied().unwrap_or(places[k]));
+            k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
+        })
+        .collect();
+    let offsets: Vec<f64> = path
+        .axes()
+        .iter()
+        .map(|axis| ["x", "y", "z"].iter().position(|name| *name == axis.name).map_or(0.0, |slot| matched.offset[slot]))
+        .collect();
+    let resampled = |from: &Trajectory| {
+        let columns = from.columns().iter().zip(&offsets);
+        path.with_columns(
+            columns.map(|(column, offset)| instants.iter().map(|at| cubic(column, *at).0 - offset).collect()).collect(),
+        )
+    };
+    Ok((resampled(&log.reference)?, resampled(&log.actual)?))
 }

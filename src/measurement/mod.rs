@@ -1,5 +1,6 @@
 //! A recorded run against the path that the part needs.
 
+mod fit;
 mod matching;
 mod reversals;
 
@@ -13,7 +14,8 @@ use motion::contour::{
 use motion::{Vec3, lag_s, poses_of};
 
 use crate::input::Input;
-pub use matching::{Match, match_run};
+pub use fit::{Fit, fits};
+pub use matching::{Match, in_path_time, match_run};
 pub use reversals::{Reversal, reversals};
 
 /// Worst places that are shown, and how far apart they have to be, s.

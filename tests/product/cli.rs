@@ -5,7 +5,7 @@ use crate::common::{Folder, text};
 #[test]
 fn every_command_has_help_with_an_example() {
     let folder = Folder::new();
-    for command in ["demo", "excite", "simulate", "train", "predict", "compensate", "measure", "compare", "reproduce"] {
+    for command in ["demo", "excite", "simulate", "train", "predict", "compensate", "measure", "refine", "compare", "reproduce"] {
         let output = folder.precomp(&[command, "--help"]);
         assert!(output.status.success());
         let help = text(&output.stdout);

@@ -137,3 +137,23 @@ fn turns(path: &[Vec3], reach: usize) -> Vec<f64> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_and_stops_count_and_straights_do_not() {
+        // Rest, 1 mm a sample along x, a corner, along y, rest.
+        let mut path = vec![Vec3::zeros(); 20];
+        path.extend((1..=50).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)));
+        path.extend((1..=50).map(|k| Vec3::new(50.0, f64::from(k), 0.0)));
+        path.extend(vec![Vec3::new(50.0, 50.0, 0.0); 20]);
+        let shares = turns(&path, 5);
+        assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
+        assert_eq!((shares[5], shares[134]), (1.0, 1.0));
+        assert!(shares[69] > 0.5, "{}", shares[69]);
+        assert_eq!((shares[45], shares[95]), (0.0, 0.0));
+        assert!(turns(&[], 5).is_empty() && turns(&[Vec3::zeros()], 5) == [1.0]);
+    }
+}

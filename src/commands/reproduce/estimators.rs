@@ -1,54 +1,20 @@
-//! `precomp reproduce`: the papers' tables, printed beside what this build measures.
+//! Paper D, table I: contour-error estimators.
 
 use std::time::Instant;
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
 use machine::Machine;
 use motion::Vec3;
 use motion::contour::{ContourEstimator, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
 use serde_json::{Value, json};
 
-use crate::cli::{Common, MachineArgs};
+use super::Reproduce;
 use crate::input::{self, Frame, Input};
-use crate::output::{Printer, table, write_json};
-
-/// Print the papers' tables beside what this build measures
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  precomp reproduce table-1")]
-pub struct Reproduce {
-    /// Tables; all when none is given
-    #[arg(value_enum)]
-    tables: Vec<TableName>,
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    machine: MachineArgs,
-}
-
-/// A table of a paper.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TableName {
-    /// Paper D, table I: contour-error estimators on the flower
-    #[value(name = "table-1")]
-    Table1,
-}
+use crate::output::{Printer, table};
 
 impl Reproduce {
-    pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
-        let tables = if self.tables.is_empty() { TableName::value_variants().to_vec() } else { self.tables.clone() };
-        let mut figures = Vec::new();
-        for name in tables {
-            figures.extend(match name {
-                TableName::Table1 => self.table_1(&printer)?,
-            });
-        }
-        write_json(self.common.json.as_deref(), &json!({ "tables": figures }))
-    }
-
     /// Estimation errors on the analytic flower, run at 80 mm/s on the simulated machine.
-    fn table_1(&self, printer: &Printer) -> Result<Vec<Value>> {
+    pub(super) fn table_1(&self, printer: &Printer) -> Result<Vec<Value>> {
         let spec = input::machine(&self.machine.machine)?;
         let path = Input::curve("flat-flower", 80.0, &Frame::of(&spec))?;
         let actual = input::simulated(&spec, self.common.seed)?.run(path.desired.trajectory())?;

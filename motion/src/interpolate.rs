@@ -1,0 +1,32 @@
+//! Between samples.
+
+/// Value, and slope a sample, of `values` at a fractional index: the cubic through the samples with central differences, flat beyond the ends.
+///
+/// Empty `values` give zeros.
+#[must_use]
+pub fn cubic(values: &[f64], at: f64) -> (f64, f64) {
+    let Some(last) = values.len().checked_sub(1) else { return (0.0, 0.0) };
+    let at = at.clamp(0.0, last as f64);
+    let k = (at.floor() as usize).min(last.saturating_sub(1));
+    let t = at - k as f64;
+    let value = |i: usize| values[i.min(last)];
+    let (before, from, to, after) = (values[k.saturating_sub(1)], value(k), value(k + 1), value(k + 2));
+    let (leaving, arriving) = (0.5 * (to - before), 0.5 * (after - from));
+    let square = 3.0 * (to - from) - 2.0 * leaving - arriving;
+    let cube = leaving + arriving - 2.0 * (to - from);
+    (from + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_met_and_parabolas_followed() {
+        let values: Vec<f64> = (0..10).map(|k| f64::from(k * k)).collect();
+        assert_eq!(cubic(&values, 4.0).0, 16.0);
+        assert!((cubic(&values, 4.5).0 - 20.25).abs() < 1e-12 && (cubic(&values, 4.5).1 - 9.0).abs() < 1e-12);
+        assert_eq!((cubic(&values, -3.0).0, cubic(&values, 99.0).0, cubic(&[], 1.0).0), (0.0, 81.0, 0.0));
+        assert_eq!(cubic(&[5.0], 0.3).0, 5.0);
+    }
+}

@@ -1,0 +1,98 @@
+//! A model adapted to another machine, or to the same one later, with a few seconds of its log.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use datasets::{Log, Severity, UNSCORED_S};
+use models::staged::StagedPredictor;
+use models::{AxisPredictor, AxisSignal, Band, Bundle, Manifest};
+use training::staged::{AxisRun, StagedRecipe, adapt as adapt_axis};
+
+use crate::evaluate::rms_max;
+use crate::output::Refusal;
+use crate::training_run::{check, data_hash};
+
+/// What became of one axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AdaptedAxis {
+    /// Name of the axis.
+    pub name: String,
+    /// Root mean square error of the model as it was, on the new log; mm or rad.
+    pub before: f64,
+    /// The same of the adapted one, on folds of the new log that it was not fitted to.
+    pub held_out: f64,
+    /// Whether the adapted one was taken: only where it is better.
+    pub taken: bool,
+}
+
+/// An adapted model.
+#[derive(Debug)]
+pub struct Adapted {
+    /// The model.
+    pub bundle: Bundle,
+    /// Every axis of it.
+    pub axes: Vec<AdaptedAxis>,
+    /// Time taken, s.
+    pub seconds: f64,
+}
+
+/// Adapts the staged predictors of `bundle` to `logs`.
+///
+/// # Errors
+/// When the logs are not fit, lack an axis of the model, or are sampled at another rate; when an axis has another kind of predictor.
+pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
+    let started = Instant::now();
+    let report = check(logs);
+    if report.is_refused() {
+        let reasons: Vec<String> = report.of(Severity::Refuse).map(ToString::to_string).collect();
+        return Err(Refusal(format!("the log is not fit for training:\n  {}", reasons.join("\n  "))).into());
+    }
+    let recipe = StagedRecipe::default();
+    let mut predictors: Vec<Box<dyn AxisPredictor>> = Vec::new();
+    let mut axes = Vec::new();
+    let mut manifest = Manifest { data_sha256: data_hash(logs), ..bundle.manifest.clone() };
+    for (predictor, axis) in bundle.predictors()?.into_iter().zip(&mut manifest.axes) {
+        if predictor.kind() != models::staged::KIND {
+            return Err(Refusal(format!(
+                "axis {} has a predictor of the kind `{}`; only staged models can be adapted: train a new one",
+                axis.name,
+                predictor.kind()
+            ))
+            .into());
+        }
+        let staged = StagedPredictor::from_saved(&predictor.save())?;
+        let runs = runs_of(logs, &axis.name)?;
+        let (adapted, report) = adapt_axis(&staged, &runs, &recipe).map_err(|error| Refusal(error.to_string()))?;
+        let taken = report.held_out_rms < report.before_rms;
+        let signals = errors(&adapted, &runs);
+        axis.held_out.rms = if taken { report.held_out_rms } else { report.before_rms };
+        axis.held_out.max = signals.iter().map(|(_, errors)| rms_max(errors).1).fold(0.0, f64::max);
+        axis.band = Band::fit(&signals, axis.coverage.velocity);
+        axes.push(AdaptedAxis { name: axis.name.clone(), before: report.before_rms, held_out: report.held_out_rms, taken });
+        predictors.push(Box::new(adapted));
+    }
+    Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })
+}
+
+fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
+    logs.iter()
+        .map(|log| {
+            let (Some(reference), Some(actual)) = (log.reference.column(axis), log.actual.column(axis)) else {
+                return Err(Refusal(format!("the log {} lacks the axis {axis}, which the model has", log.name)).into());
+            };
+            Ok(AxisRun { reference: reference.to_vec(), actual: actual.to_vec(), period_s: log.period_s() })
+        })
+        .collect()
+}
+
+/// Prediction errors on the scored samples of every run.
+fn errors<'a>(predictor: &StagedPredictor, runs: &'a [AxisRun]) -> Vec<(AxisSignal<'a>, Vec<f64>)> {
+    runs.iter()
+        .map(|run| {
+            let skip = ((UNSCORED_S / run.period_s).round() as usize).min(run.reference.len());
+            let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
+            let errors = (skip..run.reference.len()).map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect();
+            (AxisSignal::uncompensated(&run.reference[skip..], run.period_s), errors)
+        })
+        .collect()
+}

@@ -1,0 +1,153 @@
+//! `precomp refine`: one iteration of learning on a real machine.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, LowPass};
+use datasets::{Purpose, ReadOptions, assess, read_log, write_reference};
+use motion::poses_of;
+use serde_json::json;
+
+use crate::cli::{CarrierArgs, Common, MachineArgs, ProgramArgs};
+use crate::evaluate;
+use crate::input::{self, Frame, Input};
+use crate::learning::FADE_S;
+use crate::measurement::{in_path_time, match_run};
+use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
+use crate::pipeline::write_program;
+
+/// The next program from the last run's log: iterative learning control on a real machine, one command a run
+///
+/// INPUT is always the original, which the part needs. What was commanded in the last run is read from its log, so that learning can start
+/// from the original, from a pre-compensated program, or go on after any run.
+#[derive(Debug, Args)]
+#[command(after_help = "Example, the first run compensated by the model, then two runs of learning:
+  precomp compensate part.nc -m mill.model -o run1.nc
+  precomp refine part.nc --log run1.csv --run 1 -o run2.nc
+  precomp refine part.nc --log run2.csv --run 2 -o run3.nc")]
+pub struct Refine {
+    /// The original: part program or reference (.csv, .parquet)
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Log of the last run
+    #[arg(long, value_name = "LOG")]
+    log: PathBuf,
+    /// The next program or reference to write, of the same kind as INPUT
+    #[arg(short, long, value_name = "OUT")]
+    out: PathBuf,
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    program: ProgramArgs,
+    #[command(flatten)]
+    carrier: CarrierArgs,
+    /// What is learned
+    #[arg(long, value_enum, default_value_t = RefineLaw::Spatial)]
+    law: RefineLaw,
+    /// Learning gain; 1/RUN when left out, which averages the noise of the runs away
+    #[arg(long, value_name = "Q")]
+    gain: Option<f64>,
+    /// Which run the log is of, the first being 1
+    #[arg(long, value_name = "RUN", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    run: u32,
+    /// Cut-off of the zero-phase low-pass on the update, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 100.0)]
+    low_pass: f64,
+    /// Largest shift of an axis, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    max_shift: f64,
+    /// Column names of the log, where they are not recognised
+    #[arg(long, value_name = "MAP")]
+    columns: Option<String>,
+    /// Sampling period of a log without time stamps, ms
+    #[arg(long, value_name = "MS")]
+    period: Option<f64>,
+}
+
+/// What is learned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum RefineLaw {
+    /// The contour error (Papers A and B)
+    Spatial,
+    /// The tracking error
+    Tracking,
+}
+
+impl Refine {
+    pub fn run(&self) -> Result<()> {
+        check_not_input(&self.input, &self.out)?;
+        check_not_input(&self.log, &self.out)?;
+        if !self.log.is_file() {
+            return Err(Usage(format!("cannot read {}: there is no such file", self.log.display())).into());
+        }
+        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
+        let (log, mut report) = read_log(&self.log, &options).map_err(|error| Refusal(error.to_string()))?;
+        report.extend(assess(&log, Purpose::Measuring));
+        let printer = Printer::new(self.common.json.as_deref());
+        for finding in &report.findings {
+            printer.line(finding);
+        }
+        if report.is_refused() {
+            return Err(Refusal("the log is not fit for learning".into()).into());
+        }
+        let spec = input::machine(&self.machine.machine)?;
+        let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec) };
+        let path = Input::read(&self.input, &frame, &self.program)?;
+        if path.part.is_some() == input::is_reference(&self.out) {
+            return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
+        }
+        let desired = &path.desired;
+        desired.trajectory().check_axes(log.axes()).map_err(|error| {
+            Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
+        })?;
+
+        let commanded: Vec<_> =
+            poses_of(&log.reference, desired.kinematics().as_ref())?.into_iter().map(|pose| pose.tip).collect();
+        let matched = match_run(desired, &commanded, log.period_s())?;
+        let (reference, actual) = in_path_time(desired, &log, &matched)?;
+        let before = evaluate::contour(desired, &actual)?;
+
+        let low_pass = LowPass::new(self.low_pass, log.period_s())?;
+        let gain = Gain::Constant(self.gain.unwrap_or(1.0 / f64::from(self.run)));
+        let mut law: Box<dyn CompensationLaw> = match self.law {
+            RefineLaw::Spatial => Box::new(SpatialIlc::new(gain, low_pass)?),
+            RefineLaw::Tracking => Box::new(TrackingIlc::new(gain, low_pass)),
+        };
+        let weights = path.part.as_ref().map(|part| part.weights(FADE_S)).unwrap_or_default();
+        let guard = Guard { max_shift: self.max_shift, limits: Some(frame.limits.clone()), weights, ..Guard::default() };
+        let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
+
+        printer.line(format!(
+            "run {}: contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
+            self.run,
+            um(before.rms_mm),
+            um(before.max_mm),
+            um(before.p95_mm)
+        ));
+        let largest_mm = match &path.part {
+            Some(part) => write_program(part, &next, &spec, &self.carrier, self.max_shift, &self.out)?.largest_shift_mm,
+            None => {
+                write_reference(&self.out, &next)?;
+                path.largest_shift(&next)
+            }
+        };
+        printer.line(format!(
+            "largest shift {} µm; the program of run {} is {}",
+            um(largest_mm),
+            self.run + 1,
+            self.out.display()
+        ));
+        write_json(
+            self.common.json.as_deref(),
+            &json!({
+                "run": self.run,
+                "contour_um": evaluate::contour_json(&before),
+                "largest_shift_um": largest_mm * 1e3,
+                "offset_mm": matched.offset.as_slice(),
+            }),
+        )
+    }
+}

@@ -1,0 +1,78 @@
+//! Paper D, tables V and VI: contour error before and after pre-compensation, beside converged ILC.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+
+use super::Reproduce;
+use crate::commands::compare::UNSEEN;
+use crate::comparison::{self, CompareSettings, PathComparison, method};
+use crate::input::{self, Frame, Input};
+use crate::output::{Printer, table, um};
+use crate::recording::record;
+use crate::training_run::{self, PredictorName, TrainSettings};
+
+const TRAVEL_MM: f64 = 60.0;
+
+/// RMS and MAX, µm, as printed.
+type Printed = Option<(f64, f64)>;
+
+/// Uncompensated, pre-compensated, converged ILC on each of [`UNSEEN`].
+const PRINTED: [[Printed; 3]; 4] = [
+    [Some((7.361, 11.894)), Some((0.527, 2.354)), None],
+    [Some((5.994, 9.734)), Some((0.399, 2.004)), None],
+    [Some((5.401, 11.135)), Some((0.544, 2.919)), None],
+    [Some((5.172, 9.435)), Some((0.497, 2.209)), Some((0.384, 1.701))],
+];
+
+impl Reproduce {
+    pub(super) fn table_5(&self, printer: &Printer) -> Result<Vec<Value>> {
+        let spec = input::machine(&self.machine.machine)?;
+        let frame = Frame::of(&spec);
+        let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
+        let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
+        let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
+        let compared = |predictor| -> Result<Vec<PathComparison>> {
+            let train = TrainSettings { predictor, seed: self.common.seed, ..TrainSettings::default() };
+            let bundle = training_run::train(&logs, Some(&spec), &train)?.bundle;
+            comparison::compare(&paths, &spec, Some(&bundle), &settings)
+        };
+        let by_lstm = compared(self.network(PredictorName::Lstm))?;
+        let by_staged = compared(PredictorName::Staged)?;
+        let mut rows = Vec::new();
+        for ((lstm, staged), printed) in by_lstm.iter().zip(&by_staged).zip(PRINTED) {
+            let [uncompensated, pre_compensated, ilc] = printed;
+            for (what, result, name, printed) in [
+                ("uncompensated", lstm, method::UNCOMPENSATED, uncompensated),
+                ("LSTM, one shot (the paper)", lstm, method::ONE_SHOT, pre_compensated),
+                ("staged, first run (precomp)", staged, method::FIRST_RUN, None),
+                ("converged spatial ILC", staged, method::SPATIAL_ILC, ilc),
+                ("floor", staged, method::FLOOR, None),
+            ] {
+                if let Some(figures) = result.of(name) {
+                    rows.push((format!("{}, {what}", result.name), printed, figures.mean()));
+                }
+            }
+        }
+        printer.line("Paper D, tables V and VI: contour error of unseen curves");
+        let lines: Vec<Vec<String>> = rows
+            .iter()
+            .map(|(name, printed, (rms, max))| {
+                let (p_rms, p_max) =
+                    printed.map_or(("–".into(), "–".into()), |(rms, max)| (format!("{rms}"), format!("{max}")));
+                vec![name.clone(), p_rms, p_max, um(*rms), um(*max)]
+            })
+            .collect();
+        printer.line(table(&["curve, method", "printed RMS µm", "printed MAX µm", "RMS µm", "MAX µm"], &lines));
+        let rows: Vec<Value> = rows
+            .into_iter()
+            .map(|(name, printed, (rms, max))| {
+                json!({
+                    "name": name,
+                    "printed": printed.map(|(rms, max)| json!({ "rms_um": rms, "max_um": max })),
+                    "measured": { "rms_um": rms * 1e3, "max_um": max * 1e3 },
+                })
+            })
+            .collect();
+        Ok(vec![json!({ "paper": "D", "table": "V, VI", "rows": rows })])
+    }
+}

@@ -1,0 +1,187 @@
+//! Paper D, tables II to IV: what the networks predict, on curves that training never saw.
+
+use anyhow::{Context, Result};
+use datasets::Log;
+use machine::{Machine, MachineSpec};
+use models::{Bundle, FeatureSet};
+use motion::Trajectory;
+use serde_json::{Value, json};
+
+use super::Reproduce;
+use crate::commands::compare::UNSEEN;
+use crate::evaluate::{contour_errors, rms_max};
+use crate::input::{self, Frame, Input};
+use crate::output::{Printer, table, um};
+use crate::recording::record;
+use crate::training_run::{self, PredictorName, TrainSettings};
+
+/// The butterfly reaches from 0 to 103 mm.
+const TRAVEL_MM: f64 = 110.0;
+
+/// RMS and MAX, mm.
+type Figures = (f64, f64);
+
+/// A row: name, printed RMS and MAX in µm (where the paper has them), measured ones.
+struct Row {
+    name: String,
+    printed: Option<Figures>,
+    measured: Figures,
+}
+
+impl Reproduce {
+    pub(super) fn table_2(&self, printer: &Printer) -> Result<Vec<Value>> {
+        let printed = [
+            ("features i", FeatureSet::I, (1.014, 9.003)),
+            ("features ii", FeatureSet::Ii, (0.782, 5.777)),
+            ("features iii", FeatureSet::Iii, (0.613, 5.256)),
+        ];
+        let rows = printed
+            .into_iter()
+            .map(|(name, features, printed)| {
+                let measured = self.butterfly_x(self.network(PredictorName::Lstm), features)?;
+                Ok(Row { name: format!("LSTM, {name}"), printed: Some(printed), measured })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(vec![say(printer, "II", "X axis of the butterfly, tracking error predicted", &rows)])
+    }
+
+    pub(super) fn table_3(&self, printer: &Printer) -> Result<Vec<Value>> {
+        let printed = [
+            ("NARX", PredictorName::Narx, Some((5.262, 18.52))),
+            ("GRU", self.network(PredictorName::Gru), Some((0.709, 5.811))),
+            ("LSTM", self.network(PredictorName::Lstm), Some((0.613, 5.256))),
+            ("linear law alone", PredictorName::Linear, None),
+            ("precomp, staged", PredictorName::Staged, None),
+        ];
+        let rows = printed
+            .into_iter()
+            .map(|(name, predictor, printed)| {
+                let measured = self.butterfly_x(predictor, FeatureSet::Iii)?;
+                Ok(Row { name: name.to_owned(), printed, measured })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(vec![say(printer, "III", "X axis of the butterfly, tracking error predicted", &rows)])
+    }
+
+    pub(super) fn table_4(&self, printer: &Printer) -> Result<Vec<Value>> {
+        // Crown, spiral, flower, random NURBS: X, Y, Z, contour.
+        let printed: [[Figures; 4]; 4] = [
+            [(0.623, 4.668), (0.788, 4.729), (0.963, 5.262), (0.651, 3.553)],
+            [(0.398, 3.264), (0.450, 3.071), (0.455, 2.958), (0.388, 1.982)],
+            [(0.504, 4.424), (0.617, 4.346), (0.721, 4.905), (0.524, 3.644)],
+            [(0.396, 3.104), (0.479, 4.051), (0.434, 3.543), (0.365, 2.640)],
+        ];
+        let spec = input::machine(&self.machine.machine)?;
+        let mut rows: Vec<Row> = Vec::new();
+        for (title, predictor) in [("LSTM", self.network(PredictorName::Lstm)), ("staged", PredictorName::Staged)] {
+            let mut sums = [[(0.0, 0.0); 4]; 4];
+            for seed in self.seeds_used() {
+                let logs = record(&spec, self.seconds, 0.5 * TRAVEL_MM, seed)?;
+                let bundle = trained(&logs, &spec, predictor, FeatureSet::Iii, seed)?;
+                for (sums, name) in sums.iter_mut().zip(UNSEEN) {
+                    for (sum, figures) in sums.iter_mut().zip(self.predicted(&spec, &bundle, name, seed)?) {
+                        *sum = (sum.0 + figures.0 / self.seeds as f64, sum.1 + figures.1 / self.seeds as f64);
+                    }
+                }
+            }
+            for ((name, sums), printed) in UNSEEN.iter().zip(sums).zip(printed) {
+                for ((what, measured), printed) in ["x", "y", "z", "contour"].iter().zip(sums).zip(printed) {
+                    rows.push(Row { name: format!("{title}, {name}, {what}"), printed: Some(printed), measured });
+                }
+            }
+        }
+        Ok(vec![say(printer, "IV", "tracking and contour error predicted", &rows)])
+    }
+
+    /// The small network, or the paper's.
+    pub(super) fn network(&self, small: PredictorName) -> PredictorName {
+        match small {
+            PredictorName::Lstm if self.paper => PredictorName::LstmPaper,
+            PredictorName::Gru if self.paper => PredictorName::GruPaper,
+            other => other,
+        }
+    }
+
+    pub(super) fn seeds_used(&self) -> impl Iterator<Item = u64> + use<> {
+        let first = self.common.seed;
+        (0..self.seeds).map(move |k| first.wrapping_add(1000 * k))
+    }
+
+    /// Prediction error of the X axis of the butterfly: mean RMS and MAX over the seeds.
+    fn butterfly_x(&self, predictor: PredictorName, features: FeatureSet) -> Result<Figures> {
+        let spec = input::machine(&self.machine.machine)?;
+        let mut mean = (0.0, 0.0);
+        for seed in self.seeds_used() {
+            let logs =
+                record(&spec, self.seconds, TRAVEL_MM, seed)?.iter().map(|log| only(log, 0)).collect::<Result<Vec<_>>>()?;
+            let bundle = trained(&logs, &spec, predictor, features, seed)?;
+            let path = Input::curve("butterfly", 80.0, &Frame::of(&spec))?;
+            let actual = input::simulated(&spec, seed.wrapping_add(500))?.run(path.desired.trajectory())?;
+            let run = only(&Log::new("butterfly", path.desired.trajectory().clone(), actual)?, 0)?;
+            let (rms, max) = rms_max(&misses(&bundle, &run)?[0]);
+            mean = (mean.0 + rms / self.seeds as f64, mean.1 + max / self.seeds as f64);
+        }
+        Ok(mean)
+    }
+
+    /// Prediction errors of x, y, z and of the contour error, on one curve.
+    fn predicted(&self, spec: &MachineSpec, bundle: &Bundle, curve: &str, seed: u64) -> Result<[Figures; 4]> {
+        let path = Input::curve(curve, 80.0, &Frame::of(spec))?;
+        let reference = path.desired.trajectory();
+        let actual = input::simulated(spec, seed.wrapping_add(500))?.run(reference)?;
+        let run = Log::new(curve, reference.clone(), actual)?;
+        let mut figures = [(0.0, 0.0); 4];
+        for (figures, misses) in figures.iter_mut().zip(misses(bundle, &run)?) {
+            *figures = rms_max(&misses);
+        }
+        let measured = contour_errors(&path.desired, &run.actual)?;
+        let expected = contour_errors(&path.desired, &bundle.machine()?.run(reference)?)?;
+        let off: Vec<f64> = measured.iter().zip(&expected).map(|(m, e)| (m.vector - e.vector).norm()).collect();
+        figures[3] = rms_max(&off);
+        Ok(figures)
+    }
+}
+
+fn trained(logs: &[Log], spec: &MachineSpec, predictor: PredictorName, features: FeatureSet, seed: u64) -> Result<Bundle> {
+    let settings = TrainSettings { predictor, features, seed, ..TrainSettings::default() };
+    // The machine's description has all axes, whatever the log's.
+    let spec = (logs.first().is_some_and(|log| log.axes().len() == spec.axes.len())).then_some(spec);
+    Ok(training_run::train(logs, spec, &settings)?.bundle)
+}
+
+/// The log of one axis.
+fn only(log: &Log, axis: usize) -> Result<Log> {
+    let pick =
+        |from: &Trajectory| Trajectory::new(from.period_s(), vec![from.axes()[axis].clone()], vec![from.columns()[axis].clone()]);
+    Ok(Log::new(log.name.clone(), pick(&log.reference)?, pick(&log.actual)?)?)
+}
+
+/// Predicted minus measured tracking error of every axis.
+fn misses(bundle: &Bundle, run: &Log) -> Result<Vec<Vec<f64>>> {
+    let measured = run.reference.tracking_error(&run.actual)?;
+    let predicted = bundle.machine()?.tracking_errors(&run.reference).context("the model")?;
+    Ok(predicted.iter().zip(&measured).map(|(p, m)| p.iter().zip(m).map(|(p, m)| p - m).collect()).collect())
+}
+
+fn say(printer: &Printer, number: &str, what: &str, rows: &[Row]) -> Value {
+    printer.line(format!("Paper D, table {number}: {what}"));
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let (rms, max) = row.printed.map_or(("–".into(), "–".into()), |(rms, max)| (format!("{rms}"), format!("{max}")));
+            vec![row.name.clone(), rms, max, um(row.measured.0), um(row.measured.1)]
+        })
+        .collect();
+    printer.line(table(&["predictor", "printed RMS µm", "printed MAX µm", "RMS µm", "MAX µm"], &lines));
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "name": row.name,
+                "printed": row.printed.map(|(rms, max)| json!({ "rms_um": rms, "max_um": max })),
+                "measured": { "rms_um": row.measured.0 * 1e3, "max_um": row.measured.1 * 1e3 },
+            })
+        })
+        .collect();
+    json!({ "paper": "D", "table": number, "rows": rows })
+}

@@ -1,0 +1,61 @@
+//! A learned reference on its way back to a file.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use gcode::edit;
+use machine::MachineSpec;
+use motion::Trajectory;
+
+use super::{Carrier, Part, RefitSettings, refit, verify};
+use crate::cli::CarrierArgs;
+use crate::output::{Refusal, Usage, write_file};
+
+/// Largest distance of a written line from the corrected curve between its ends, mm.
+const CHORD_TOLERANCE_MM: f64 = 2e-4;
+/// Decimals of coordinates in mm, and time between points, ms, where neither the user nor the machine's profile says: what LinuxCNC needs.
+const DECIMALS: usize = 6;
+const SPACING_MS: f64 = 4.0;
+
+/// What was written.
+#[derive(Debug, Clone, Copy)]
+pub struct Written {
+    /// Largest correction of a point, mm.
+    pub largest_shift_mm: f64,
+    /// How its points carry their time.
+    pub carrier: Carrier,
+}
+
+/// Writes `part` with the points of `reference` to `out`, after reading it again and checking it.
+///
+/// # Errors
+/// When a setting is out of range, or the program did not pass its check; nothing is written then.
+pub fn write_program(
+    part: &Part,
+    reference: &Trajectory,
+    spec: &MachineSpec,
+    wanted: &CarrierArgs,
+    max_shift_mm: f64,
+    out: &Path,
+) -> Result<Written> {
+    let profile = spec.controller;
+    let carrier = wanted.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
+        Some(machine::Carrier::G94) => Carrier::G94,
+        _ => Carrier::G93,
+    });
+    let settings = RefitSettings {
+        carrier,
+        decimals: wanted.decimals.unwrap_or(profile.map_or(DECIMALS, |profile| usize::from(profile.decimals))),
+        spacing_s: wanted.spacing.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
+        chord_tolerance_mm: CHORD_TOLERANCE_MM,
+    };
+    if !(settings.spacing_s.is_finite() && settings.spacing_s > 0.0) || settings.decimals > 12 {
+        return Err(Usage("--spacing must be positive and --decimals at most 12".into()).into());
+    }
+    let refitted = refit(part, reference, &settings)?;
+    let bytes = edit(&part.program, &refitted.edits)?;
+    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm)
+        .map_err(|error| Refusal(format!("the compensated program did not pass its check and was not written: {error:#}")))?;
+    write_file(out, &bytes).context("the compensated program")?;
+    Ok(Written { largest_shift_mm: refitted.largest_shift_mm, carrier })
+}
