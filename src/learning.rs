@@ -109,11 +109,11 @@ pub fn compensate(
     }
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     let mut law: Box<dyn CompensationLaw> = match settings.law {
-        LawName::Virtual => Box::new(
-            SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?
-                .with_estimator(Box::new(Exact::default()))
-                .with_tracking_in_turns(TURN_S),
-        ),
+        LawName::Virtual => {
+            let spatial = SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default()));
+            // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
+            Box::new(if part.is_some() { spatial } else { spatial.with_tracking_in_turns(TURN_S) })
+        }
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
     };

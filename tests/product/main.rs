@@ -3,4 +3,5 @@
 mod cli;
 mod common;
 mod measure;
+mod refine;
 mod story;

@@ -83,6 +83,8 @@ pub enum Carrier {
     G93,
     /// Feed per minute on every block.
     G94,
+    /// The program's own feed words: the control plans speed and acceleration as it did before.
+    Keep,
 }
 
 impl MachineSpec {
