@@ -130,11 +130,13 @@ pub fn random_nurbs(points: usize, sigma_mm: f64, dimensions: usize, seed: u64) 
     Nurbs::through(&points, 5)
 }
 
-/// The butterfly of Nie et al. (IEEE Access 11, 2023, table 7): cornered, 382.86 mm long.
+/// The butterfly of Nie et al. (IEEE Access 11, 2023, table 7), moved to the origin: cornered, 382.86 mm long.
 ///
 /// # Errors
 /// None for this table; the type says so because every NURBS is checked.
 pub fn butterfly() -> Result<Nurbs, MotionError> {
+    /// Middle of the box around the curve as printed.
+    const CENTRE: (f64, f64) = (54.5, 36.2);
     #[rustfmt::skip]
     const POINTS: [(f64, f64); 51] = [
         (54.493, 52.139), (55.507, 52.139), (56.082, 49.615), (56.780, 44.971), (69.575, 51.358),
@@ -163,7 +165,7 @@ pub fn butterfly() -> Result<Nurbs, MotionError> {
     {
         weights[index] = weight;
     }
-    Nurbs::new(3, &POINTS.map(|(x, y)| Vec3::new(x, y, 0.0)), &weights, &KNOTS)
+    Nurbs::new(3, &POINTS.map(|(x, y)| Vec3::new(x - CENTRE.0, y - CENTRE.1, 0.0)), &weights, &KNOTS)
 }
 
 /// The horizontal eight of Nie et al. (table 6).

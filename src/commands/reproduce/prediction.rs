@@ -15,8 +15,8 @@ use crate::output::{Printer, table, um};
 use crate::recording::record;
 use crate::training_run::{self, PredictorName, TrainSettings};
 
-/// The butterfly reaches from 0 to 103 mm.
-const TRAVEL_MM: f64 = 110.0;
+/// The excitation keeps within ± this range, mm; the curves do as well.
+const TRAVEL_MM: f64 = 60.0;
 
 /// RMS and MAX, mm.
 type Figures = (f64, f64);
@@ -76,7 +76,7 @@ impl Reproduce {
         for (title, predictor) in [("LSTM", self.network(PredictorName::Lstm)), ("staged", PredictorName::Staged)] {
             let mut sums = [[(0.0, 0.0); 4]; 4];
             for seed in self.seeds_used() {
-                let logs = record(&spec, self.seconds, 0.5 * TRAVEL_MM, seed)?;
+                let logs = record(&spec, self.seconds, TRAVEL_MM, seed)?;
                 let bundle = trained(&logs, &spec, predictor, FeatureSet::Iii, seed)?;
                 for (sums, name) in sums.iter_mut().zip(UNSEEN) {
                     for (sum, figures) in sums.iter_mut().zip(self.predicted(&spec, &bundle, name, seed)?) {
