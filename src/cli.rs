@@ -67,6 +67,17 @@ pub struct ProgramArgs {
     pub feed: f64,
 }
 
+/// How a log is read.
+#[derive(Debug, Clone, Args)]
+pub struct LogArgs {
+    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm`
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Sampling period of logs without time stamps, ms
+    #[arg(long, value_name = "MS")]
+    pub period: Option<f64>,
+}
+
 /// A dialect of G-code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum DialectName {

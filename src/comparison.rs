@@ -7,7 +7,7 @@ use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
 use motion::contour::{ContourEstimator, Exact, summary};
-use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Trajectory};
 use serde_json::{Map, Value, json};
 
 use crate::input::{self, Frame, Input};
@@ -272,13 +272,10 @@ fn floor(machine: &mut SimulatedMachine, desired: &DesiredPath) -> Result<(f64, 
         (0..reference.len()).map(|k| runs.iter().map(|run| run.columns()[axis][k]).sum::<f64>() / FLOOR_RUNS as f64).collect()
     };
     let mean = reference.with_columns((0..reference.axes().len()).map(mean).collect())?;
-    let tips = |run: &Trajectory| -> Result<Vec<Vec3>> {
-        Ok(poses_of(run, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect())
-    };
-    let path = tips(&mean)?;
+    let path = desired.tips_of(&mean)?;
     let (mut rms, mut max) = (0.0, 0.0);
     for run in &runs {
-        let figures = summary(&Exact::default().estimate(&tips(run)?, &path)?);
+        let figures = summary(&Exact::default().estimate(&desired.tips_of(run)?, &path)?);
         // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
         let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
         rms += figures.map_or(0.0, |f| f.rms_mm) * unbias / FLOOR_RUNS as f64;

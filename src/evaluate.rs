@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, summary};
-use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Trajectory, Vec3};
 use serde_json::{Value, json};
 
 /// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
@@ -25,7 +25,7 @@ pub fn contour_errors_along(
     actual: &Trajectory,
 ) -> Result<(Vec<ContourError>, Vec<f64>)> {
     let path = desired.tips();
-    let commanded: Vec<Vec3> = poses_of(reference, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+    let commanded = desired.tips_of(reference)?;
     let in_time =
         path.len() == commanded.len() && path.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < 0.2);
     if in_time {
@@ -38,7 +38,7 @@ pub fn contour_errors_along(
 
 /// Errors of `actual` from the path whose places at the same instants are `path`.
 fn errors_from(desired: &DesiredPath, actual: &Trajectory, path: &[Vec3]) -> Result<Vec<ContourError>> {
-    let tips: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+    let tips = desired.tips_of(actual)?;
     let mut estimator: Box<dyn ContourEstimator> = match desired.curve() {
         Some(curve) => Box::new(ExactOnCurve::new(curve.clone())),
         None => Box::new(Exact::default()),

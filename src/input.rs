@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
 use gcode::{Dialect, Options};
 use machine::{MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve};
 
-use crate::cli::{DialectName, ProgramArgs};
-use crate::output::{Refusal, Usage, read_file};
+use crate::cli::{DialectName, LogArgs, ProgramArgs};
+use crate::output::{Printer, Refusal, Usage, read_file};
 use crate::pipeline::Part;
 
 /// The prefix of built-in test curves.
@@ -65,7 +66,7 @@ impl Input {
                 return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
             }
             let (reference, _) =
-                datasets::read_reference(input, &datasets::ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
+                datasets::read_reference(input, &ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
             let kinematics: Arc<dyn Kinematics> = if frame.kinematics.axes() == reference.axes() {
                 Arc::clone(&frame.kinematics)
             } else {
@@ -139,6 +140,34 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
 /// When an axis has no drive.
 pub fn simulated(spec: &MachineSpec, seed: u64) -> Result<SimulatedMachine> {
     SimulatedMachine::new(spec, seed).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// A log, and what reading it found.
+///
+/// # Errors
+/// When the file cannot be read or is not a log.
+pub fn log(path: &Path, args: &LogArgs) -> Result<(Log, Report)> {
+    if !path.is_file() {
+        return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
+    }
+    let options = ReadOptions { columns: args.columns.clone(), period_s: args.period.map(|ms| ms * 1e-3) };
+    read_log(path, &options).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// A log that is fit for measuring a run; what was found in it is printed.
+///
+/// # Errors
+/// As [`log`], and when the log is not fit.
+pub fn log_to_measure(path: &Path, args: &LogArgs, printer: &Printer) -> Result<Log> {
+    let (log, mut report) = log(path, args)?;
+    report.extend(assess(&log, Purpose::Measuring));
+    for finding in &report.findings {
+        printer.line(finding);
+    }
+    if report.is_refused() {
+        return Err(Refusal(format!("{} is not fit for measuring", path.display())).into());
+    }
+    Ok(log)
 }
 
 /// The model in a bundle file.

@@ -9,6 +9,18 @@ use motion::AxisKind;
 /// Jerk lets the acceleration swing from one limit to the other in this time, s.
 const RISE_S: f64 = 0.02;
 
+/// Time on either side over which accelerations are taken, s: between neighbouring samples the steps of a rounded command pass for them.
+const SPAN_S: f64 = 0.01;
+
+/// Largest acceleration of some runs of an axis, mm/s² or rad/s².
+fn acceleration<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> f64 {
+    let span = (SPAN_S / period_s).round().max(1.0) as usize;
+    let time_s = span as f64 * period_s;
+    runs.flat_map(|run| (2 * span..run.len()).map(move |k| (run[k] - 2.0 * run[k - span] + run[k - 2 * span]).abs()))
+        .fold(0.0, f64::max)
+        / (time_s * time_s)
+}
+
 /// A description with the speeds and accelerations that the axes `moving` of `logs` reached.
 ///
 /// # Errors
@@ -20,7 +32,8 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
         .filter_map(|&index| {
             let axis = logs.first()?.axes().get(index)?.clone();
             let coverage = Coverage::of(logs.iter().map(|log| log.reference.columns()[index].as_slice()), period_s);
-            let (velocity, acceleration) = (coverage.velocity, coverage.acceleration);
+            let columns = logs.iter().map(|log| log.reference.columns()[index].as_slice());
+            let (velocity, acceleration) = (coverage.velocity, acceleration(columns, period_s));
             path = (path.0.min(velocity), path.1.min(acceleration));
             let jerk = 2.0 * acceleration / RISE_S;
             Some(match axis.kind {

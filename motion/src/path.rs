@@ -48,6 +48,14 @@ impl DesiredPath {
         self.poses.iter().map(|pose| pose.tip).collect()
     }
 
+    /// Tool tips of other axis positions on the same machine, mm, workpiece frame, one a sample.
+    ///
+    /// # Errors
+    /// When the axes are not those of the kinematics, in that order.
+    pub fn tips_of(&self, trajectory: &Trajectory) -> Result<Vec<Vec3>, MotionError> {
+        Ok(poses_of(trajectory, self.kinematics.as_ref())?.into_iter().map(|pose| pose.tip).collect())
+    }
+
     /// The analytic curve, where one is known.
     #[must_use]
     pub fn curve(&self) -> Option<&Arc<dyn Curve>> {

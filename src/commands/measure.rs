@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use datasets::{Log, Purpose, ReadOptions, assess, read_log};
+use datasets::Log;
 use motion::contour::{CircularTest, ContourEstimator, Exact, HermiteFootPoint, OsculatingCircle, SplineSearch, Tangent};
 use motion::{Cartesian, DesiredPath};
 use serde_json::{Value, json};
 
-use crate::cli::{Common, MachineArgs, ProgramArgs};
+use crate::cli::{Common, LogArgs, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::measurement::{self, Fit, Measurement, Segment};
-use crate::output::{Printer, Refusal, Usage, table, um, write_json};
+use crate::output::{Printer, Refusal, table, um, write_json};
 
 /// Tracking and contour error of a recorded run
 ///
@@ -43,12 +43,8 @@ pub struct Measure {
     /// How the contour error is found
     #[arg(long, value_enum, default_value_t = EstimatorName::Exact)]
     estimator: EstimatorName,
-    /// Column names, where they are not recognised
-    #[arg(long, value_name = "MAP")]
-    columns: Option<String>,
-    /// Sampling period of logs without time stamps, ms
-    #[arg(long, value_name = "MS")]
-    period: Option<f64>,
+    #[command(flatten)]
+    columns: LogArgs,
 }
 
 /// A contour-error estimator.
@@ -80,19 +76,8 @@ impl EstimatorName {
 
 impl Measure {
     pub fn run(&self) -> Result<()> {
-        if !self.log.is_file() {
-            return Err(Usage(format!("cannot read {}: there is no such file", self.log.display())).into());
-        }
-        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
-        let (log, mut report) = read_log(&self.log, &options).map_err(|error| Refusal(error.to_string()))?;
-        report.extend(assess(&log, Purpose::Measuring));
         let printer = Printer::new(self.common.json.as_deref());
-        for finding in &report.findings {
-            printer.line(finding);
-        }
-        if report.is_refused() {
-            return Err(Refusal("the log is not fit for measuring".into()).into());
-        }
+        let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let desired = self.desired(&log)?;
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;

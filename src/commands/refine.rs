@@ -6,11 +6,10 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass};
-use datasets::{Purpose, ReadOptions, assess, read_log, write_reference};
-use motion::poses_of;
+use datasets::write_reference;
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, MachineArgs, ProgramArgs};
+use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
@@ -59,12 +58,8 @@ pub struct Refine {
     /// Largest shift of an axis, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1)]
     max_shift: f64,
-    /// Column names of the log, where they are not recognised
-    #[arg(long, value_name = "MAP")]
-    columns: Option<String>,
-    /// Sampling period of a log without time stamps, ms
-    #[arg(long, value_name = "MS")]
-    period: Option<f64>,
+    #[command(flatten)]
+    columns: LogArgs,
 }
 
 /// What is learned.
@@ -80,19 +75,8 @@ impl Refine {
     pub fn run(&self) -> Result<()> {
         check_not_input(&self.input, &self.out)?;
         check_not_input(&self.log, &self.out)?;
-        if !self.log.is_file() {
-            return Err(Usage(format!("cannot read {}: there is no such file", self.log.display())).into());
-        }
-        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
-        let (log, mut report) = read_log(&self.log, &options).map_err(|error| Refusal(error.to_string()))?;
-        report.extend(assess(&log, Purpose::Measuring));
         let printer = Printer::new(self.common.json.as_deref());
-        for finding in &report.findings {
-            printer.line(finding);
-        }
-        if report.is_refused() {
-            return Err(Refusal("the log is not fit for learning".into()).into());
-        }
+        let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let spec = input::machine(&self.machine.machine)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec) };
         let path = Input::read(&self.input, &frame, &self.program)?;
@@ -104,9 +88,7 @@ impl Refine {
             Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
         })?;
 
-        let commanded: Vec<_> =
-            poses_of(&log.reference, desired.kinematics().as_ref())?.into_iter().map(|pose| pose.tip).collect();
-        let matched = match_run(desired, &commanded, log.period_s())?;
+        let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
         let (reference, actual) = in_path_time(desired, &log, &matched)?;
         let before = evaluate::contour(desired, &actual)?;
 

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use datasets::{Log, ReadOptions, Severity, read_log};
+use datasets::{Log, Severity};
 use models::FeatureSet;
 
 use crate::adaptation;
-use crate::cli::Common;
+use crate::cli::{Common, LogArgs};
 use crate::input;
-use crate::output::{Printer, Refusal, Usage, table, um, write_file, write_json};
+use crate::output::{Printer, table, um, write_file, write_json};
 use crate::training_run::{self, PredictorName, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
@@ -39,12 +39,8 @@ pub struct Train {
     /// Features of the networks (Paper D, table II)
     #[arg(long, value_enum, default_value_t = FeatureName::Iii)]
     features: FeatureName,
-    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm`
-    #[arg(long, value_name = "MAP")]
-    columns: Option<String>,
-    /// Sampling period of logs without time stamps, ms
-    #[arg(long, value_name = "MS")]
-    period: Option<f64>,
+    #[command(flatten)]
+    columns: LogArgs,
     /// Share of the samples that is held out, as whole runs
     #[arg(long, default_value_t = 0.2)]
     held_out: f64,
@@ -81,14 +77,10 @@ impl Train {
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let spec = self.machine.as_deref().map(input::machine).transpose()?;
-        let options = ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) };
         let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
         let mut warnings = Vec::new();
         for path in &self.logs {
-            if !path.is_file() {
-                return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
-            }
-            let (log, report) = read_log(path, &options).map_err(|error| Refusal(error.to_string()))?;
+            let (log, report) = input::log(path, &self.columns)?;
             warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
             logs.push(log);
         }

@@ -11,7 +11,7 @@ use datasets::Log;
 use motion::contour::{
     CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, summary, summary_of,
 };
-use motion::{Vec3, lag_s, poses_of};
+use motion::{Vec3, lag_s};
 
 use crate::input::Input;
 pub use fit::{Fit, fits};
@@ -73,11 +73,7 @@ pub struct Segment {
 /// When the run leads elsewhere than the path.
 pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator) -> Result<Measurement> {
     let period = log.period_s();
-    let kinematics = desired.desired.kinematics();
-    let tips = |trajectory| -> Result<Vec<Vec3>> {
-        Ok(poses_of(trajectory, kinematics.as_ref())?.into_iter().map(|pose| pose.tip).collect())
-    };
-    let (commanded, actual) = (tips(&log.reference)?, tips(&log.actual)?);
+    let (commanded, actual) = (desired.desired.tips_of(&log.reference)?, desired.desired.tips_of(&log.actual)?);
     let matched = match_run(&desired.desired, &commanded, period)?;
     let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;

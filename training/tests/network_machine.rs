@@ -69,7 +69,7 @@ fn a_quarter_of_a_minute_teaches_a_small_lstm_one_axis() {
 }
 
 #[test]
-#[ignore = "takes a minute or two on two cores"]
+#[ignore = "takes a minute or two: run with --ignored (training/README.md)"]
 fn the_quick_recipe_predicts_unseen_curves_to_less_than_a_micrometre() {
     let recorded = record(60.0);
     let start = std::time::Instant::now();

@@ -1,7 +1,7 @@
 //! Pre-compensation in one shot (Paper D, section IV).
 
 use motion::contour::{ContourError, ContourEstimator, SplineSearch};
-use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Trajectory, Vec3};
 
 use crate::{CompensationError, CompensationLaw, move_tips};
 
@@ -29,7 +29,7 @@ impl CompensationLaw for OneShot {
         reference: &Trajectory,
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
-        let actual: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+        let actual = desired.tips_of(actual)?;
         let errors = self.estimator.estimate(&desired.tips(), &actual)?;
         let shifts: Vec<Vec3> = errors.iter().map(|error| across(error) * self.eta).collect();
         move_tips(desired, reference, &shifts)

@@ -1,7 +1,7 @@
 //! Spatial iterative learning control, sILC (Papers A and B).
 
 use motion::contour::{ContourEstimator, HermiteFootPoint};
-use motion::{DesiredPath, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Trajectory, Vec3};
 
 use crate::{CompensationError, CompensationLaw, LowPass, move_tips};
 
@@ -83,7 +83,7 @@ impl CompensationLaw for SpatialIlc {
         reference: &Trajectory,
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
-        let actual: Vec<Vec3> = poses_of(actual, desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+        let actual = desired.tips_of(actual)?;
         let tips = desired.tips();
         let errors = self.estimator.estimate(&tips, &actual)?;
         let gain = self.gain.at(self.updates);

@@ -32,10 +32,12 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
                 .in_column(axis.reference_name()),
             );
         } else if !axis.moves() {
-            report.push(
-                Finding::new(Severity::Note, Check::Motion, "the axis never moves and is left out of training")
-                    .in_column(axis.reference_name()),
-            );
+            let text = if purpose == Purpose::Training {
+                "the axis never moves and is left out of training"
+            } else {
+                "the axis never moves"
+            };
+            report.push(Finding::new(Severity::Note, Check::Motion, text).in_column(axis.reference_name()));
         } else if is_dead(axis) {
             report.push(
                 Finding::new(

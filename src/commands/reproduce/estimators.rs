@@ -18,8 +18,7 @@ impl Reproduce {
         let spec = input::machine(&self.machine.machine)?;
         let path = Input::curve("flat-flower", 80.0, &Frame::of(&spec))?;
         let actual = input::simulated(&spec, self.common.seed)?.run(path.desired.trajectory())?;
-        let actual: Vec<Vec3> =
-            motion::poses_of(&actual, path.desired.kinematics().as_ref())?.iter().map(|pose| pose.tip).collect();
+        let actual = path.desired.tips_of(&actual)?;
         let desired = path.desired.tips();
         let Some(curve) = path.desired.curve() else { anyhow::bail!("the flower is analytic") };
         let mut tables = Vec::new();
