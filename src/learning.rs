@@ -85,6 +85,8 @@ pub struct OutsideRange {
     pub last: usize,
     /// Samples in between that lie outside.
     pub samples: usize,
+    /// Whether the correction fades there; else only what the model knows of single places does.
+    pub fades: bool,
 }
 
 /// Learns a reference for `desired` on `model`.
@@ -101,7 +103,8 @@ pub fn compensate(
 ) -> Result<Outcome> {
     let path = desired.trajectory();
     model.freeze_flags(path);
-    let (mut weights, reasons) = fade(coverage, path);
+    let (mut weights, reasons) = fade(coverage, model.predictors(), path);
+    let outside = ranges(path, &reasons, &weights);
     if let Some(part) = part {
         for (weight, allowed) in weights.iter_mut().zip(part.weights(FADE_S)) {
             *weight *= allowed;
@@ -136,7 +139,7 @@ pub fn compensate(
         after: evaluate::contour(desired, &chosen.actual)?,
         updates: learned.rounds.len() - 1,
         gained,
-        outside: ranges(path, &reasons),
+        outside,
     })
 }
 
@@ -158,7 +161,7 @@ pub fn compensate_with(
 }
 
 /// One entry an axis and reason.
-fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>]) -> Vec<OutsideRange> {
+fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) -> Vec<OutsideRange> {
     let mut found = Vec::new();
     for (axis, reasons) in path.axes().iter().zip(reasons) {
         let mut by_reason: BTreeMap<String, OutsideRange> = BTreeMap::new();
@@ -170,9 +173,11 @@ fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>]) -> Vec<OutsideRan
                     first: k,
                     last: k,
                     samples: 0,
+                    fades: false,
                 });
                 entry.last = k;
                 entry.samples += 1;
+                entry.fades |= weights[k] < 1.0;
             }
         }
         found.extend(by_reason.into_values());

@@ -3,6 +3,7 @@
 use motion::Trajectory;
 use serde::{Deserialize, Serialize};
 
+use crate::AxisPredictor;
 use crate::features::{EventKind, events, velocity};
 
 /// The motions of one axis that a model was trained on, in mm or rad.
@@ -87,9 +88,10 @@ impl Coverage {
     }
 
     /// How much of the correction to keep at every sample of `positions`: 1 inside the coverage, falling to 0 outside of it (one
-    /// range beyond the trained positions, 1.5 × the trained speed, 2 × the trained acceleration); with the reason where it is below 1.
+    /// range beyond the trained positions, 1.5 × the trained speed, 2 × the trained acceleration); with the reason wherever a sample
+    /// lies outside. Of a predictor that `holds_beyond_travel` all is kept for one range beyond the trained positions; the fade follows.
     #[must_use]
-    pub fn weights(&self, positions: &[f64], period_s: f64) -> Vec<(f64, Option<Outside>)> {
+    pub fn weights(&self, positions: &[f64], period_s: f64, holds_beyond_travel: bool) -> Vec<(f64, Option<Outside>)> {
         let v = velocity(positions, period_s);
         let range = (self.position.1 - self.position.0).max(1e-9);
         // Room for what a log happens to miss by little.
@@ -99,18 +101,16 @@ impl Coverage {
                 let x = positions[k];
                 let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
                 let a = if k > 0 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
+                let held = if holds_beyond_travel { range } else { 0.0 };
                 let candidates = [
-                    ((1.0 - off.max(0.0) / range).max(0.0), Outside::Position),
+                    ((1.0 - (off - held).max(0.0) / range).max(0.0), Outside::Position),
                     (beyond(v[k].abs(), self.velocity, 0.5), Outside::Velocity),
                     (beyond(a.abs(), self.acceleration, 1.0), Outside::Acceleration),
                 ];
-                let (weight, reason) = candidates.into_iter().fold(
-                    (1.0, None),
-                    |least: (f64, Option<Outside>), (weight, reason)| {
-                        if weight < least.0 { (weight, Some(reason)) } else { least }
-                    },
-                );
-                (weight, reason)
+                let outside = (1.0, (off > 0.0).then_some(Outside::Position));
+                candidates.into_iter().fold(outside, |least, (weight, reason)| {
+                    if weight < least.0 { (weight, Some(reason)) } else { least }
+                })
             })
             .collect()
     }
@@ -118,11 +118,11 @@ impl Coverage {
 
 /// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
 #[must_use]
-pub fn fade(coverage: &[Coverage], path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
+pub fn fade(coverage: &[Coverage], predictors: &[Box<dyn AxisPredictor>], path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
-    for (coverage, column) in coverage.iter().zip(path.columns()) {
-        let weights = coverage.weights(column, path.period_s());
+    for ((coverage, predictor), column) in coverage.iter().zip(predictors).zip(path.columns()) {
+        let weights = coverage.weights(column, path.period_s(), predictor.holds_beyond_travel());
         for (low, (weight, _)) in least.iter_mut().zip(&weights) {
             *low = low.min(*weight);
         }
@@ -164,12 +164,15 @@ mod tests {
         let trained = sine(10.0, 1.0);
         let coverage = Coverage::of(std::iter::once(trained.as_slice()), 0.002);
         assert!(coverage.both_directions && coverage.reversals >= 3);
-        let inside = coverage.weights(&sine(9.0, 1.0), 0.002);
+        let inside = coverage.weights(&sine(9.0, 1.0), 0.002, false);
         assert!(inside.iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
-        let faster = coverage.weights(&sine(9.0, 1.4), 0.002);
+        let faster = coverage.weights(&sine(9.0, 1.4), 0.002, false);
         assert!(faster.iter().any(|(w, reason)| *w < 0.9 && reason.is_some()));
         let far: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 100.0).collect();
-        assert!(coverage.weights(&far, 0.002)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
+        assert!(coverage.weights(&far, 0.002, false)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
+        let beside: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 25.0).collect();
+        assert!(coverage.weights(&beside, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
+        assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, _)| *w == 0.0));
     }
 
     #[test]

@@ -16,6 +16,14 @@ pub enum FeatureSet {
     Iii,
 }
 
+impl FeatureSet {
+    /// Whether the set tells one place from another.
+    #[must_use]
+    pub fn sees_place(self) -> bool {
+        self == Self::Ii
+    }
+}
+
 /// How far the velocity window of sets i and iii reaches, samples: a cascaded drive's tracking error is of sixth order.
 const REACH: isize = 6;
 

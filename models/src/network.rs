@@ -126,6 +126,10 @@ impl AxisPredictor for NetworkPredictor {
         errors.into_iter().map(f64::from).collect()
     }
 
+    fn holds_beyond_travel(&self) -> bool {
+        !self.spec.set.sees_place()
+    }
+
     fn save(&self) -> SavedPredictor {
         let settings = Settings { features: self.spec, inputs: self.inputs.clone(), targets: self.targets.clone() };
         let tensors = self.network.to_tensors().into_iter();

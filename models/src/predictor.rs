@@ -38,6 +38,12 @@ pub trait AxisPredictor: std::fmt::Debug + Send + Sync {
     /// Tracking error `reference − actual`, mm or rad, one a sample of the reference. The axis rests before the first sample.
     fn predict(&self, signal: &AxisSignal<'_>) -> Vec<f64>;
 
+    /// Whether the prediction is as good beyond the trained positions as within them, but for what it lets fade by itself. A correction
+    /// fades there where it is not.
+    fn holds_beyond_travel(&self) -> bool {
+        false
+    }
+
     /// Everything needed to rebuild the predictor.
     fn save(&self) -> SavedPredictor;
 }

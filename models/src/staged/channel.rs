@@ -133,11 +133,19 @@ pub struct Waves {
 impl Waves {
     /// Waves of all lines at the given positions (relative to the centre), the first of which is padded sample `origin`.
     #[must_use]
-    pub fn new(position: &[f64], origin: usize, lines: &[f64]) -> Self {
-        let (cos, sin) = lines
+    pub fn new(position: &[f64], origin: usize, scales: &Scales) -> Self {
+        let share = |x: f64| {
+            let beyond = x.abs() - scales.half_travel;
+            if beyond <= 0.0 { 1.0 } else { (1.0 - beyond / scales.half_travel).max(0.0) }
+        };
+        let (cos, sin) = scales
+            .lines
             .iter()
             .map(|line| {
-                let turns = position.iter().map(|x| (TAU * line * x).sin_cos());
+                let turns = position.iter().map(|x| {
+                    let ((sin, cos), share) = ((TAU * line * x).sin_cos(), share(*x));
+                    (sin * share, cos * share)
+                });
                 let (sin, cos): (Vec<f64>, Vec<f64>) = turns.unzip();
                 (cos, sin)
             })

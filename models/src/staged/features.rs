@@ -81,7 +81,7 @@ impl FeatureSet {
             let largest = values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
             values[rows.clone()].iter().map(|v| v / largest).collect()
         };
-        let waves = Waves::new(&signals.position()[rows.clone()], rows.start, &self.scales.lines);
+        let waves = Waves::new(&signals.position()[rows.clone()], rows.start, &self.scales);
         let mut columns: Vec<Vec<f64>> = vec![relative(signals.velocity()), relative(signals.step())];
         for stop in 0..self.scales.stop_half_widths.len() {
             columns.push(signals.stop(stop)[rows.clone()].to_vec());
@@ -167,7 +167,7 @@ impl FeatureSet {
         let origin = (signals.pad() as isize + start as isize + first) as usize;
         let length = rows + (last - first) as usize;
         let position = &signals.position()[origin..origin + length];
-        Waves::new(position, origin, &self.scales.lines)
+        Waves::new(position, origin, &self.scales)
     }
 
     /// Channels of a group over a block and the lags around it, one a column.

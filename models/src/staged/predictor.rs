@@ -149,6 +149,11 @@ impl AxisPredictor for StagedPredictor {
         self.predict_with_position(signal).0
     }
 
+    /// Linear law and operators know of no place; the position lines fade.
+    fn holds_beyond_travel(&self) -> bool {
+        true
+    }
+
     fn save(&self) -> SavedPredictor {
         let settings =
             Settings { period_s: self.period_s, passes: self.passes.iter().map(|pass| pass.features.clone()).collect() };

@@ -11,8 +11,10 @@ pub struct Scales {
     pub stop_half_widths: Vec<f64>,
     /// Decay speeds of the terms that act in slow motion only, unit/s.
     pub slow_speeds: Vec<f64>,
-    /// Position from which the position lines count their phase.
+    /// Middle of the trained positions, from which the position lines count their phase.
     pub centre: f64,
+    /// Half the trained travel. Beyond it the position lines fade over as much again: their phase is known less and less.
+    pub half_travel: f64,
     /// Spatial frequency of each position line, 1/unit.
     pub lines: Vec<f64>,
 }
@@ -21,16 +23,16 @@ impl Scales {
     /// No operators, no lines: what a linear pass needs.
     #[must_use]
     pub fn linear() -> Self {
-        Self { stop_half_widths: Vec::new(), slow_speeds: Vec::new(), centre: 0.0, lines: Vec::new() }
+        Self { stop_half_widths: Vec::new(), slow_speeds: Vec::new(), centre: 0.0, half_travel: 0.0, lines: Vec::new() }
     }
 
     /// Whether widths and speeds are positive and everything is finite.
     pub(super) fn check(&self) -> Result<(), String> {
         let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
-        if positive(&self.stop_half_widths) && positive(&self.slow_speeds) && positive(&self.lines) && self.centre.is_finite() {
+        if positive(&self.stop_half_widths) && positive(&self.slow_speeds) && positive(&self.lines) && self.centre.is_finite() && self.half_travel.is_finite() {
             Ok(())
         } else {
-            Err("a width, speed or line is not a positive number".into())
+            Err("a width, speed or line is not a positive number, or the travel is not a number".into())
         }
     }
 }

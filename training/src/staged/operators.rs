@@ -57,6 +57,7 @@ pub fn operator_features(linear: &FeatureSet, bank: Bank, corpus: &Corpus<'_>, r
             stop_half_widths: scaled(&recipe.stop_half_widths),
             slow_speeds: scaled(&recipe.slow_speeds),
             centre: f64::midpoint(low, high),
+            half_travel: 0.5 * (high - low),
             lines: Vec::new(),
         },
         groups,
