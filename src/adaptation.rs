@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Result;
 use datasets::{Log, Severity, UNSCORED_S};
 use models::staged::StagedPredictor;
-use models::{AxisPredictor, AxisSignal, Band, Bundle, Manifest};
+use models::{AxisPredictor, AxisSignal, Band, Bundle, Manifest, StackedPredictor};
 use training::staged::{AxisRun, StagedRecipe, adapt as adapt_axis};
 
 use crate::evaluate::rms_max;
@@ -52,7 +52,9 @@ pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
     let mut axes = Vec::new();
     let mut manifest = Manifest { data_sha256: data_hash(logs), ..bundle.manifest.clone() };
     for (predictor, axis) in bundle.predictors()?.into_iter().zip(&mut manifest.axes) {
-        if predictor.kind() != models::staged::KIND {
+        let stacked =
+            (predictor.kind() == models::stacked::KIND).then(|| StackedPredictor::from_saved(&predictor.save())).transpose()?;
+        if predictor.kind() != models::staged::KIND && stacked.is_none() {
             return Err(Refusal(format!(
                 "axis {} has a predictor of the kind `{}`; only staged models can be adapted: train a new one",
                 axis.name,
@@ -60,18 +62,33 @@ pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
             ))
             .into());
         }
-        let staged = StagedPredictor::from_saved(&predictor.save())?;
+        let staged = match &stacked {
+            Some(stacked) => stacked.base().clone(),
+            None => StagedPredictor::from_saved(&predictor.save())?,
+        };
         let runs = runs_of(logs, &axis.name)?;
         let (adapted, report) = adapt_axis(&staged, &runs, &recipe).map_err(|error| Refusal(error.to_string()))?;
         let taken = report.held_out_rms < report.before_rms;
-        let signals = errors(&adapted, &runs);
+        let adapted = with_network(adapted, stacked, &runs)?;
+        let signals = errors(adapted.as_ref(), &runs);
         axis.held_out.rms = if taken { report.held_out_rms } else { report.before_rms };
         axis.held_out.max = signals.iter().map(|(_, errors)| rms_max(errors).1).fold(0.0, f64::max);
         axis.band = Band::fit(&signals, axis.coverage.velocity);
         axes.push(AdaptedAxis { name: axis.name.clone(), before: report.before_rms, held_out: report.held_out_rms, taken });
-        predictors.push(Box::new(adapted));
+        predictors.push(adapted);
     }
     Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })
+}
+
+/// The adapted predictor, with the old one's network where that still helps on the log.
+fn with_network(adapted: StagedPredictor, stacked: Option<StackedPredictor>, runs: &[AxisRun]) -> Result<Box<dyn AxisPredictor>> {
+    let Some(stacked) = stacked else { return Ok(Box::new(adapted)) };
+    let with = stacked.with_base(adapted.clone())?;
+    let rms = |predictor: &dyn AxisPredictor| {
+        let errors: Vec<f64> = errors(predictor, runs).into_iter().flat_map(|(_, errors)| errors).collect();
+        rms_max(&errors).0
+    };
+    Ok(if rms(&with) < rms(&adapted) { Box::new(with) } else { Box::new(adapted) })
 }
 
 fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
@@ -86,7 +103,7 @@ fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
 }
 
 /// Prediction errors on the scored samples of every run.
-fn errors<'a>(predictor: &StagedPredictor, runs: &'a [AxisRun]) -> Vec<(AxisSignal<'a>, Vec<f64>)> {
+fn errors<'a>(predictor: &dyn AxisPredictor, runs: &'a [AxisRun]) -> Vec<(AxisSignal<'a>, Vec<f64>)> {
     runs.iter()
         .map(|run| {
             let skip = ((UNSCORED_S / run.period_s).round() as usize).min(run.reference.len());

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use datasets::{Log, Purpose, Report, Severity, assess_runs, moving_axes, split_logs};
 use machine::MachineSpec;
+use models::staged::StagedPredictor;
 use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, HeldOut, Manifest};
 use motion::{Axis, AxisKind, lag_s};
 use serde_json::{Map, Value, json};
@@ -176,13 +177,23 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
         Ok((trained.predictor, note))
     };
     let (linear, _) = training::staged::fit(training, &linear_recipe)?;
+    let mut with_network = false;
     let (predictor, note): (Box<dyn AxisPredictor>, String) = match settings.predictor {
         PredictorName::Staged => {
-            let (predictor, report) = training::staged::fit(training, &StagedRecipe::default())?;
-            (
-                Box::new(predictor),
-                format!("{}: {} ({} columns, {} lines)", axis.name, report.chosen, report.columns, report.lines.len()),
-            )
+            let (staged, report) = training::staged::fit(training, &StagedRecipe::default())?;
+            let stack = training::stacked::try_out(&staged, training, &NetworkRecipe::residual(), settings.seed)?;
+            let verdict = if stack.accepted { "kept" } else { "does not pay" };
+            let note = format!(
+                "{}: {} ({} columns, {} lines); network on the rest: {} → {} µm, {verdict}",
+                axis.name,
+                report.chosen,
+                report.columns,
+                report.lines.len(),
+                um(stack.without),
+                um(stack.with),
+            );
+            with_network = stack.accepted;
+            (stacked(staged, training, with_network, settings.seed)?, note)
         }
         PredictorName::Linear => (Box::new(linear.clone()), format!("{}: linear", axis.name)),
         PredictorName::Lstm => network(&recurrent(NetworkKind::Lstm, false))?,
@@ -196,7 +207,7 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
     let predictor = match settings.predictor {
         PredictorName::Staged => {
             let all = [training, held_out].concat();
-            Box::new(training::staged::fit(&all, &StagedRecipe::default())?.0)
+            stacked(training::staged::fit(&all, &StagedRecipe::default())?.0, &all, with_network, settings.seed)?
         }
         _ => predictor,
     };
@@ -215,6 +226,14 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
         band,
         note,
     })
+}
+
+/// The staged predictor, with a network on what it leaves where that pays.
+fn stacked(staged: StagedPredictor, runs: &[AxisRun], with_network: bool, seed: u64) -> Result<Box<dyn AxisPredictor>> {
+    if !with_network {
+        return Ok(Box::new(staged));
+    }
+    Ok(training::stacked::fit(&staged, runs, &NetworkRecipe::residual(), seed)?)
 }
 
 /// One run in six, at least one, to stop early by; a single run serves as both.
@@ -250,7 +269,7 @@ fn held_out_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<Vec<f
         .collect()
 }
 
-/// The band of all held-out runs, and the share of errors that a band of one half of each run holds on the other half.
+/// The band of all held-out runs, and the share of errors in a quarter of each run that a band of the other three holds, over all four.
 fn bands(runs: &[AxisRun], errors: &[Vec<f64>], top_speed: f64) -> (Band, f64) {
     let part = |from: f64, to: f64| -> Vec<(AxisSignal<'_>, Vec<f64>)> {
         runs.iter()
@@ -263,11 +282,14 @@ fn bands(runs: &[AxisRun], errors: &[Vec<f64>], top_speed: f64) -> (Band, f64) {
             })
             .collect()
     };
-    let check = Band::fit(&part(0.0, 0.5), top_speed);
     let (mut held, mut all) = (0.0, 0.0);
-    for (signal, errors) in part(0.5, 1.0) {
-        held += check.held(&signal, &errors) * errors.len() as f64;
-        all += errors.len() as f64;
+    for quarter in [0.0, 0.25, 0.5, 0.75] {
+        let others = [part(0.0, quarter), part(quarter + 0.25, 1.0)].concat();
+        let check = Band::fit(&others, top_speed);
+        for (signal, errors) in part(quarter, quarter + 0.25) {
+            held += check.held(&signal, &errors) * errors.len() as f64;
+            all += errors.len() as f64;
+        }
     }
     (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }

@@ -142,6 +142,9 @@ fn one_direction_alone_is_refused_unless_another_run_turns_back() {
     assert_found(&report, Warn, Check::Motion, "made, x_ref: the axis moves in one direction only");
     assert_found(&report, Refuse, Check::Motion, "never reverses in any run");
     assert!(!assess_runs(&[ramp(1.0), healthy()], Purpose::Training).is_refused());
+    let report = assess_runs(&[ramp(1.0), ramp(-1.0)], Purpose::Training);
+    assert_found(&report, Warn, Check::Motion, "no run holds a reversal");
+    assert!(report.of(Refuse).all(|finding| !finding.message.contains("reverses")), "{report}");
 }
 
 #[test]

@@ -108,9 +108,12 @@ impl Coverage {
                     (beyond(a.abs(), self.acceleration, 1.0), Outside::Acceleration),
                 ];
                 let outside = (1.0, (off > 0.0).then_some(Outside::Position));
-                candidates.into_iter().fold(outside, |least, (weight, reason)| {
-                    if weight < least.0 { (weight, Some(reason)) } else { least }
-                })
+                candidates.into_iter().fold(
+                    outside,
+                    |least, (weight, reason)| {
+                        if weight < least.0 { (weight, Some(reason)) } else { least }
+                    },
+                )
             })
             .collect()
     }
@@ -118,7 +121,11 @@ impl Coverage {
 
 /// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
 #[must_use]
-pub fn fade(coverage: &[Coverage], predictors: &[Box<dyn AxisPredictor>], path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
+pub fn fade(
+    coverage: &[Coverage],
+    predictors: &[Box<dyn AxisPredictor>],
+    path: &Trajectory,
+) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
     for ((coverage, predictor), column) in coverage.iter().zip(predictors).zip(path.columns()) {

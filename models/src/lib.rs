@@ -12,6 +12,7 @@ pub mod network;
 mod predictor;
 pub mod recurrent;
 mod scaler;
+pub mod stacked;
 pub mod staged;
 
 pub use band::Band;
@@ -25,3 +26,4 @@ pub use narx::NarxPredictor;
 pub use network::NetworkPredictor;
 pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};
 pub use scaler::Scaler;
+pub use stacked::StackedPredictor;

@@ -2,6 +2,7 @@
 
 use crate::narx::{self, NarxPredictor};
 use crate::network::{self, NetworkPredictor};
+use crate::stacked::{self, StackedPredictor};
 use crate::staged::{self, StagedPredictor};
 use crate::{AxisPredictor, ModelError, SavedPredictor};
 
@@ -13,6 +14,7 @@ pub fn load_predictor(saved: &SavedPredictor) -> Result<Box<dyn AxisPredictor>, 
     match saved.kind.as_str() {
         network::LSTM | network::GRU => Ok(Box::new(NetworkPredictor::from_saved(saved)?)),
         narx::KIND => Ok(Box::new(NarxPredictor::from_saved(saved)?)),
+        stacked::KIND => Ok(Box::new(StackedPredictor::from_saved(saved)?)),
         staged::KIND => Ok(Box::new(StagedPredictor::from_saved(saved)?)),
         other => Err(ModelError::Malformed { part: "predictor".into(), why: format!("this build knows no kind `{other}`") }),
     }

@@ -18,17 +18,106 @@ const CHUNK_S: f64 = 5.0;
 /// How much earlier than its piece a prediction starts, s.
 const WARMUP_S: f64 = 1.5;
 
-/// A recurrent network that predicts the tracking error of one axis.
+/// A recurrent network between scalers: rows of features in their own units to errors in mm or rad.
 ///
 /// Signals longer than half a minute are predicted in pieces side by side, each started 1.5 s early: what the network remembers for
 /// longer than that is lost there.
 #[derive(Debug, Clone)]
-pub struct NetworkPredictor {
-    spec: FeatureSpec,
+pub struct ScaledNetwork {
     inputs: Scaler,
     targets: Scaler,
     network: Recurrent,
-    kind: Kind,
+}
+
+impl ScaledNetwork {
+    /// A network of `width` features and one error, mm or rad.
+    ///
+    /// # Errors
+    /// When the network does not have one input a feature and one output, a scaler does not fit, or a weight is not finite.
+    pub fn new(width: usize, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
+        let malformed = |why: String| ModelError::Malformed { part: "network".into(), why };
+        if network.inputs() != width || network.outputs() != 1 {
+            return Err(malformed(format!(
+                "{} inputs and {} outputs for {width} features and one error",
+                network.inputs(),
+                network.outputs(),
+            )));
+        }
+        inputs.check(width).and_then(|()| targets.check(1)).map_err(malformed)?;
+        if network.to_tensors().iter().any(|(_, _, values)| values.iter().any(|value| !value.is_finite())) {
+            return Err(malformed("a weight is not finite".into()));
+        }
+        Ok(Self { inputs, targets, network })
+    }
+
+    /// Rebuilds a network from its scalers and [`ScaledNetwork::arrays`].
+    ///
+    /// # Errors
+    /// When arrays are missing or do not fit together.
+    pub fn from_arrays<'a>(
+        kind: Kind,
+        width: usize,
+        inputs: Scaler,
+        targets: Scaler,
+        arrays: impl Iterator<Item = (&'a str, &'a Array)>,
+    ) -> Result<Self, ModelError> {
+        let tensors = arrays
+            .map(|(name, Array { shape, data })| match data {
+                ArrayData::F32(values) => Ok((name.to_owned(), shape.clone(), values.clone())),
+                ArrayData::F64(_) => {
+                    Err(ModelError::Malformed { part: "network".into(), why: format!("`{name}` is in double precision") })
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        Self::new(width, inputs, targets, Recurrent::from_tensors(kind, tensors)?)
+    }
+
+    /// The weights by name.
+    pub fn arrays(&self) -> impl Iterator<Item = (String, Array)> {
+        self.network.to_tensors().into_iter().map(|(name, shape, values)| (name, Array { shape, data: ArrayData::F32(values) }))
+    }
+
+    /// Scalers of the features and of the error.
+    #[must_use]
+    pub fn scalers(&self) -> (&Scaler, &Scaler) {
+        (&self.inputs, &self.targets)
+    }
+
+    /// The cell.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        self.network.layers().first().map_or(Kind::Lstm, |layer| layer.kind)
+    }
+
+    /// The network itself, on scaled features and errors.
+    #[must_use]
+    pub fn network(&self) -> &Recurrent {
+        &self.network
+    }
+
+    /// Errors of the rows that `rows` makes of the signal, mm or rad, one a sample; the axis rests before the first.
+    pub fn predict(&self, signal: &AxisSignal<'_>, rows: impl FnOnce(&AxisSignal<'_>) -> Vec<f32>) -> Vec<f64> {
+        let samples = |seconds: f64| samples(seconds, signal.period_s);
+        let rest = samples(SETTLING_S);
+        let mut rows = with_rest_before(signal, rest, rows);
+        self.inputs.scale(&mut rows);
+        let outputs = if signal.reference.len() <= samples(SEQUENTIAL_S) {
+            self.network.predict(&rows, &mut self.network.zero_state(1))
+        } else {
+            self.network.predict_chunked(&rows, samples(CHUNK_S), samples(WARMUP_S))
+        };
+        // `rows` are whole steps of the network's inputs and the state is its own, so that nothing is refused.
+        let mut errors: Vec<f32> = outputs.unwrap_or_default().into_iter().skip(rest).collect();
+        self.targets.unscale(&mut errors);
+        errors.into_iter().map(f64::from).collect()
+    }
+}
+
+/// A recurrent network that predicts the tracking error of one axis from the papers' features.
+#[derive(Debug, Clone)]
+pub struct NetworkPredictor {
+    spec: FeatureSpec,
+    network: ScaledNetwork,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -45,21 +134,7 @@ impl NetworkPredictor {
     /// # Errors
     /// When the network does not have one input a feature and one output, a scaler does not fit, or a weight is not finite.
     pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
-        let kind = network.layers().first().map_or(Kind::Lstm, |layer| layer.kind);
-        let malformed = |why: String| ModelError::Malformed { part: name(kind).into(), why };
-        if network.inputs() != spec.width() || network.outputs() != 1 {
-            return Err(malformed(format!(
-                "{} inputs and {} outputs for {} features and one error",
-                network.inputs(),
-                network.outputs(),
-                spec.width()
-            )));
-        }
-        inputs.check(spec.width()).and_then(|()| targets.check(1)).map_err(malformed)?;
-        if network.to_tensors().iter().any(|(_, _, values)| values.iter().any(|value| !value.is_finite())) {
-            return Err(malformed("a weight is not finite".into()));
-        }
-        Ok(Self { spec, inputs, targets, network, kind })
+        Ok(Self { spec, network: ScaledNetwork::new(spec.width(), inputs, targets, network)? })
     }
 
     /// Rebuilds a predictor from [`AxisPredictor::save`].
@@ -74,15 +149,9 @@ impl NetworkPredictor {
             other => return Err(malformed(format!("`{other}` is no recurrent network"))),
         };
         let settings = Settings::deserialize(&saved.settings).map_err(|error| malformed(format!("settings: {error}")))?;
-        let tensors = saved
-            .arrays
-            .iter()
-            .map(|(name, Array { shape, data })| match data {
-                ArrayData::F32(values) => Ok((name.clone(), shape.clone(), values.clone())),
-                ArrayData::F64(_) => Err(malformed(format!("`{name}` is in double precision"))),
-            })
-            .collect::<Result<_, _>>()?;
-        Self::new(settings.features, settings.inputs, settings.targets, Recurrent::from_tensors(kind, tensors)?)
+        let arrays = saved.arrays.iter().map(|(name, array)| (name.as_str(), array));
+        let network = ScaledNetwork::from_arrays(kind, settings.features.width(), settings.inputs, settings.targets, arrays)?;
+        Ok(Self { spec: settings.features, network })
     }
 
     /// The features that it sees.
@@ -94,7 +163,7 @@ impl NetworkPredictor {
     /// The network, on scaled features and errors.
     #[must_use]
     pub fn network(&self) -> &Recurrent {
-        &self.network
+        &self.network.network
     }
 }
 
@@ -107,23 +176,11 @@ fn name(kind: Kind) -> &'static str {
 
 impl AxisPredictor for NetworkPredictor {
     fn kind(&self) -> &'static str {
-        name(self.kind)
+        name(self.network.kind())
     }
 
     fn predict(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
-        let samples = |seconds: f64| samples(seconds, signal.period_s);
-        let rest = samples(SETTLING_S);
-        let mut rows = with_rest_before(signal, rest, |signal| self.spec.rows(signal));
-        self.inputs.scale(&mut rows);
-        let outputs = if signal.reference.len() <= samples(SEQUENTIAL_S) {
-            self.network.predict(&rows, &mut self.network.zero_state(1))
-        } else {
-            self.network.predict_chunked(&rows, samples(CHUNK_S), samples(WARMUP_S))
-        };
-        // `rows` are whole steps of the network's inputs and the state is its own, so that nothing is refused.
-        let mut errors: Vec<f32> = outputs.unwrap_or_default().into_iter().skip(rest).collect();
-        self.targets.unscale(&mut errors);
-        errors.into_iter().map(f64::from).collect()
+        self.network.predict(signal, |signal| self.spec.rows(signal))
     }
 
     fn holds_beyond_travel(&self) -> bool {
@@ -131,13 +188,13 @@ impl AxisPredictor for NetworkPredictor {
     }
 
     fn save(&self) -> SavedPredictor {
-        let settings = Settings { features: self.spec, inputs: self.inputs.clone(), targets: self.targets.clone() };
-        let tensors = self.network.to_tensors().into_iter();
+        let (inputs, targets) = self.network.scalers();
+        let settings = Settings { features: self.spec, inputs: inputs.clone(), targets: targets.clone() };
         SavedPredictor {
             kind: self.kind().into(),
             // Plain structs of numbers always become JSON; were one not to, loading would refuse the empty settings.
             settings: serde_json::to_value(settings).unwrap_or_default(),
-            arrays: tensors.map(|(name, shape, values)| (name, Array { shape, data: ArrayData::F32(values) })).collect(),
+            arrays: self.network.arrays().collect(),
         }
     }
 }

@@ -144,7 +144,8 @@ fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
                 (Some(first), Some(last)) => format!("lines {first} to {last}"),
                 _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
             };
-            let effect = if range.fades { "the correction fades there" } else { "waves along the axis are corrected less and less there" };
+            let effect =
+                if range.fades { "the correction fades there" } else { "waves along the axis are corrected less and less there" };
             format!(
                 "{place}: {} of axis {} lies outside what the model was trained on ({} samples); {effect}",
                 range.reason, range.axis, range.samples

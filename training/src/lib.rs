@@ -2,6 +2,7 @@
 
 mod error;
 pub mod network;
+pub mod stacked;
 pub mod staged;
 
 pub use error::TrainingError;

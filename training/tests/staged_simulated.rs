@@ -129,7 +129,7 @@ fn an_axis_that_only_lags_keeps_a_pure_delay() {
     let signal = AxisSignal::uncompensated(&runs[0].reference, 2e-3);
     assert_eq!(predictor.predict(&signal).len(), 2000);
     assert!(residual(&predictor, &runs[0]).iter().all(|e| e.abs() < 1e-9));
-    assert_eq!(predictor.nonlinear_features(&signal).len(), 2);
+    assert_eq!(predictor.nonlinear_width(), 3);
 }
 
 #[test]

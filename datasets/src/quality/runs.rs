@@ -57,24 +57,31 @@ pub fn assess_runs(logs: &[Log], purpose: Purpose) -> Report {
 
 fn check_directions(logs: &[Log], first: &Log, report: &mut Report) {
     for (index, axis) in first.axes().iter().enumerate() {
-        let (mut moves, mut turns) = (false, 0);
+        let (mut moves, mut forward, mut backward, mut turns) = (false, false, false, 0);
         for log in logs {
             if let Some(signals) = Signals::of(log).get(index)
                 && signals.moves()
             {
                 moves = true;
                 turns += reversals(signals);
+                let way = signals.reference.last().zip(signals.reference.first()).map_or(0.0, |(last, first)| last - first);
+                forward |= way > 0.0;
+                backward |= way < 0.0;
             }
         }
         if moves && turns == 0 {
-            report.push(
-                Finding::new(
+            let (severity, message) = if forward && backward {
+                (
+                    Severity::Warn,
+                    "no run holds a reversal of this axis: what it does where it turns back is a guess; record runs that go there and back",
+                )
+            } else {
+                (
                     Severity::Refuse,
-                    Check::Motion,
                     "the axis never reverses in any run: one direction cannot teach the other; record runs that go there and back",
                 )
-                .in_column(format!("{axis}_ref")),
-            );
+            };
+            report.push(Finding::new(severity, Check::Motion, message).in_column(format!("{axis}_ref")));
         }
     }
 }

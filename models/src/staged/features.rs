@@ -74,23 +74,21 @@ impl FeatureSet {
         Ok(())
     }
 
-    /// Velocity and its increments over their largest values, operators, cosines and sines of the lines, at the run's samples.
-    pub(super) fn plain_columns(&self, signals: &Signals) -> Vec<Vec<f64>> {
+    /// Values a sample of [`Self::plain_rows`].
+    pub(super) fn plain_width(&self) -> usize {
+        3 + self.scales.stop_half_widths.len() + 2 * self.scales.lines.len()
+    }
+
+    /// Velocity, its increment, direction, operators, cosines and sines of the lines at the run's samples; row-major.
+    pub(super) fn plain_rows(&self, signals: &Signals) -> Vec<f32> {
         let rows = signals.pad()..signals.pad() + signals.len();
-        let relative = |values: &[f64]| {
-            let largest = values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-            values[rows.clone()].iter().map(|v| v / largest).collect()
-        };
         let waves = Waves::new(&signals.position()[rows.clone()], rows.start, &self.scales);
-        let mut columns: Vec<Vec<f64>> = vec![relative(signals.velocity()), relative(signals.step())];
-        for stop in 0..self.scales.stop_half_widths.len() {
-            columns.push(signals.stop(stop)[rows.clone()].to_vec());
-        }
+        let mut columns = vec![&signals.velocity()[rows.clone()], &signals.step()[rows.clone()], &signals.sign()[rows.clone()]];
+        columns.extend((0..self.scales.stop_half_widths.len()).map(|stop| &signals.stop(stop)[rows.clone()]));
         for line in 0..self.scales.lines.len() {
-            columns.push(waves.cos(line, rows.clone()).to_vec());
-            columns.push(waves.sin(line, rows.clone()).to_vec());
+            columns.extend([waves.cos(line, rows.clone()), waves.sin(line, rows.clone())]);
         }
-        columns
+        (0..signals.len()).flat_map(|k| columns.iter().map(move |column| column[k] as f32)).collect()
     }
 
     /// Signals of a run, as these features need them.

@@ -1,7 +1,7 @@
 //! The staged predictor: linear law, stop operators on the expected position, waves along the axis; all least squares.
 //!
 //! Each stage is there because held-out runs asked for it, so that a simple axis keeps a simple predictor. A network on what is left
-//! over can be stacked on it: see [`StagedPredictor::nonlinear_features`].
+//! over can be stacked on it: see [`crate::StackedPredictor`].
 
 mod channel;
 mod features;

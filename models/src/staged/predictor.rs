@@ -125,14 +125,20 @@ impl StagedPredictor {
         (error, expected)
     }
 
-    /// What a further stage on the residual can use: columns of one value a sample, of the order of one.
+    /// What a further stage on the residual can use, row-major, [`Self::nonlinear_width`] values a sample.
     ///
-    /// Velocity and its increments over the largest of the run, the outputs of the stop operators, and cosine and sine of the position
-    /// lines, all on the position that the last pass expects.
+    /// Velocity of the reference, its increment, direction, the outputs of the stop operators, and cosine and sine of the position
+    /// lines, the latter on the position that the last pass expects.
     #[must_use]
-    pub fn nonlinear_features(&self, signal: &AxisSignal<'_>) -> Vec<Vec<f64>> {
+    pub fn nonlinear_rows(&self, signal: &AxisSignal<'_>) -> Vec<f32> {
         let (_, expected) = self.predict_with_position(signal);
-        self.passes.last().map(|pass| pass.features.plain_columns(&pass.signals(signal, &expected))).unwrap_or_default()
+        self.passes.last().map(|pass| pass.features.plain_rows(&pass.signals(signal, &expected))).unwrap_or_default()
+    }
+
+    /// Values a sample of [`Self::nonlinear_rows`].
+    #[must_use]
+    pub fn nonlinear_width(&self) -> usize {
+        self.passes.last().map_or(0, |pass| pass.features.plain_width())
     }
 }
 

@@ -29,7 +29,12 @@ impl Scales {
     /// Whether widths and speeds are positive and everything is finite.
     pub(super) fn check(&self) -> Result<(), String> {
         let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
-        if positive(&self.stop_half_widths) && positive(&self.slow_speeds) && positive(&self.lines) && self.centre.is_finite() && self.half_travel.is_finite() {
+        if positive(&self.stop_half_widths)
+            && positive(&self.slow_speeds)
+            && positive(&self.lines)
+            && self.centre.is_finite()
+            && self.half_travel.is_finite()
+        {
             Ok(())
         } else {
             Err("a width, speed or line is not a positive number, or the travel is not a number".into())

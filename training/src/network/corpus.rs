@@ -5,7 +5,8 @@ use std::ops::Range;
 use burn::tensor::{Device, Tensor, TensorData};
 use models::features::velocity;
 use models::narx::PAST_ERRORS;
-use models::{AxisSignal, FeatureSpec, Scaler};
+use models::staged::StagedPredictor;
+use models::{AxisPredictor, AxisSignal, FeatureSet, FeatureSpec, Scaler};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -16,11 +17,68 @@ use crate::{TrainingError, staged::AxisRun};
 /// Start of a log that begins in motion, whose errors are not counted, s: it lacks the commands before.
 const UNSCORED_S: f64 = 0.3;
 
+/// What a network sees, and what it is to learn.
+#[derive(Debug, Clone)]
+pub enum Task {
+    /// The tracking error from the papers' features.
+    Papers(FeatureSpec),
+    /// What a staged predictor leaves of it, from that predictor's signals.
+    Residual(StagedPredictor),
+}
+
+impl Task {
+    /// The papers' features, with the flags' windows as these runs show them.
+    ///
+    /// # Errors
+    /// When the axis never moves.
+    pub fn papers(runs: &[AxisRun], set: FeatureSet) -> Result<Self, TrainingError> {
+        let flags = FlagWindows::identify(runs);
+        let acceleration = |run: &AxisRun| {
+            let v = velocity(&run.reference, run.period_s);
+            v.windows(2).map(|pair| ((pair[1] - pair[0]) / run.period_s).abs()).fold(0.0, f64::max)
+        };
+        let acceleration_max = runs.iter().map(acceleration).fold(0.0, f64::max);
+        if acceleration_max == 0.0 {
+            return Err(TrainingError::Unusable("the axis never moves".into()));
+        }
+        let (backlash_window, start_window) = (flags.backlash, flags.start);
+        Ok(Self::Papers(FeatureSpec { set, backlash_window, start_window, acceleration_max }))
+    }
+
+    /// Values a sample of [`Self::rows`].
+    pub fn width(&self) -> usize {
+        match self {
+            Self::Papers(spec) => spec.width(),
+            Self::Residual(base) => base.nonlinear_width(),
+        }
+    }
+
+    /// What the network sees, row-major.
+    fn rows(&self, signal: &AxisSignal<'_>) -> Vec<f32> {
+        match self {
+            Self::Papers(spec) => spec.rows(signal),
+            Self::Residual(base) => base.nonlinear_rows(signal),
+        }
+    }
+
+    /// What it is to learn, mm or rad.
+    fn targets(&self, run: &AxisRun) -> Vec<f32> {
+        let errors = tracking_error(run);
+        match self {
+            Self::Papers(_) => errors.into_iter().map(|e| e as f32).collect(),
+            Self::Residual(base) => {
+                let known = base.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
+                errors.into_iter().zip(known).map(|(e, known)| (e - known) as f32).collect()
+            }
+        }
+    }
+}
+
 /// What turns signals into a network's inputs and its outputs into errors.
 #[derive(Debug, Clone)]
 pub struct Scaling {
-    /// The features.
-    pub spec: FeatureSpec,
+    /// What it sees and learns.
+    pub task: Task,
     /// Scale of the features.
     pub inputs: Scaler,
     /// Scale of the tracking error.
@@ -96,34 +154,20 @@ pub fn counted(run: &AxisRun) -> Range<usize> {
 
 impl Corpus {
     /// Rows and targets of the runs, scaled to unit size.
-    pub fn new(runs: &[AxisRun], recipe: &NetworkRecipe) -> Result<Self, TrainingError> {
+    pub fn new(runs: &[AxisRun], task: Task, recipe: &NetworkRecipe) -> Result<Self, TrainingError> {
         let period_s = check_runs(runs)?;
         let steps = |seconds: f64| (seconds / period_s).round().max(1.0) as usize;
         let (window, warmup) = (steps(recipe.window_s), steps(recipe.warmup_s));
-        let flags = FlagWindows::identify(runs);
-        let acceleration = |run: &AxisRun| {
-            let v = velocity(&run.reference, period_s);
-            v.windows(2).map(|pair| ((pair[1] - pair[0]) / period_s).abs()).fold(0.0, f64::max)
-        };
-        let spec = FeatureSpec {
-            set: recipe.features,
-            backlash_window: flags.backlash,
-            start_window: flags.start,
-            acceleration_max: runs.iter().map(acceleration).fold(0.0, f64::max),
-        };
-        if spec.acceleration_max == 0.0 {
-            return Err(TrainingError::Unusable("the axis never moves".into()));
-        }
+        let width = task.width();
         let (lead, tail) = (warmup + window, window);
         let padded = |run: &AxisRun| {
             let reference = pad(&run.reference, lead, tail);
-            spec.rows(&AxisSignal::uncompensated(&reference, period_s))
+            task.rows(&AxisSignal::uncompensated(&reference, period_s))
         };
         let mut rows: Vec<Vec<f32>> = runs.iter().map(padded).collect();
-        let errors: Vec<Vec<f32>> = runs.iter().map(|run| tracking_error(run).iter().map(|e| *e as f32).collect()).collect();
-        let own =
-            rows.iter().zip(runs).map(|(rows, run)| &rows[lead * spec.width()..(lead + run.reference.len()) * spec.width()]);
-        let inputs = Scaler::fit(own, spec.width());
+        let errors: Vec<Vec<f32>> = runs.iter().map(|run| task.targets(run)).collect();
+        let own = rows.iter().zip(runs).map(|(rows, run)| &rows[lead * width..(lead + run.reference.len()) * width]);
+        let inputs = Scaler::fit(own, width);
         let targets = Scaler::fit(errors.iter().map(Vec::as_slice), 1);
         rows.iter_mut().for_each(|rows| inputs.scale(rows));
         let past = if recipe.kind.cell().is_none() { PAST_ERRORS } else { 0 };
@@ -133,13 +177,13 @@ impl Corpus {
             .map(|(rows, (run, errors))| {
                 let mut scaled = vec![0.0; lead];
                 scaled.extend(errors);
-                scaled.resize(rows.len() / spec.width(), 0.0);
+                scaled.resize(rows.len() / width, 0.0);
                 targets.scale(&mut scaled);
-                Sequence { rows: with_past(&rows, spec.width(), &scaled, past), targets: scaled, counted: counted(run) }
+                Sequence { rows: with_past(&rows, width, &scaled, past), targets: scaled, counted: counted(run) }
             })
             .collect();
         let largest = sequences.iter().flat_map(|s| &s.targets).fold(0.0_f32, |top, e| top.max(e.abs()));
-        Ok(Self { scaling: Scaling { spec, inputs, targets, largest }, sequences, width: spec.width() + past, window, warmup })
+        Ok(Self { scaling: Scaling { task, inputs, targets, largest }, sequences, width: width + past, window, warmup })
     }
 
     /// An epoch's windows in random order: each run is cut from a random place on, so that no sample is always at a cut.

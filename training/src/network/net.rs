@@ -5,11 +5,14 @@ use burn::nn::{Linear, LinearConfig};
 use burn::tensor::{Device, Tensor, TensorData};
 use models::narx::{Dense, PAST_ERRORS};
 use models::recurrent::{FusedRecurrent, Recurrent, RecurrentConfig};
-use models::{AxisPredictor, ModelError, NarxPredictor, NetworkPredictor};
+use models::{AxisPredictor, ModelError, NarxPredictor, NetworkPredictor, StackedPredictor};
 use rand::{RngExt, distr::Uniform};
 use rand_chacha::ChaCha8Rng;
 
-use super::{NetworkRecipe, corpus::Scaling};
+use super::{
+    NetworkRecipe,
+    corpus::{Scaling, Task},
+};
 
 /// Bias of an LSTM's forget gates at the start: a cell remembers until it has learned to forget.
 const FORGET_BIAS: f32 = 1.0;
@@ -70,15 +73,23 @@ impl Net {
 
     /// The network as it predicts.
     pub fn predictor(&self, scaling: &Scaling) -> Result<Box<dyn AxisPredictor>, ModelError> {
-        let (spec, inputs, targets) = (scaling.spec, scaling.inputs.clone(), scaling.targets.clone());
-        Ok(match self {
-            Self::Recurrent(net) => {
+        let (inputs, targets) = (scaling.inputs.clone(), scaling.targets.clone());
+        Ok(match (self, &scaling.task) {
+            (Self::Recurrent(net), Task::Papers(spec)) => {
                 let network = Recurrent::from_module(&net.stack, &net.head)?;
-                Box::new(NetworkPredictor::new(spec, inputs, targets, network)?)
+                Box::new(NetworkPredictor::new(*spec, inputs, targets, network)?)
             }
-            Self::Narx(net) => {
+            (Self::Recurrent(net), Task::Residual(base)) => {
+                let network = Recurrent::from_module(&net.stack, &net.head)?;
+                Box::new(StackedPredictor::new(base.clone(), inputs, targets, network)?)
+            }
+            (Self::Narx(net), Task::Papers(spec)) => {
                 let layers = net.layers.iter().map(dense).collect::<Result<_, _>>()?;
-                Box::new(NarxPredictor::new(spec, inputs, targets, NARX_BOUND * scaling.largest, layers)?)
+                Box::new(NarxPredictor::new(*spec, inputs, targets, NARX_BOUND * scaling.largest, layers)?)
+            }
+            (Self::Narx(_), Task::Residual(_)) => {
+                let why = "a NARX network feeds back the whole error, not what a staged predictor leaves".into();
+                return Err(ModelError::Malformed { part: "narx".into(), why });
             }
         })
     }

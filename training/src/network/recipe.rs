@@ -108,6 +108,13 @@ impl NetworkRecipe {
         }
     }
 
+    /// A small LSTM for what the staged predictor leaves. No early stopping: the blocks that would decide it are better used to decide
+    /// whether there is a network at all.
+    #[must_use]
+    pub fn residual() -> Self {
+        Self { hidden: 32, learning_rate: 0.003, epochs: 100, validate_every: 25, ..Self::quick(NetworkKind::Lstm) }
+    }
+
     /// Learning rate of an epoch, the first one being 0.
     #[must_use]
     pub fn rate(&self, epoch: usize) -> f64 {

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use burn::optim::{AdamConfig, GradientsParams};
 use burn::tensor::Device;
+use models::staged::StagedPredictor;
 use models::{AxisPredictor, AxisSignal};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Progress, State, identity};
-use super::corpus::{Corpus, check_runs, counted, tracking_error};
+use super::corpus::{Corpus, Task, check_runs, counted, tracking_error};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
@@ -59,10 +60,25 @@ pub fn train(
     seed: u64,
     on_epoch: &mut dyn FnMut(Epoch),
 ) -> Result<Trained, TrainingError> {
-    run(runs, held_out, recipe, seed, None, &mut |epoch| {
+    run(Task::papers(runs, recipe.features)?, runs, held_out, recipe, seed, None, &mut |epoch| {
         on_epoch(epoch);
         ControlFlow::Continue(())
     })
+}
+
+/// As [`train`], on what `base` leaves of the runs' tracking errors; the result adds both. The caller can stop after any epoch.
+///
+/// # Errors
+/// As [`train`]; when the recipe is that of a NARX network.
+pub fn train_on_residual(
+    base: &StagedPredictor,
+    runs: &[AxisRun],
+    held_out: &[AxisRun],
+    recipe: &NetworkRecipe,
+    seed: u64,
+    on_epoch: &mut dyn FnMut(Epoch) -> ControlFlow<()>,
+) -> Result<Trained, TrainingError> {
+    run(Task::Residual(base.clone()), runs, held_out, recipe, seed, None, on_epoch)
 }
 
 /// As [`train`], with a checkpoint in `folder` at each look at the held-out runs and at the end; goes on from the one that is there.
@@ -78,10 +94,11 @@ pub fn train_resumable(
     folder: &Path,
     on_epoch: &mut dyn FnMut(Epoch) -> ControlFlow<()>,
 ) -> Result<Trained, TrainingError> {
-    run(runs, held_out, recipe, seed, Some(folder), on_epoch)
+    run(Task::papers(runs, recipe.features)?, runs, held_out, recipe, seed, Some(folder), on_epoch)
 }
 
 fn run(
+    task: Task,
     runs: &[AxisRun],
     held_out: &[AxisRun],
     recipe: &NetworkRecipe,
@@ -91,9 +108,9 @@ fn run(
 ) -> Result<Trained, TrainingError> {
     recipe.check()?;
     check_runs(held_out)?;
-    let corpus = Corpus::new(runs, recipe)?;
+    let corpus = Corpus::new(runs, task, recipe)?;
     let device = Device::flex().autodiff();
-    let net = Net::draw(recipe, corpus.scaling.spec.width(), &mut rng(seed, 0), &device)?;
+    let net = Net::draw(recipe, corpus.scaling.task.width(), &mut rng(seed, 0), &device)?;
     let progress =
         Progress { of: identity(runs, held_out, recipe, seed)?, epochs: 0, best_epoch: 0, best_rms: None, failures: 0 };
     let optimizer = AdamConfig::new().with_epsilon(EPSILON).init();

@@ -30,7 +30,7 @@ pub fn run_of(rows: &[Vec<f64>], command: usize, actual: usize, period_s: f64) -
 }
 
 /// Prediction errors on a run.
-pub fn residual(predictor: &StagedPredictor, run: &AxisRun) -> Vec<f64> {
+pub fn residual(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<f64> {
     let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
     run.reference.iter().zip(&run.actual).zip(predicted).map(|((r, x), e)| r - x - e).collect()
 }
