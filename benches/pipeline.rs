@@ -10,7 +10,8 @@ use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::curves::library;
 use motion::{DesiredPath, PlanSettings, plan_curve};
 use precomp::learning::{self, Settings};
-use precomp::training_run::{self, PredictorName, TrainSettings};
+use precomp::training_run::{self, TrainSettings};
+use training::Recipe;
 
 /// A dense program of 20,000 lines.
 fn program() -> Vec<u8> {
@@ -62,8 +63,8 @@ fn benches(c: &mut Criterion) {
             Log::new(name, reference, actual).expect("matches")
         })
         .collect();
-    for (name, predictor) in [("linear", PredictorName::Linear), ("staged", PredictorName::Staged)] {
-        let settings = TrainSettings { predictor, ..TrainSettings::default() };
+    for name in ["linear", "staged"] {
+        let settings = TrainSettings::of(Recipe::builtin(name).expect("built in"), 1);
         let trained = training_run::train(&logs, Some(&spec), &settings).expect("trains");
         let mut model = trained.bundle.machine().expect("a machine");
         group.bench_function(format!("predict, {name}"), |b| b.iter(|| model.run(black_box(desired.trajectory()))));

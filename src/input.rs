@@ -10,6 +10,7 @@ use machine::{MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve};
+use training::Recipe;
 
 use crate::cli::{DialectName, LogArgs, ProgramArgs};
 use crate::output::{Printer, Refusal, Usage, read_file};
@@ -132,6 +133,25 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
     }
     let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {machine}"))?;
     MachineSpec::from_toml(&text).map_err(|error| Refusal(format!("{machine}: {error}")).into())
+}
+
+/// The recipe called or described by `predictor`: a built-in name or a TOML file.
+///
+/// # Errors
+/// When there is no such recipe, or it cannot be used.
+pub fn recipe(predictor: &str) -> Result<Recipe> {
+    if Recipe::names().any(|name| name == predictor) {
+        return Ok(Recipe::builtin(predictor)?);
+    }
+    let path = PathBuf::from(predictor);
+    if !path.is_file() {
+        let names: Vec<&str> = Recipe::names().collect();
+        return Err(
+            Usage(format!("there is no recipe file {predictor}, and the built-in predictors are {}", names.join(", "))).into()
+        );
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {predictor}"))?;
+    Recipe::from_toml(&text).map_err(|error| Refusal(format!("{predictor}: {error}")).into())
 }
 
 /// The simulated machine of a description; refused where it has no drives.

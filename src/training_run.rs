@@ -3,47 +3,26 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use clap::ValueEnum;
 use datasets::{Log, Purpose, Report, Severity, assess_runs, moving_axes, split_logs};
 use machine::MachineSpec;
 use models::staged::StagedPredictor;
-use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, HeldOut, Manifest};
+use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind, lag_s};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
-use training::network::{NetworkKind, NetworkRecipe};
+use training::Recipe;
+use training::network::NetworkRecipe;
 use training::staged::{AxisRun, StagedRecipe};
 
 use crate::evaluate::rms_max;
 use crate::output::{Refusal, table, um};
 use crate::progress::Progress;
 
-/// How an axis is predicted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PredictorName {
-    /// precomp's own: linear law, friction as hysteresis operators, waves along the axis; each stage kept only where it pays (default)
-    Staged,
-    /// The linear law alone, or a pure delay where that is as good
-    Linear,
-    /// A small LSTM on Paper D's features
-    Lstm,
-    /// Paper D's LSTM, 3 × 128 units, its training recipe
-    LstmPaper,
-    /// A small GRU
-    Gru,
-    /// Paper D's GRU, 3 × 128 units
-    GruPaper,
-    /// Paper D's NARX network, run in parallel mode
-    Narx,
-}
-
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainSettings {
     /// How axes are predicted.
-    pub predictor: PredictorName,
-    /// Features of the networks.
-    pub features: FeatureSet,
+    pub recipe: Recipe,
     /// Share of the samples that is held out, as whole runs.
     pub held_out: f64,
     /// Seed of everything random.
@@ -52,9 +31,11 @@ pub struct TrainSettings {
     pub checkpoints: Option<std::path::PathBuf>,
 }
 
-impl Default for TrainSettings {
-    fn default() -> Self {
-        Self { predictor: PredictorName::Staged, features: FeatureSet::Iii, held_out: 0.2, seed: 1, checkpoints: None }
+impl TrainSettings {
+    /// The usual settings for a recipe.
+    #[must_use]
+    pub fn of(recipe: Recipe, seed: u64) -> Self {
+        Self { recipe, held_out: 0.2, seed, checkpoints: None }
     }
 }
 
@@ -157,62 +138,21 @@ struct FittedAxis {
 }
 
 fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
-    let linear_recipe = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
-    let recurrent = |kind, paper: bool| {
-        let recipe = if paper { NetworkRecipe::paper(kind) } else { NetworkRecipe::quick(kind) };
-        NetworkRecipe { features: settings.features, ..recipe }
-    };
-    let network = |recipe: &NetworkRecipe| -> Result<(Box<dyn AxisPredictor>, String)> {
-        // Early stopping chooses by runs of its own, so that the held-out figures stay honest.
-        let (fitted, validation) = validation_split(training);
-        let trained = match &settings.checkpoints {
-            Some(folder) => {
-                let folder = folder.join(&axis.name);
-                let go_on = &mut |_| std::ops::ControlFlow::Continue(());
-                training::network::train_resumable(&fitted, &validation, recipe, settings.seed, &folder, go_on)?
-            }
-            None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
-        };
-        let note = format!("{}: {} epochs, best after {}", axis.name, trained.epochs, trained.best_epoch);
-        Ok((trained.predictor, note))
-    };
-    let (linear, _) = training::staged::fit(training, &linear_recipe)?;
-    let mut with_network = false;
-    let (predictor, note): (Box<dyn AxisPredictor>, String) = match settings.predictor {
-        PredictorName::Staged => {
-            let (staged, report) = training::staged::fit(training, &StagedRecipe::default())?;
-            let stack = training::stacked::try_out(&staged, training, &NetworkRecipe::residual(), settings.seed)?;
-            let verdict = if stack.accepted { "kept" } else { "does not pay" };
-            let note = format!(
-                "{}: {} ({} columns, {} lines); network on the rest: {} → {} µm, {verdict}",
-                axis.name,
-                report.chosen,
-                report.columns,
-                report.lines.len(),
-                um(stack.without),
-                um(stack.with),
-            );
-            with_network = stack.accepted;
-            (stacked(staged, training, with_network, settings.seed)?, note)
-        }
-        PredictorName::Linear => (Box::new(linear.clone()), format!("{}: linear", axis.name)),
-        PredictorName::Lstm => network(&recurrent(NetworkKind::Lstm, false))?,
-        PredictorName::LstmPaper => network(&recurrent(NetworkKind::Lstm, true))?,
-        PredictorName::Gru => network(&recurrent(NetworkKind::Gru, false))?,
-        PredictorName::GruPaper => network(&recurrent(NetworkKind::Gru, true))?,
-        PredictorName::Narx => network(&recurrent(NetworkKind::Narx, false))?,
+    let (linear, _) = training::staged::fit(training, &StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() })?;
+    let Fit { predictor, note, again } = match (&settings.recipe.staged, &settings.recipe.network) {
+        (Some(staged), network) => fit_stages(training, staged, network.as_ref(), settings.seed)?,
+        (None, Some(network)) => fit_network(training, network, axis, settings)?,
+        (None, None) => anyhow::bail!(Refusal("the recipe has no stage".into())),
     };
     let errors = held_out_errors(predictor.as_ref(), held_out);
     // What was held out has done its work: the model that is kept learns from it as well, where that takes seconds.
-    let predictor = match settings.predictor {
-        PredictorName::Staged => {
-            let all = [training, held_out].concat();
-            stacked(training::staged::fit(&all, &StagedRecipe::default())?.0, &all, with_network, settings.seed)?
-        }
-        _ => predictor,
+    let covered = if again.is_some() { held_out } else { &[] };
+    let predictor = match again {
+        Some(again) => again(&[training, held_out].concat())?,
+        None => predictor,
     };
+    let note = format!("{}: {note}", axis.name);
     let linear_errors = held_out_errors(&linear, held_out);
-    let covered = if settings.predictor == PredictorName::Staged { held_out } else { &[] };
     let coverage = Coverage::of(training.iter().chain(covered).map(|run| run.reference.as_slice()), period_of(training));
     let (band, band_held) = bands(held_out, &errors, coverage.velocity);
     let flat: Vec<f64> = errors.iter().flatten().copied().collect();
@@ -228,12 +168,49 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
     })
 }
 
+/// A predictor fitted to the training runs.
+struct Fit<'a> {
+    predictor: Box<dyn AxisPredictor>,
+    /// What it is made of.
+    note: String,
+    /// Fits the same stages to more runs, where that is quick.
+    again: Option<Box<dyn Fn(&[AxisRun]) -> Result<Box<dyn AxisPredictor>> + 'a>>,
+}
+
 /// The staged predictor, with a network on what it leaves where that pays.
-fn stacked(staged: StagedPredictor, runs: &[AxisRun], with_network: bool, seed: u64) -> Result<Box<dyn AxisPredictor>> {
-    if !with_network {
-        return Ok(Box::new(staged));
+fn fit_stages<'a>(runs: &[AxisRun], recipe: &'a StagedRecipe, network: Option<&'a NetworkRecipe>, seed: u64) -> Result<Fit<'a>> {
+    let (staged, report) = training::staged::fit(runs, recipe)?;
+    let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
+    let mut kept = None;
+    if let Some(network) = network {
+        let trial = training::stacked::try_out(&staged, runs, network, seed)?;
+        let verdict = if trial.accepted { "kept" } else { "does not pay" };
+        note += &format!("; network on the rest: {} → {} µm, {verdict}", um(trial.without), um(trial.with));
+        kept = trial.accepted.then_some(network);
     }
-    Ok(training::stacked::fit(&staged, runs, &NetworkRecipe::residual(), seed)?)
+    let stack = move |staged: StagedPredictor, runs: &[AxisRun]| -> Result<Box<dyn AxisPredictor>> {
+        Ok(match kept {
+            Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
+            None => Box::new(staged),
+        })
+    };
+    let predictor = stack(staged, runs)?;
+    let again = move |runs: &[AxisRun]| stack(training::staged::fit(runs, recipe)?.0, runs);
+    Ok(Fit { predictor, note, again: Some(Box::new(again)) })
+}
+
+/// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
+fn fit_network<'a>(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: &TrainSettings) -> Result<Fit<'a>> {
+    let (fitted, validation) = validation_split(runs);
+    let trained = match &settings.checkpoints {
+        Some(folder) => {
+            let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+            training::network::train_resumable(&fitted, &validation, recipe, settings.seed, &folder.join(&axis.name), go_on)?
+        }
+        None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
+    };
+    let note = format!("{} epochs, best after {}", trained.epochs, trained.best_epoch);
+    Ok(Fit { predictor: trained.predictor, note, again: None })
 }
 
 /// One run in six, at least one, to stop early by; a single run serves as both.

@@ -1,6 +1,6 @@
-"""Times PyTorch's own LSTM and GRU on one CPU thread, as the reference for `cargo bench -p precomp-models`.
+"""Times PyTorch's own LSTM and GRU, and ONNX Runtime's prediction with them, on one CPU thread, as the reference for `cargo bench -p precomp-models`.
 
-    pip install torch numpy
+    pip install torch numpy onnx onnxruntime
     python benches/pytorch/recurrent.py [--repeats 20]
 
 Prints, in milliseconds (the least of the repeats), a training step (forward, mean-square loss, backward, Adam) of a stack of
@@ -9,8 +9,10 @@ prediction of one long sequence.
 """
 
 import argparse
+import io
 import time
 
+import onnxruntime
 import torch
 
 LAYERS, HIDDEN, BATCH, STEPS, INPUT, LONG = 3, 128, 32, 128, 10, 4096
@@ -26,6 +28,24 @@ def least_ms(repeats, work):
         work()
         times.append(time.perf_counter() - start)
     return 1e3 * min(times)
+
+
+def onnx_session(net, head, sequence):
+    """The network as a session of ONNX Runtime on one thread."""
+
+    class Whole(torch.nn.Module):
+        def __init__(self):
+            super().__init__()
+            self.net, self.head = net, head
+
+        def forward(self, x):
+            return self.head(self.net(x)[0])
+
+    graph = io.BytesIO()
+    torch.onnx.export(Whole().eval(), (sequence,), graph, input_names=["x"], output_names=["y"], dynamo=False)
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    return onnxruntime.InferenceSession(graph.getvalue(), options, providers=["CPUExecutionProvider"])
 
 
 def main():
@@ -60,6 +80,9 @@ def main():
         print(f"{name} training step   {least_ms(repeats, step):9.2f} ms")
         print(f"{name} gradients       {least_ms(repeats, gradients):9.2f} ms")
         print(f"{name} predict {LONG}    {least_ms(max(3, repeats // 4), predict):9.2f} ms")
+        session = onnx_session(net, head, sequence)
+        feed = {"x": sequence.numpy()}
+        print(f"{name} predict {LONG}    {least_ms(max(3, repeats // 4), lambda: session.run(None, feed)):9.2f} ms, ONNX Runtime")
 
 
 if __name__ == "__main__":

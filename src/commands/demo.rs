@@ -15,7 +15,7 @@ use crate::input::{self, Frame, Input};
 use crate::output::{Printer, write_file, write_json};
 use crate::recording::record;
 use crate::report::write_report;
-use crate::training_run::{self, PredictorName, TrainSettings};
+use crate::training_run::{self, TrainSettings};
 
 /// The whole story on a simulated machine: excite, train, compensate unseen curves, compare with learning on the machine
 #[derive(Debug, Args)]
@@ -28,9 +28,9 @@ pub struct Demo {
     /// Folder for the model, the report and the figures
     #[arg(long, value_name = "DIR", default_value = "precomp-demo")]
     out: PathBuf,
-    /// How the axes are predicted
-    #[arg(long, value_enum, default_value_t = PredictorName::Staged)]
-    predictor: PredictorName,
+    /// How the axes are predicted: staged, linear, lstm, lstm-paper, gru, gru-paper, narx, or a recipe file (.toml)
+    #[arg(long, value_name = "NAME|TOML", default_value = "staged")]
+    predictor: String,
     /// Seconds of excitation
     #[arg(long, default_value_t = 120.0)]
     seconds: f64,
@@ -51,7 +51,7 @@ impl Demo {
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let samples: usize = logs.iter().map(Log::len).sum();
         printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", spec.name, logs.len()));
-        let settings = TrainSettings { predictor: self.predictor, seed: self.common.seed, ..TrainSettings::default() };
+        let settings = TrainSettings::of(input::recipe(&self.predictor)?, self.common.seed);
         let trained = training_run::train(&logs, Some(&spec), &settings)?;
         printer.line(format!("2. trained in {:.1} s", trained.seconds));
         printer.line(trained.table());

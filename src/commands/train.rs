@@ -11,7 +11,7 @@ use crate::adaptation;
 use crate::cli::{Common, LogArgs};
 use crate::input;
 use crate::output::{Printer, table, um, write_file, write_json};
-use crate::training_run::{self, PredictorName, TrainSettings};
+use crate::training_run::{self, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
 ///
@@ -33,9 +33,9 @@ pub struct Train {
     /// Machine whose limits and kinematics go into the model: a TOML file, or a built-in one; taken from the log when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
-    /// How the axes are predicted
-    #[arg(long, value_enum, default_value_t = PredictorName::Staged)]
-    predictor: PredictorName,
+    /// How the axes are predicted: staged, linear, lstm, lstm-paper, gru, gru-paper, narx, or a recipe file (.toml)
+    #[arg(long, value_name = "NAME|TOML", default_value = "staged")]
+    predictor: String,
     /// Features of the networks (Paper D, table II)
     #[arg(long, value_enum, default_value_t = FeatureName::Iii)]
     features: FeatureName,
@@ -94,8 +94,7 @@ impl Train {
             return self.adapt(model, &logs, &warnings, &printer);
         }
         let settings = TrainSettings {
-            predictor: self.predictor,
-            features: self.features.into(),
+            recipe: input::recipe(&self.predictor)?.with_features(self.features.into()),
             held_out: self.held_out,
             seed: self.common.seed,
             checkpoints: self.checkpoints.clone(),

@@ -23,6 +23,9 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     assert!(folder.fails(2, &["excite", "--machine", "nothing.toml", "-o", "x"]).contains("ballscrew"));
     std::fs::write(folder.path("m.toml"), "name = \"m\"\nsampling_period_ms = 2.0\nwobble = 1\n").unwrap();
     assert!(folder.fails(1, &["excite", "--machine", "m.toml", "-o", "x"]).contains("wobble"));
+    assert!(folder.fails(2, &["demo", "--predictor", "crystal-ball"]).contains("lstm-paper"));
+    std::fs::write(folder.path("r.toml"), "[staged]\nfoldz = 3\n").unwrap();
+    assert!(folder.fails(1, &["demo", "--predictor", "r.toml"]).contains("foldz"));
     std::fs::write(folder.path("not.model"), b"PK nothing").unwrap();
     assert!(folder.fails(1, &["predict", "curve:crown", "-m", "not.model"]).contains("not a model"));
 }

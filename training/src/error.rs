@@ -6,6 +6,9 @@ use thiserror::Error;
 /// Errors of this crate.
 #[derive(Debug, Error)]
 pub enum TrainingError {
+    /// A recipe cannot be used.
+    #[error("recipe: {0}")]
+    Recipe(String),
     /// The runs do not fit together or say too little.
     #[error("the runs cannot be used for training: {0}")]
     Unusable(String),

@@ -41,7 +41,11 @@ fn training_runs(spec: &MachineSpec, axis: usize, seed: u64) -> Vec<AxisRun> {
 
 /// RMS and largest error of the prediction and of the noise-free machine, µm, on three runs of the crown.
 fn against_noise_free(spec: &MachineSpec, axis: usize, predictor: &StagedPredictor) -> [f64; 4] {
-    let reference = planned(spec, by_name("crown").unwrap(), 80.0);
+    against_noise_free_on("crown", spec, axis, predictor)
+}
+
+fn against_noise_free_on(curve: &str, spec: &MachineSpec, axis: usize, predictor: &StagedPredictor) -> [f64; 4] {
+    let reference = planned(spec, by_name(curve).unwrap(), 80.0);
     let machine = SimulatedMachine::new(spec, 1).unwrap();
     let quiet = machine.clone().with_options(SimulationOptions::noise_free()).unwrap();
     let copy = quiet.run_with_seed(&reference, 0).unwrap().motor;
@@ -76,19 +80,25 @@ fn a_lugre_machine_is_predicted_nearly_as_well_as_by_its_noise_free_copy() {
     read.settings = serde_json::from_str(&text).unwrap();
     assert_eq!(StagedPredictor::from_saved(&read).unwrap(), predictor);
 
-    // A sister machine, ten seconds of whose log are known.
+    // A sister machine whose gains, friction and inertia are all off by a tenth, ten seconds of whose log are known.
     let mut sister = spec.clone();
     for axis in &mut sister.axes {
         if let AxisSpec::Linear(axis) = axis
             && let Some(drive) = &mut axis.drive
         {
-            drive.friction.coulomb_n *= 1.15;
-            drive.friction.static_n *= 1.15;
+            drive.friction.coulomb_n *= 1.1;
+            drive.friction.static_n *= 1.1;
+            drive.loops.position_gain_1_s *= 0.9;
             drive.loops.velocity_gain_n_m_s_rad *= 0.9;
-            drive.loops.feed_forward *= 1.01;
+            drive.loops.integral_time_ms *= 1.1;
+            drive.loops.feed_forward *= 0.9;
+            drive.motor.inertia_kg_m2 *= 1.1;
+            drive.motor.viscous_n_m_s_rad *= 1.1;
+            drive.table.mass_kg *= 1.1;
         }
     }
-    let log = training_runs(&sister, 0, 8)[0].clone();
+    let minute = training_runs(&sister, 0, 8);
+    let log = minute[0].clone();
     let short = AxisRun {
         reference: log.reference[..5000.min(log.reference.len())].to_vec(),
         actual: log.actual[..5000.min(log.actual.len())].to_vec(),
@@ -97,8 +107,10 @@ fn a_lugre_machine_is_predicted_nearly_as_well_as_by_its_noise_free_copy() {
     let [foreign, ..] = against_noise_free(&sister, 0, &predictor);
     let (adapted, report) = adapt(&predictor, &[short], &StagedRecipe::default()).unwrap();
     let [own, ..] = against_noise_free(&sister, 0, &adapted);
-    println!("sister machine: {foreign:.3} µm, adapted with {} weights {own:.3} µm", report.columns);
-    assert!(own < 0.6 * foreign && report.columns < 60);
+    let (scratch, _) = fit(&minute, &StagedRecipe::default()).unwrap();
+    let [anew, ..] = against_noise_free(&sister, 0, &scratch);
+    println!("sister machine: {foreign:.3} µm, adapted with {} weights {own:.3} µm, trained anew {anew:.3} µm", report.columns);
+    assert!(own < 1.3 * anew && anew < 0.1 * foreign && report.columns < 60);
 }
 
 #[test]
@@ -110,7 +122,30 @@ fn a_maxwell_slip_machine_is_predicted_too() {
         "{} samples, {}: {rms:.3} | {max:.2} µm, noise-free copy {ideal_rms:.3} | {ideal_max:.2} µm, lines {:?}",
         report.samples, report.chosen, report.lines
     );
-    assert!(rms <= 1.25 * ideal_rms && max <= 2.2 * ideal_max);
+    assert!(rms <= 1.12 * ideal_rms && max <= 1.6 * ideal_max);
+}
+
+/// The full proof: 100,000 samples, two machines, three axes, four unseen curves, three seeds.
+/// `cargo test --release --workspace --test staged_simulated -- --ignored --nocapture`, some minutes.
+#[test]
+#[ignore = "takes minutes; its small siblings run always"]
+fn from_100_000_samples_every_axis_is_predicted_as_well_as_by_a_noise_free_copy() {
+    for name in ["ballscrew", "maxwell"] {
+        let spec = MachineSpec::builtin(name).unwrap();
+        let mut sums = [0.0; 4];
+        for (axis, seed) in (0..3).flat_map(|axis| (1..=3).map(move |seed| (axis, seed))) {
+            let runs: Vec<AxisRun> = (0..4).flat_map(|part| training_runs(&spec, axis, 40 * seed + part)).collect();
+            let (predictor, report) = fit(&runs, &StagedRecipe::default()).unwrap();
+            for curve in ["nurbs-7", "nurbs-11", "nurbs-23", "nurbs-31"] {
+                let figures = against_noise_free_on(curve, &spec, axis, &predictor);
+                sums.iter_mut().zip(figures).for_each(|(sum, figure)| *sum += figure / 36.0);
+            }
+            println!("{name} axis {axis} seed {seed}: {} samples, {}, lines {:.5?}", report.samples, report.chosen, report.lines);
+        }
+        let [rms, max, ideal_rms, ideal_max] = sums;
+        println!("{name}: {rms:.3} | {max:.2} µm, noise-free copy {ideal_rms:.3} | {ideal_max:.2} µm");
+        assert!(rms <= 1.06 * ideal_rms && max <= 1.6 * ideal_max);
+    }
 }
 
 #[test]

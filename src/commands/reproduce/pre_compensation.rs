@@ -9,7 +9,7 @@ use crate::comparison::{self, CompareSettings, PathComparison, method};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
 use crate::recording::record;
-use crate::training_run::{self, PredictorName, TrainSettings};
+use crate::training_run::{self, TrainSettings};
 
 const TRAVEL_MM: f64 = 60.0;
 
@@ -31,13 +31,13 @@ impl Reproduce {
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
-        let compared = |predictor| -> Result<Vec<PathComparison>> {
-            let train = TrainSettings { predictor, seed: self.common.seed, ..TrainSettings::default() };
+        let compared = |predictor: &str| -> Result<Vec<PathComparison>> {
+            let train = TrainSettings::of(input::recipe(predictor)?, self.common.seed);
             let bundle = training_run::train(&logs, Some(&spec), &train)?.bundle;
             comparison::compare(&paths, &spec, Some(&bundle), &settings)
         };
-        let by_lstm = compared(self.network(PredictorName::Lstm))?;
-        let by_staged = compared(PredictorName::Staged)?;
+        let by_lstm = compared(self.network("lstm"))?;
+        let by_staged = compared("staged")?;
         let mut rows = Vec::new();
         for ((lstm, staged), printed) in by_lstm.iter().zip(&by_staged).zip(PRINTED) {
             let [uncompensated, pre_compensated, ilc] = printed;

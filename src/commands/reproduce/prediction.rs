@@ -13,7 +13,7 @@ use crate::evaluate::{contour_errors, rms_max};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
 use crate::recording::record;
-use crate::training_run::{self, PredictorName, TrainSettings};
+use crate::training_run::{self, TrainSettings};
 
 /// The excitation keeps within ± this range, mm; the curves do as well.
 const TRAVEL_MM: f64 = 60.0;
@@ -38,7 +38,7 @@ impl Reproduce {
         let rows = printed
             .into_iter()
             .map(|(name, features, printed)| {
-                let measured = self.butterfly_x(self.network(PredictorName::Lstm), features)?;
+                let measured = self.butterfly_x(self.network("lstm"), features)?;
                 Ok(Row { name: format!("LSTM, {name}"), printed: Some(printed), measured })
             })
             .collect::<Result<Vec<_>>>()?;
@@ -47,11 +47,11 @@ impl Reproduce {
 
     pub(super) fn table_3(&self, printer: &Printer) -> Result<Vec<Value>> {
         let printed = [
-            ("NARX", PredictorName::Narx, Some((5.262, 18.52))),
-            ("GRU", self.network(PredictorName::Gru), Some((0.709, 5.811))),
-            ("LSTM", self.network(PredictorName::Lstm), Some((0.613, 5.256))),
-            ("linear law alone", PredictorName::Linear, None),
-            ("precomp, staged", PredictorName::Staged, None),
+            ("NARX", "narx", Some((5.262, 18.52))),
+            ("GRU", self.network("gru"), Some((0.709, 5.811))),
+            ("LSTM", self.network("lstm"), Some((0.613, 5.256))),
+            ("linear law alone", "linear", None),
+            ("precomp, staged", "staged", None),
         ];
         let rows = printed
             .into_iter()
@@ -73,7 +73,7 @@ impl Reproduce {
         ];
         let spec = input::machine(&self.machine.machine)?;
         let mut rows: Vec<Row> = Vec::new();
-        for (title, predictor) in [("LSTM", self.network(PredictorName::Lstm)), ("staged", PredictorName::Staged)] {
+        for (title, predictor) in [("LSTM", self.network("lstm")), ("staged", "staged")] {
             let mut sums = [[(0.0, 0.0); 4]; 4];
             for seed in self.seeds_used() {
                 let logs = record(&spec, self.seconds, TRAVEL_MM, seed)?;
@@ -94,10 +94,10 @@ impl Reproduce {
     }
 
     /// The small network, or the paper's.
-    pub(super) fn network(&self, small: PredictorName) -> PredictorName {
+    pub(super) fn network(&self, small: &'static str) -> &'static str {
         match small {
-            PredictorName::Lstm if self.paper => PredictorName::LstmPaper,
-            PredictorName::Gru if self.paper => PredictorName::GruPaper,
+            "lstm" if self.paper => "lstm-paper",
+            "gru" if self.paper => "gru-paper",
             other => other,
         }
     }
@@ -108,7 +108,7 @@ impl Reproduce {
     }
 
     /// Prediction error of the X axis of the butterfly: mean RMS and MAX over the seeds.
-    fn butterfly_x(&self, predictor: PredictorName, features: FeatureSet) -> Result<Figures> {
+    fn butterfly_x(&self, predictor: &str, features: FeatureSet) -> Result<Figures> {
         let spec = input::machine(&self.machine.machine)?;
         let mut mean = (0.0, 0.0);
         for seed in self.seeds_used() {
@@ -142,8 +142,8 @@ impl Reproduce {
     }
 }
 
-fn trained(logs: &[Log], spec: &MachineSpec, predictor: PredictorName, features: FeatureSet, seed: u64) -> Result<Bundle> {
-    let settings = TrainSettings { predictor, features, seed, ..TrainSettings::default() };
+fn trained(logs: &[Log], spec: &MachineSpec, predictor: &str, features: FeatureSet, seed: u64) -> Result<Bundle> {
+    let settings = TrainSettings::of(input::recipe(predictor)?.with_features(features), seed);
     // The machine's description has all axes, whatever the log's.
     let spec = (logs.first().is_some_and(|log| log.axes().len() == spec.axes.len())).then_some(spec);
     Ok(training_run::train(logs, spec, &settings)?.bundle)
