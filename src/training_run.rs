@@ -168,13 +168,16 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
     })
 }
 
+/// Fits a predictor to runs.
+type Refit<'a> = Box<dyn Fn(&[AxisRun]) -> Result<Box<dyn AxisPredictor>> + 'a>;
+
 /// A predictor fitted to the training runs.
 struct Fit<'a> {
     predictor: Box<dyn AxisPredictor>,
     /// What it is made of.
     note: String,
     /// Fits the same stages to more runs, where that is quick.
-    again: Option<Box<dyn Fn(&[AxisRun]) -> Result<Box<dyn AxisPredictor>> + 'a>>,
+    again: Option<Refit<'a>>,
 }
 
 /// The staged predictor, with a network on what it leaves where that pays.
