@@ -1,8 +1,8 @@
 //! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
 
 use anyhow::Result;
-use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
+use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
@@ -110,6 +110,10 @@ pub mod method {
     pub const DECREASING_ILC: &str = "spatial-ilc-decreasing";
     /// Every axis's tracking error learned in time.
     pub const TRACKING_ILC: &str = "tracking-ilc";
+    /// Norm-optimal ILC of every axis (Paper E, `a = 0`).
+    pub const NORM_OPTIMAL_ILC: &str = "norm-optimal-ilc";
+    /// Norm-optimal ILC of the contour error alone (Paper E, `a = 1`).
+    pub const CROSS_COUPLED_ILC: &str = "cross-coupled-ilc";
     /// A run around the mean of runs: what no method can beat.
     pub const FLOOR: &str = "floor";
 }
@@ -166,7 +170,8 @@ pub fn compare(
                     result.runs.push((name, actual));
                 }
             }
-            for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s())? {
+            let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
+            for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s(), &responses)? {
                 let rounds = run_ilc(&mut machine, law.as_mut(), desired, settings)?;
                 if let Some(last) = rounds.last() {
                     result.push(name, figures(desired, last)?);
@@ -238,13 +243,19 @@ fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
 
 type NamedLaw = (&'static str, Box<dyn CompensationLaw>);
 
-fn ilc_laws(settings: &CompareSettings, period_s: f64) -> Result<Vec<NamedLaw>> {
+fn ilc_laws(settings: &CompareSettings, period_s: f64, responses: &[ImpulseResponse]) -> Result<Vec<NamedLaw>> {
     let low_pass = LowPass::new(settings.ilc_low_pass_hz, period_s)?;
     let constant = Gain::Constant(settings.ilc_gain);
+    let norm_optimal = |a| -> Result<Box<dyn CompensationLaw>> {
+        let weights = NormOptimalSettings { a, ..NormOptimalSettings::default() };
+        Ok(Box::new(NormOptimalIlc::new(weights, responses.to_vec())?))
+    };
     Ok(vec![
         (method::SPATIAL_ILC, Box::new(SpatialIlc::new(constant, low_pass)?)),
         (method::DECREASING_ILC, Box::new(SpatialIlc::new(Gain::Decreasing, low_pass)?)),
         (method::TRACKING_ILC, Box::new(TrackingIlc::new(constant, low_pass))),
+        (method::NORM_OPTIMAL_ILC, norm_optimal(0.0)?),
+        (method::CROSS_COUPLED_ILC, norm_optimal(1.0)?),
     ])
 }
 
@@ -260,6 +271,11 @@ fn run_ilc(
     let learned = learn(machine, law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
     Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
 }
+
+/// Size of the shifts from which impulse responses are identified, mm or rad: far above the noise, small enough for the motor's torque.
+pub const PROBE: f64 = 0.005;
+/// Time after which a drive's response is over, s.
+pub const RESPONSE_S: f64 = 0.2;
 
 /// Runs from which the mean path is taken.
 const FLOOR_RUNS: usize = 8;

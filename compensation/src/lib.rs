@@ -9,9 +9,11 @@ mod guard;
 mod law;
 pub mod laws;
 mod learn;
+mod response;
 
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use guard::Guard;
 pub use law::{CompensationLaw, move_tips};
 pub use learn::{Learned, Round, StopRule, learn};
+pub use response::ImpulseResponse;

@@ -1,9 +1,11 @@
 //! The laws, a file each.
 
+mod norm_optimal;
 mod one_shot;
 mod spatial;
 mod tracking;
 
+pub use norm_optimal::{NormOptimalIlc, NormOptimalSettings};
 pub use one_shot::OneShot;
 pub use spatial::{Gain, SpatialIlc};
 pub use tracking::TrackingIlc;

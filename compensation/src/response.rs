@@ -1,0 +1,210 @@
+//! Impulse responses: what a shift of the reference does to the actual position.
+
+use nalgebra::{DMatrix, DVector};
+
+use machine::Machine;
+use motion::Trajectory;
+
+use crate::CompensationError;
+
+/// Response of one axis's position to a unit shift of its reference at one sample; causal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImpulseResponse {
+    taps: Vec<f64>,
+}
+
+/// Taps at the end that sum up to less than this share of the static gain are left out.
+const NEGLIGIBLE: f64 = 1e-9;
+/// Ridge of the identification, as a share of the probe's energy: only against a probe that excites little.
+const RIDGE: f64 = 1e-9;
+
+impl ImpulseResponse {
+    /// A response with the given taps, the first one without delay.
+    ///
+    /// # Errors
+    /// When there is none, or one is not a number.
+    pub fn new(mut taps: Vec<f64>) -> Result<Self, CompensationError> {
+        if taps.is_empty() || taps.iter().any(|tap| !tap.is_finite()) {
+            return Err(CompensationError::BadSetting {
+                name: "number of usable taps of an impulse response",
+                value: 0.0,
+                remedy: "identify the response from a log in which the axis moves",
+            });
+        }
+        let total: f64 = taps.iter().map(|tap| tap.abs()).sum();
+        let mut tail = 0.0;
+        while taps.len() > 1 {
+            tail += taps[taps.len() - 1].abs();
+            if tail > NEGLIGIBLE * total {
+                break;
+            }
+            taps.pop();
+        }
+        Ok(Self { taps })
+    }
+
+    /// The response that takes `input` to `output` with the least squared error; both start from zero (differences of two runs, or
+    /// increments of reference and actual position of one).
+    ///
+    /// # Errors
+    /// When the input does not excite that many taps, or the lengths differ.
+    pub fn identify(input: &[f64], output: &[f64], taps: usize) -> Result<Self, CompensationError> {
+        let unusable = |value: f64| CompensationError::BadSetting {
+            name: "samples from which an impulse response is identified",
+            value,
+            remedy: "give as many outputs as inputs, several times as many as taps, and let the axis move",
+        };
+        let samples = input.len();
+        if samples != output.len() || taps == 0 || samples < 2 * taps {
+            return Err(unusable(samples as f64));
+        }
+        // Correlations of the input with itself and with the output, over all rows: the normal equations of the delayed inputs.
+        let at = |k: usize, lag: usize| if k >= lag { input[k - lag] } else { 0.0 };
+        let mut normal = DMatrix::zeros(taps, taps);
+        for column in 0..taps {
+            // Down a diagonal each entry loses the last row of the one before.
+            let mut sum: f64 = (0..samples).map(|k| at(k, 0) * at(k, column)).sum();
+            for row in 0..taps - column {
+                normal[(row, row + column)] = sum;
+                normal[(row + column, row)] = sum;
+                let last = samples - 1 - row;
+                sum -= input[last] * at(last, column);
+            }
+        }
+        let energy = normal[(0, 0)];
+        if energy <= 0.0 {
+            return Err(unusable(samples as f64));
+        }
+        for i in 0..taps {
+            normal[(i, i)] += RIDGE * energy;
+        }
+        let right = DVector::from_fn(taps, |lag, _| (lag..samples).map(|k| input[k - lag] * output[k]).sum::<f64>());
+        let solved = normal.cholesky().map(|factor| factor.solve(&right)).ok_or_else(|| unusable(samples as f64))?;
+        Self::new(solved.iter().copied().collect())
+    }
+
+    /// The responses of every axis of a machine, real or learned: what it does on `path` with and without small pseudo-random shifts of
+    /// `amplitude` (mm or rad) on top. The motion keeps friction from holding the shifts back.
+    ///
+    /// # Errors
+    /// When the machine does not run, or the path is shorter than twice `memory_s`, the time after which a response is over.
+    pub fn probe(
+        machine: &mut dyn Machine,
+        path: &Trajectory,
+        amplitude: f64,
+        memory_s: f64,
+    ) -> Result<Vec<Self>, CompensationError> {
+        let taps = (memory_s / path.period_s()).ceil() as usize;
+        // A fixed generator: the same machine and path give the same responses. Each axis has a stream of its own.
+        let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+        let mut sign = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            if state >> 63 == 0 { amplitude } else { -amplitude }
+        };
+        let probes: Vec<Vec<f64>> = path.columns().iter().map(|column| column.iter().map(|_| sign()).collect()).collect();
+        let probed = path.columns().iter().zip(&probes);
+        let probed = path.with_columns(probed.map(|(x, u)| x.iter().zip(u).map(|(x, u)| x + u).collect()).collect())?;
+        let (without, with) = (machine.run(path)?, machine.run(&probed)?);
+        let answers = with.columns().iter().zip(without.columns());
+        probes
+            .iter()
+            .zip(answers)
+            .map(|(probe, (with, without))| {
+                let answer: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
+                Self::identify(probe, &answer, taps)
+            })
+            .collect()
+    }
+
+    /// The taps.
+    #[must_use]
+    pub fn taps(&self) -> &[f64] {
+        &self.taps
+    }
+
+    /// Position after a lasting shift of one.
+    #[must_use]
+    pub fn static_gain(&self) -> f64 {
+        self.taps.iter().sum()
+    }
+
+    /// `y = P·u`: the filter.
+    pub fn apply(&self, u: &[f64], y: &mut [f64]) {
+        let before = self.taps.len() - 1;
+        let reversed: Vec<f64> = self.taps.iter().rev().copied().collect();
+        slide(&reversed, u, before, y);
+    }
+
+    /// `y = Pᵀ·u`: the filter run backwards in time.
+    pub fn apply_transposed(&self, u: &[f64], y: &mut [f64]) {
+        slide(&self.taps, u, 0, y);
+    }
+}
+
+/// Outputs that are made at once: they and their inputs stay in the first-level cache.
+const BLOCK: usize = 512;
+/// Taps that are summed up in one pass over a block.
+const TOGETHER: usize = 8;
+
+/// `y(k) = Σ taps(i)·u(k + i − before)`, with zeros outside of `u`.
+fn slide(taps: &[f64], u: &[f64], before: usize, y: &mut [f64]) {
+    let count = taps.len().next_multiple_of(TOGETHER);
+    let mut padded_taps = taps.to_vec();
+    padded_taps.resize(count, 0.0);
+    let mut window = vec![0.0; BLOCK + count];
+    for (block, y) in y.chunks_mut(BLOCK).enumerate() {
+        let start = block * BLOCK;
+        for (slot, k) in window.iter_mut().zip(start..) {
+            *slot = if k >= before { u.get(k - before).copied().unwrap_or(0.0) } else { 0.0 };
+        }
+        y.fill(0.0);
+        for (index, taps) in padded_taps.as_chunks::<TOGETHER>().0.iter().enumerate() {
+            let window = &window[index * TOGETHER..][..y.len() + TOGETHER - 1];
+            for (y, u) in y.iter_mut().zip(window.array_windows::<TOGETHER>()) {
+                let mut sum = *y;
+                for i in 0..TOGETHER {
+                    sum += taps[i] * u[i];
+                }
+                *y = sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_response_of_a_known_filter_is_found() {
+        let truth = ImpulseResponse::new((0..30).map(|k| 0.3 * 0.7_f64.powi(k)).collect()).unwrap();
+        let mut state = 1_u64;
+        let input: Vec<f64> = (0..500)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                (state >> 40) as f64 / f64::from(1 << 24) - 0.5
+            })
+            .collect();
+        let mut output = vec![0.0; 500];
+        truth.apply(&input, &mut output);
+        let found = ImpulseResponse::identify(&input, &output, 40).unwrap();
+        for (found, truth) in found.taps().iter().zip(truth.taps()) {
+            assert!((found - truth).abs() < 1e-6, "{found} {truth}");
+        }
+        assert!((found.static_gain() - truth.static_gain()).abs() < 1e-6);
+        assert!(ImpulseResponse::identify(&[0.0; 100], &[0.0; 100], 10).is_err());
+        assert!(ImpulseResponse::identify(&[1.0; 10], &[1.0; 10], 10).is_err());
+    }
+
+    #[test]
+    fn the_transposed_filter_is_the_adjoint() {
+        let response = ImpulseResponse::new(vec![0.1, 0.5, 0.3, -0.2]).unwrap();
+        let u: Vec<f64> = (0..20).map(|k| f64::from(k).sin()).collect();
+        let w: Vec<f64> = (0..20).map(|k| f64::from(k * k).cos()).collect();
+        let (mut pu, mut ptw) = (vec![0.0; 20], vec![0.0; 20]);
+        response.apply(&u, &mut pu);
+        response.apply_transposed(&w, &mut ptw);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        assert!((dot(&pu, &w) - dot(&u, &ptw)).abs() < 1e-12);
+    }
+}
