@@ -3,6 +3,8 @@
 mod estimators;
 mod pre_compensation;
 mod prediction;
+mod raster;
+mod spatial;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -55,6 +57,10 @@ enum TableName {
     /// Paper D, tables V and VI: contour error before and after pre-compensation, and of converged ILC
     #[value(name = "table-5")]
     Table5,
+    /// Paper A: spatial ILC with four gains; tracking-error ILC with the feed planned anew
+    Spatial,
+    /// Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, single axes to contour
+    Raster,
 }
 
 impl Reproduce {
@@ -69,6 +75,8 @@ impl Reproduce {
                 TableName::Table3 => self.table_3(&printer)?,
                 TableName::Table4 => self.table_4(&printer)?,
                 TableName::Table5 => self.table_5(&printer)?,
+                TableName::Spatial => self.spatial(&printer)?,
+                TableName::Raster => self.raster(&printer)?,
             });
         }
         write_json(self.common.json.as_deref(), &json!({ "tables": figures }))

@@ -1,0 +1,126 @@
+//! Paper A: spatial ILC of the fourth-order ellipse and the five-petalled flower, and tracking-error ILC whose feed is planned anew.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, StopRule, learn};
+use machine::{Machine, MachineSpec};
+use motion::curves::Line;
+use motion::{DesiredPath, Piece, PlanSettings, ToolPath, Trajectory, Vec3};
+use serde_json::{Value, json};
+
+use super::Reproduce;
+use crate::evaluate;
+use crate::input::{self, Frame, Input};
+use crate::output::{Printer, table, um};
+
+/// 1000 mm/min.
+const FEED_MM_S: f64 = 1000.0 / 60.0;
+/// Learning gains; the paper prints results for 0.8.
+const GAINS: [f64; 4] = [0.3, 0.8, 1.5, 2.2];
+/// Curve, learning runs and printed figures: MAX and RMS of the first run, of the converged one, µm.
+const CURVES: [(&str, usize, [f64; 4]); 2] =
+    [("ellipse", 5, [6.00, 3.74, 0.75, 0.205]), ("five-petals", 8, [25.0, 3.82, 5.0, 0.290])];
+/// Runs with a feed that is planned anew.
+const REPLANNED_RUNS: usize = 6;
+
+/// RMS and MAX of every run, mm.
+type Runs = Vec<(f64, f64)>;
+
+impl Reproduce {
+    pub(super) fn spatial(&self, printer: &Printer) -> Result<Vec<Value>> {
+        let spec = input::machine(&self.machine.machine)?;
+        let mut rows: Vec<(String, Option<[f64; 4]>, Runs)> = Vec::new();
+        for (curve, updates, printed) in CURVES {
+            let desired = Input::curve(curve, FEED_MM_S, &Frame::of(&spec))?.desired;
+            for gain in GAINS {
+                let printed = (gain == 0.8).then_some(printed);
+                rows.push((format!("{curve}, spatial, Q = {gain}"), printed, self.learned(&spec, &desired, gain, updates)?));
+            }
+        }
+        let desired = Input::curve("ellipse", FEED_MM_S, &Frame::of(&spec))?.desired;
+        let laws: [(&str, Box<dyn CompensationLaw>); 2] = [
+            ("spatial", Box::new(SpatialIlc::new(Gain::Constant(0.8), None)?)),
+            ("tracking error", Box::new(TrackingIlc::new(Gain::Constant(0.8), None))),
+        ];
+        for (name, mut law) in laws {
+            let printed = (name != "spatial").then_some([6.0, f64::NAN, 170.0, f64::NAN]);
+            rows.push((format!("ellipse, feed planned anew, {name}"), printed, self.replanned(&spec, &desired, law.as_mut())?));
+        }
+        Ok(vec![say(printer, &rows)])
+    }
+
+    fn learned(&self, spec: &MachineSpec, desired: &DesiredPath, gain: f64, updates: usize) -> Result<Runs> {
+        let mut machine = input::simulated(spec, self.common.seed)?;
+        let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
+        let stop = StopRule { updates, stall: f64::NEG_INFINITY };
+        let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+        learned.rounds.iter().map(|round| Ok(figures(desired, &round.actual)?)).collect()
+    }
+
+    /// Each run's reference is a program through the shifted points, whose time the control plans itself.
+    fn replanned(&self, spec: &MachineSpec, desired: &DesiredPath, law: &mut dyn CompensationLaw) -> Result<Runs> {
+        let mut machine = input::simulated(spec, self.common.seed)?;
+        let mut points = desired.trajectory().clone();
+        let mut runs = Runs::new();
+        for _ in 0..=REPLANNED_RUNS {
+            let command = planned(&desired.tips_of(&points)?, &Frame::of(spec))?;
+            let actual = machine.run(&command)?;
+            // The law sees the run sample by sample beside the points, as if it had kept their time.
+            let actual = resized(&actual, points.len())?;
+            runs.push(figures(desired, &actual)?);
+            points = law.update(desired, &points, &actual)?;
+        }
+        Ok(runs)
+    }
+}
+
+fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
+    let figures = evaluate::contour(desired, actual)?;
+    Ok((figures.rms_mm, figures.max_mm))
+}
+
+/// Straight lines through the points at the programmed feed.
+fn planned(points: &[Vec3], frame: &Frame) -> Result<Trajectory> {
+    let mut path = ToolPath::default();
+    for pair in points.windows(2).filter(|pair| (pair[1] - pair[0]).norm() > 1e-6) {
+        path.push(Piece::whole(Arc::new(Line { start: pair[0], end: pair[1] }), FEED_MM_S));
+    }
+    let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+    Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired.trajectory().clone())
+}
+
+/// The first `samples` of a run, the last one held where there are fewer.
+fn resized(run: &Trajectory, samples: usize) -> Result<Trajectory> {
+    let columns = run.columns().iter().map(|column| {
+        let last = column.last().copied().unwrap_or_default();
+        column.iter().copied().chain(std::iter::repeat(last)).take(samples).collect()
+    });
+    Ok(Trajectory::new(run.period_s(), run.axes().to_vec(), columns.collect())?)
+}
+
+fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {
+    printer.line("Paper A: contour error from the first run to the last, feed 1000 mm/min (the paper's law and estimator, no low-pass)");
+    let arrow = |first: f64, last: f64| format!("{} → {}", um(first), um(last));
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .filter_map(|(name, printed, runs)| {
+            let ((rms, max), (last_rms, last_max)) = (runs.first()?, runs.last()?);
+            let printed = |first: usize, last: usize| {
+                printed.filter(|p| p[first].is_finite()).map_or("–".to_owned(), |p| format!("{} → {}", p[first], p[last]))
+            };
+            let updates = runs.len() - 1;
+            Some(vec![name.clone(), updates.to_string(), printed(1, 3), printed(0, 2), arrow(*rms, *last_rms), arrow(*max, *last_max)])
+        })
+        .collect();
+    printer.line(table(&["curve, law", "updates", "printed RMS µm", "printed MAX µm", "RMS µm", "MAX µm"], &lines));
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(|(name, _, runs)| {
+            let column = |pick: fn(&(f64, f64)) -> f64| runs.iter().map(|run| pick(run) * 1e3).collect::<Vec<f64>>();
+            json!({ "name": name, "rms_by_run_um": column(|run| run.0), "max_by_run_um": column(|run| run.1) })
+        })
+        .collect();
+    json!({ "paper": "A", "table": "ellipse and flower", "rows": rows })
+}
