@@ -101,6 +101,19 @@ pub struct CarrierArgs {
     pub spacing: Option<f64>,
 }
 
+/// A length with its unit, in mm: `2um`, `2µm`, `0.002mm`, `0.0001in`.
+pub fn parse_length(text: &str) -> Result<f64, String> {
+    let units = [("µm", 1e-3), ("um", 1e-3), ("mm", 1.0), ("in", 25.4)];
+    let (number, scale) = units
+        .iter()
+        .find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, scale)))
+        .ok_or_else(|| format!("`{text}` needs a unit: um, mm or in, as in 2um"))?;
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value * scale),
+        _ => Err(format!("`{text}` is not a positive length")),
+    }
+}
+
 fn parse_offset(text: &str) -> Result<[f64; 3], String> {
     let values: Vec<f64> = text
         .split(',')

@@ -165,7 +165,7 @@ pub fn compare(
                 input::simulated(spec, settings.seed.wrapping_add(1000 * (seed + 1)))?.with_options(settings.simulation)?;
             for (name, reference) in &references {
                 let actual = machine.run(reference)?;
-                result.push(name, figures(desired, &actual)?);
+                result.push(name, figures(path, &actual)?);
                 if seed == 0 && PICTURED.contains(name) {
                     result.runs.push((name, actual));
                 }
@@ -174,10 +174,10 @@ pub fn compare(
             for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s(), &responses)? {
                 let rounds = run_ilc(&mut machine, law.as_mut(), desired, settings)?;
                 if let Some(last) = rounds.last() {
-                    result.push(name, figures(desired, last)?);
+                    result.push(name, figures(path, last)?);
                     if name == method::SPATIAL_ILC {
                         for (sum, actual) in result.ilc_rms.iter_mut().zip(&rounds) {
-                            *sum += figures(desired, actual)?.0 / settings.seeds as f64;
+                            *sum += figures(path, actual)?.0 / settings.seeds as f64;
                         }
                         if seed == 0 {
                             result.runs.push((name, last.clone()));
@@ -236,8 +236,8 @@ fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
     Ok(Some(LearnedMachine::new(bundle.manifest.period_s, bundle.axes(), linear)?))
 }
 
-fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
-    let figures = crate::evaluate::contour(desired, actual)?;
+fn figures(path: &Input, actual: &Trajectory) -> Result<(f64, f64)> {
+    let figures = crate::evaluate::contour(&path.desired, path.part.as_ref(), actual)?;
     Ok((figures.rms_mm, figures.max_mm))
 }
 

@@ -5,6 +5,8 @@ use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, Exa
 use motion::{DesiredPath, Trajectory, Vec3};
 use serde_json::{Value, json};
 
+use crate::pipeline::Part;
+
 /// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
 /// the analytic curve where one is known.
 ///
@@ -46,13 +48,22 @@ fn errors_from(desired: &DesiredPath, actual: &Trajectory, path: &[Vec3]) -> Res
     Ok(estimator.estimate(&tips, path)?)
 }
 
-/// RMS, MAX and 95th percentile of the contour error over the samples of a run, mm.
+/// RMS, MAX and 95th percentile of the contour error over the samples of a run, mm; of a program only over those of its feed moves.
 ///
 /// # Errors
 /// As [`contour_errors`].
-pub fn contour(desired: &DesiredPath, actual: &Trajectory) -> Result<ContourSummary> {
-    let errors = contour_errors(desired, actual)?;
-    summary(&errors).ok_or_else(|| anyhow::anyhow!("the path has no samples"))
+pub fn contour(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<ContourSummary> {
+    summary_of_feed_moves(part, contour_errors(desired, actual)?.into_iter().enumerate())
+}
+
+/// The figures of errors, each with its place on the path in samples: rapids do not cut, and do not count.
+///
+/// # Errors
+/// When none counts.
+pub fn summary_of_feed_moves(part: Option<&Part>, errors: impl Iterator<Item = (usize, ContourError)>) -> Result<ContourSummary> {
+    let counted: Vec<ContourError> =
+        errors.filter(|(place, _)| part.is_none_or(|part| part.feeds_at(*place))).map(|(_, error)| error).collect();
+    summary(&counted).ok_or_else(|| anyhow::anyhow!("the path has no samples"))
 }
 
 /// Root mean square and largest magnitude; zeros of nothing.

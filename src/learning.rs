@@ -124,7 +124,7 @@ pub fn compensate(
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
     let stop = StopRule { updates, stall: 0.0 };
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
-        evaluate::contour(desired, actual).map_or(f64::INFINITY, |figures| figures.rms_mm)
+        evaluate::contour(desired, part, actual).map_or(f64::INFINITY, |figures| figures.rms_mm)
     };
     let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
     let (Some(first), Some(best)) = (learned.rounds.first(), learned.best()) else {
@@ -135,8 +135,8 @@ pub fn compensate(
     Ok(Outcome {
         reference: chosen.reference.clone(),
         forecast: chosen.actual.clone(),
-        before: evaluate::contour(desired, &first.actual)?,
-        after: evaluate::contour(desired, &chosen.actual)?,
+        before: evaluate::contour(desired, part, &first.actual)?,
+        after: evaluate::contour(desired, part, &chosen.actual)?,
         updates: learned.rounds.len() - 1,
         gained,
         outside,
@@ -160,11 +160,15 @@ pub fn compensate_with(
     compensate(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings)
 }
 
+/// A correction of which this share is kept, over a stretch, does not count as faded.
+const MOSTLY: f64 = 0.95;
+
 /// One entry an axis and reason.
 fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) -> Vec<OutsideRange> {
     let mut found = Vec::new();
     for (axis, reasons) in path.axes().iter().zip(reasons) {
         let mut by_reason: BTreeMap<String, OutsideRange> = BTreeMap::new();
+        let mut kept: BTreeMap<String, f64> = BTreeMap::new();
         for (k, reason) in reasons.iter().enumerate() {
             if let Some(reason) = reason {
                 let entry = by_reason.entry(reason.to_string()).or_insert_with(|| OutsideRange {
@@ -177,7 +181,12 @@ fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) 
                 });
                 entry.last = k;
                 entry.samples += 1;
-                entry.fades |= weights[k] < 1.0;
+                kept.entry(reason.to_string()).and_modify(|sum| *sum += weights[k]).or_insert(weights[k]);
+            }
+        }
+        for (reason, kept) in kept {
+            if let Some(range) = by_reason.get_mut(&reason) {
+                range.fades = kept < MOSTLY * range.samples as f64;
             }
         }
         found.extend(by_reason.into_values());

@@ -8,6 +8,7 @@ pub mod cli;
 mod commands;
 pub mod comparison;
 pub mod evaluate;
+pub mod feeds;
 pub mod input;
 pub mod learning;
 mod limits_from_log;

@@ -6,6 +6,9 @@ use machine::{Machine, MachineSpec};
 
 use crate::input::{self, Frame};
 
+/// Travel of the demo's and the tables' excitation: the axes keep within ± this, mm.
+pub const TRAVEL_MM: f64 = 60.0;
+
 /// Runs about `seconds` of excitation within ± `travel_mm` on the simulated machine of `spec`; one log a run.
 ///
 /// # Errors

@@ -7,11 +7,12 @@ use clap::Args;
 use datasets::write_reference;
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, ProgramArgs};
+use crate::cli::{CarrierArgs, Common, ProgramArgs, parse_length};
 use crate::evaluate;
+use crate::feeds::{self, Adjusted, Goal};
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
-use crate::output::{Printer, check_not_input, um, write_json};
+use crate::output::{Printer, Usage, check_not_input, um, write_json};
 use crate::pipeline::{Part, write_program};
 use crate::report::{PathReport, Series, write_report};
 
@@ -46,6 +47,12 @@ pub struct Compensate {
     /// Largest shift of an axis, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1)]
     max_shift: f64,
+    /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    tolerance: Option<f64>,
+    /// With --tolerance: speed other moves up until the cycle takes no longer than before
+    #[arg(long, requires = "tolerance")]
+    keep_time: bool,
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
@@ -63,14 +70,32 @@ impl Compensate {
             None => input::machine_of(&bundle)?,
         };
         let frame = Frame::of(&spec);
-        let path = Input::read(&self.input, &frame, &self.program)?;
+        let mut path = Input::read(&self.input, &frame, &self.program)?;
         let same_kind = path.part.is_some() != input::is_reference(&self.out);
         if !same_kind {
-            return Err(crate::output::Usage("INPUT and OUT must both be part programs or both be references".into()).into());
+            return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
         }
         let settings = Settings { law: self.law, iterations: self.iterations, max_shift: self.max_shift, ..Settings::default() };
-        let outcome = learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?;
         let printer = Printer::new(self.common.json.as_deref());
+        let mut feeds = serde_json::Value::Null;
+        let outcome = match self.tolerance {
+            Some(tolerance_mm) => {
+                let Some(part) = path.part.take() else {
+                    return Err(Usage(
+                        "--tolerance changes feeds: only part programs have them, references carry their time".into(),
+                    )
+                    .into());
+                };
+                let goal = Goal { tolerance_mm, keep_time: self.keep_time };
+                let adjusted = feeds::adjust(part, &bundle, &frame.limits, &settings, goal)?;
+                say_feeds(&printer, &adjusted, goal);
+                feeds = feeds_json(&adjusted, goal);
+                path.desired = adjusted.part.plan.desired.clone();
+                path.part = Some(adjusted.part);
+                adjusted.outcome
+            }
+            None => learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?,
+        };
         if bundle.manifest.limits_from_log {
             printer
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
@@ -103,6 +128,7 @@ impl Compensate {
                     "after": evaluate::contour_json(&outcome.after),
                 },
                 "carrier": carrier,
+                "feeds": feeds,
                 "warnings": warnings(path.part.as_ref(), &outcome),
             }),
         )
@@ -129,6 +155,43 @@ impl Compensate {
             printer.line("the model predicts no gain worth having: the input is returned unchanged");
         }
     }
+}
+
+/// Lines above the tolerance that are named one by one.
+const NAMED: usize = 5;
+
+fn say_feeds(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
+    let (before_s, after_s) = adjusted.cycle_s;
+    let (slower, faster) = adjusted.moves;
+    printer.line(format!(
+        "feeds: {slower} moves slower, {faster} faster; cycle time {before_s:.2} → {after_s:.2} s; predicted MAX on feed moves {} → {} µm, tolerance {} µm",
+        um(adjusted.max_mm.0),
+        um(adjusted.max_mm.1),
+        um(goal.tolerance_mm)
+    ));
+    if goal.keep_time && after_s > before_s * (1.0 + feeds::SAME_TIME) {
+        printer.line("warning: the other moves cannot win all of the time back within the tolerance and the axes' limits");
+    }
+    for (line, error) in adjusted.above.iter().take(NAMED) {
+        printer.line(format!("warning: line {line}: predicted contour error {} µm at the slowest feed that helps", um(*error)));
+    }
+    if adjusted.above.len() > NAMED {
+        printer.line(format!("warning: {} more moves stay above the tolerance", adjusted.above.len() - NAMED));
+    }
+}
+
+fn feeds_json(adjusted: &Adjusted, goal: Goal) -> serde_json::Value {
+    json!({
+        "tolerance_um": goal.tolerance_mm * 1e3,
+        "keep_time": goal.keep_time,
+        "slower_moves": adjusted.moves.0,
+        "faster_moves": adjusted.moves.1,
+        "cycle_before_s": adjusted.cycle_s.0,
+        "cycle_after_s": adjusted.cycle_s.1,
+        "max_before_um": adjusted.max_mm.0 * 1e3,
+        "max_after_um": adjusted.max_mm.1 * 1e3,
+        "lines_above": adjusted.above.iter().map(|(line, error)| json!({ "line": line, "max_um": error * 1e3 })).collect::<Vec<_>>(),
+    })
 }
 
 /// Where the model is out of its depth, with lines where there is a program.

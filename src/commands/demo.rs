@@ -13,7 +13,7 @@ use crate::cli::{Common, MachineArgs};
 use crate::comparison::{self, CompareSettings};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, write_file, write_json};
-use crate::recording::record;
+use crate::recording::{TRAVEL_MM, record};
 use crate::report::write_report;
 use crate::training_run::{self, TrainSettings};
 
@@ -38,9 +38,6 @@ pub struct Demo {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
 }
-
-/// The excitation keeps within ± this range, mm.
-const TRAVEL_MM: f64 = 60.0;
 
 impl Demo {
     pub fn run(&self) -> Result<()> {

@@ -37,7 +37,7 @@ impl Predict {
         let path = input::Input::read(&self.input, &frame, &self.program)?;
         let reference = path.desired.trajectory();
         let actual = bundle.machine()?.run(reference)?;
-        let contour = evaluate::contour(&path.desired, &actual)?;
+        let contour = evaluate::contour(&path.desired, path.part.as_ref(), &actual)?;
         let errors = reference.tracking_error(&actual)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(

@@ -90,7 +90,7 @@ impl Refine {
 
         let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
         let (reference, actual) = in_path_time(desired, &log, &matched)?;
-        let before = evaluate::contour(desired, &actual)?;
+        let before = evaluate::contour(desired, path.part.as_ref(), &actual)?;
 
         let low_pass = LowPass::new(self.low_pass, log.period_s())?;
         let gain = Gain::Constant(self.gain.unwrap_or(1.0 / f64::from(self.run)));

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, write_log};
 use machine::{Machine, Sensor, SimulationOptions};
-use motion::contour::summary;
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
@@ -71,12 +70,11 @@ impl Simulate {
         let reference = path.desired.trajectory();
         let actual = machine.run(reference)?;
         write_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
-        let needed = match &self.against {
-            Some(against) => input::Input::read(against, &frame, &self.program)?.desired,
-            None => path.desired.clone(),
-        };
-        let (errors, _) = evaluate::contour_errors_along(&needed, reference, &actual)?;
-        let contour = summary(&errors).context("the path has no samples")?;
+        let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &self.program)).transpose()?;
+        let needed = against.as_ref().unwrap_or(&path);
+        let (errors, places) = evaluate::contour_errors_along(&needed.desired, reference, &actual)?;
+        let placed = places.iter().map(|place| place.round() as usize).zip(errors);
+        let contour = evaluate::summary_of_feed_moves(needed.part.as_ref(), placed)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
             "{}: {:.2} s; contour error {} µm RMS, {} µm MAX; log in {}",

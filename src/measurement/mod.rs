@@ -6,13 +6,14 @@ mod reversals;
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use datasets::Log;
 use motion::contour::{
-    CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, summary, summary_of,
+    CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, summary_of,
 };
 use motion::{Vec3, lag_s};
 
+use crate::evaluate::summary_of_feed_moves;
 use crate::input::Input;
 pub use fit::{Fit, fits};
 pub use matching::{Match, in_path_time, match_run};
@@ -77,7 +78,8 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let matched = match_run(&desired.desired, &commanded, period)?;
     let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;
-    let contour = summary(&errors).context("the log has no samples")?;
+    let placed = matched.places.iter().map(|place| place.round() as usize).zip(errors.iter().copied());
+    let contour = summary_of_feed_moves(desired.part.as_ref(), placed)?;
     let line = |k: usize| {
         let part = desired.part.as_ref()?;
         part.line_at((matched.places[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))

@@ -28,6 +28,10 @@ pub struct Part {
     pub owners: Vec<Option<usize>>,
     /// Machine minus program coordinates, mm.
     pub work_offset: Vec3,
+    /// What the programmed feed of every move is multiplied by.
+    pub feed_factors: Vec<f64>,
+    /// How it is planned.
+    pub settings: PlanSettings,
     /// Positions over time.
     pub plan: Plan,
 }
@@ -57,12 +61,24 @@ impl Part {
             GcodeError::Refused { diagnostics } => anyhow!(Refused(render(&diagnostics, &program, name))),
             other => anyhow!(other),
         })?;
-        let (path, owners) = pieces(&toolpath, work_offset)?;
+        let feed_factors = vec![1.0; toolpath.moves.len()];
+        let (path, owners) = pieces(&toolpath, work_offset, &feed_factors)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             bail!(Refused(format!("{name}: the program has no feed move; there is nothing to plan or to compensate")));
         }
         let plan = motion::plan(&path, kinematics, limits, settings)?;
-        Ok(Self { name: name.to_owned(), program, options, toolpath, path, owners, work_offset, plan })
+        let settings = settings.clone();
+        Ok(Self { name: name.to_owned(), program, options, toolpath, path, owners, work_offset, feed_factors, settings, plan })
+    }
+
+    /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
+    ///
+    /// # Errors
+    /// When it cannot be planned.
+    pub fn with_feeds(self, factors: Vec<f64>, limits: &Limits) -> Result<Self> {
+        let (path, owners) = pieces(&self.toolpath, self.work_offset, &factors)?;
+        let plan = motion::plan(&path, self.plan.desired.kinematics(), limits, &self.settings)?;
+        Ok(Self { path, owners, plan, feed_factors: factors, ..self })
     }
 
     /// The move that a sample of the plan belongs to.
@@ -75,6 +91,13 @@ impl Part {
     #[must_use]
     pub fn shiftable_at(&self, sample: usize) -> bool {
         self.move_at(sample).is_some_and(|index| is_shiftable(&self.toolpath.moves[index]))
+    }
+
+    /// Whether a sample of the plan belongs to a feed move; the nearest one does for a place beyond the ends.
+    #[must_use]
+    pub fn feeds_at(&self, sample: usize) -> bool {
+        let sample = sample.min(self.plan.samples.len().saturating_sub(1));
+        self.move_at(sample).is_some_and(|index| self.toolpath.moves[index].is_feed())
     }
 
     /// Line of the program, from 1, that a sample of the plan belongs to.
@@ -117,7 +140,7 @@ pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> Stri
     diagnostics.iter().map(|diagnostic| diagnostic.render(program, name)).collect::<Vec<_>>().join("\n")
 }
 
-fn pieces(toolpath: &Toolpath, work_offset: Vec3) -> Result<(ToolPath, Vec<Option<usize>>)> {
+fn pieces(toolpath: &Toolpath, work_offset: Vec3, feed_factors: &[f64]) -> Result<(ToolPath, Vec<Option<usize>>)> {
     let mut builder = Builder { path: Vec::new(), owners: Vec::new(), tip: None };
     for (index, step) in toolpath.moves.iter().enumerate() {
         let start = Vec3::from(step.start.nominal_mm()) + work_offset;
@@ -139,7 +162,7 @@ fn pieces(toolpath: &Toolpath, work_offset: Vec3) -> Result<(ToolPath, Vec<Optio
                     _ => f64::INFINITY,
                 };
                 if length > POINT_MM {
-                    builder.feed(curve, feed_mm_s, exact, index, end);
+                    builder.feed(curve, feed_mm_s * feed_factors[index], exact, index, end);
                 }
             }
             MoveKind::Rapid | MoveKind::Thread | MoveKind::Probe | MoveKind::Cycle(_) => builder.rapid(end, Some(index)),

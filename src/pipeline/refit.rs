@@ -64,7 +64,8 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     for run in runs {
         let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece <= run[run.len() - 1]);
         from = samples.end;
-        if shiftable(part, run[0]) && samples.clone().any(|k| shifts[k].norm() > 0.0) {
+        let refed = |piece: &usize| part.owners[*piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
+        if shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k].norm() > 0.0) || run.iter().any(refed)) {
             Stretch { part, shifts: &shifts, settings, samples }.write(run, &mut out)?;
         }
     }
@@ -103,7 +104,7 @@ impl Stretch<'_> {
             let targets = self.targets(*piece, step);
             let mut lines = Vec::with_capacity(targets.len());
             for target in &targets {
-                lines.push(writer.line(step, lines.is_empty(), target, before_s)?);
+                lines.push(writer.line(owner, lines.is_empty(), target, before_s)?);
                 before_s = target.time_s;
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
@@ -227,15 +228,25 @@ struct Writer<'a> {
     written: Vec3,
     mode: FeedMode,
     g1_active: bool,
+    /// Feed word in force where feeds are changed.
+    feed: Option<f64>,
 }
 
 impl<'a> Writer<'a> {
     fn new(part: &'a Part, settings: &'a RefitSettings, first: &Move) -> Self {
         let modal = part.toolpath.modal(first);
-        Self { part, settings, written: Vec3::from(first.start.nominal_mm()), mode: modal.feed_mode, g1_active: false }
+        Self {
+            part,
+            settings,
+            written: Vec3::from(first.start.nominal_mm()),
+            mode: modal.feed_mode,
+            g1_active: false,
+            feed: first.feed_word,
+        }
     }
 
-    fn line(&mut self, step: &Move, first_of_block: bool, target: &Target, before_s: f64) -> Result<String> {
+    fn line(&mut self, owner: usize, first_of_block: bool, target: &Target, before_s: f64) -> Result<String> {
+        let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
         let modal = self.part.toolpath.modal(step);
         let mut text = String::new();
         let wanted = match self.settings.carrier {
@@ -274,10 +285,20 @@ impl<'a> Writer<'a> {
                 text.push_str(&format!("F{}", format_number(feed.max(1e-4), 4)?));
             }
             Carrier::Keep => {
-                if first_of_block && let Some(word) = step.words(&self.part.program).feed {
-                    let span = self.part.program.words()[word].span;
-                    text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
+                let wanted = step.feed_word.map(|feed| feed * factor);
+                match step.words(&self.part.program).feed {
+                    Some(word) if first_of_block && factor == 1.0 => {
+                        let span = self.part.program.words()[word].span;
+                        text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
+                    }
+                    _ if wanted != self.feed => {
+                        if let Some(feed) = wanted {
+                            text.push_str(&format!("F{}", format_number(feed, 4)?));
+                        }
+                    }
+                    _ => {}
                 }
+                self.feed = wanted;
             }
         }
         Ok(text)
@@ -286,7 +307,9 @@ impl<'a> Writer<'a> {
     /// The line after a stretch that puts the program's own feed back.
     fn restore(&self, last: &Move) -> Result<Option<String>> {
         if self.settings.carrier == Carrier::Keep {
-            return Ok(None);
+            let changed = self.feed != last.feed_word;
+            let feed = last.feed_word.filter(|_| changed).map(|feed| format_number(feed, 6)).transpose()?;
+            return Ok(feed.map(|feed| format!("F{feed}")));
         }
         let modal = self.part.toolpath.modal(last);
         let mode = match modal.feed_mode {

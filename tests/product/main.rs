@@ -2,6 +2,8 @@
 
 mod cli;
 mod common;
+mod feeds;
 mod measure;
 mod refine;
+mod reproduce;
 mod story;

@@ -67,6 +67,7 @@ fn first_run_on_unseen_paths() {
     assert!(text(&output.stdout).contains("position of axis x lies outside"), "{}", text(&output.stdout));
     assert_eq!(std::fs::read(folder.path("far.nc")).unwrap(), PART.as_bytes());
 
+    crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
     real_program(&folder);
     another_machine(&folder);
 }

@@ -1,6 +1,7 @@
 //! `precomp reproduce`: the papers' tables, printed beside what this build measures.
 
 mod estimators;
+mod feed;
 mod pre_compensation;
 mod prediction;
 mod raster;
@@ -34,8 +35,8 @@ pub struct Reproduce {
     /// Seeds of data, training and noise over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
-    /// Seconds of excitation that networks are trained on
-    #[arg(long, default_value_t = 60.0)]
+    /// Seconds of excitation that models are trained on
+    #[arg(long, default_value_t = 120.0)]
     seconds: f64,
 }
 
@@ -59,6 +60,8 @@ enum TableName {
     Table5,
     /// Paper A: spatial ILC with four gains; tracking-error ILC with the feed planned anew
     Spatial,
+    /// Paper B, table I: slower corners, found by the curve-to-chord ratio
+    Feed,
     /// Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, single axes to contour
     Raster,
 }
@@ -76,6 +79,7 @@ impl Reproduce {
                 TableName::Table4 => self.table_4(&printer)?,
                 TableName::Table5 => self.table_5(&printer)?,
                 TableName::Spatial => self.spatial(&printer)?,
+                TableName::Feed => self.feed(&printer)?,
                 TableName::Raster => self.raster(&printer)?,
             });
         }

@@ -8,10 +8,8 @@ use crate::commands::compare::UNSEEN;
 use crate::comparison::{self, CompareSettings, PathComparison, method};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
-use crate::recording::record;
+use crate::recording::{TRAVEL_MM, record};
 use crate::training_run::{self, TrainSettings};
-
-const TRAVEL_MM: f64 = 60.0;
 
 /// RMS and MAX, µm, as printed.
 type Printed = Option<(f64, f64)>;

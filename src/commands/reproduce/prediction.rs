@@ -12,11 +12,8 @@ use crate::commands::compare::UNSEEN;
 use crate::evaluate::{contour_errors, rms_max};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
-use crate::recording::record;
+use crate::recording::{TRAVEL_MM, record};
 use crate::training_run::{self, TrainSettings};
-
-/// The excitation keeps within ± this range, mm; the curves do as well.
-const TRAVEL_MM: f64 = 60.0;
 
 /// RMS and MAX, mm.
 type Figures = (f64, f64);

@@ -59,7 +59,7 @@ impl Reproduce {
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
         let share = 1.0 / (CONVERGED as f64 * self.seeds as f64);
         for round in learned.rounds.iter().rev().take(CONVERGED) {
-            row.contour_rms += share * evaluate::contour(desired, &round.actual)?.rms_mm;
+            row.contour_rms += share * evaluate::contour(desired, None, &round.actual)?.rms_mm;
             row.across_rms += share * across(desired.trajectory(), &round.actual)?;
             row.axis_rms += share * rms(desired.trajectory(), &round.actual)?;
             row.effort_rms += share * rms(&round.reference, desired.trajectory())?;

@@ -23,7 +23,7 @@ const GAINS: [f64; 4] = [0.3, 0.8, 1.5, 2.2];
 const CURVES: [(&str, usize, [f64; 4]); 2] =
     [("ellipse", 5, [6.00, 3.74, 0.75, 0.205]), ("five-petals", 8, [25.0, 3.82, 5.0, 0.290])];
 /// Runs with a feed that is planned anew.
-const REPLANNED_RUNS: usize = 6;
+const REPLANNED_RUNS: usize = 3;
 
 /// RMS and MAX of every run, mm.
 type Runs = Vec<(f64, f64)>;
@@ -77,7 +77,7 @@ impl Reproduce {
 }
 
 fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
-    let figures = evaluate::contour(desired, actual)?;
+    let figures = evaluate::contour(desired, None, actual)?;
     Ok((figures.rms_mm, figures.max_mm))
 }
 
@@ -101,7 +101,9 @@ fn resized(run: &Trajectory, samples: usize) -> Result<Trajectory> {
 }
 
 fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {
-    printer.line("Paper A: contour error from the first run to the last, feed 1000 mm/min (the paper's law and estimator, no low-pass)");
+    printer.line(
+        "Paper A: contour error from the first run to the last, feed 1000 mm/min (the paper's law and estimator, no low-pass)",
+    );
     let arrow = |first: f64, last: f64| format!("{} → {}", um(first), um(last));
     let lines: Vec<Vec<String>> = rows
         .iter()
@@ -111,7 +113,14 @@ fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {
                 printed.filter(|p| p[first].is_finite()).map_or("–".to_owned(), |p| format!("{} → {}", p[first], p[last]))
             };
             let updates = runs.len() - 1;
-            Some(vec![name.clone(), updates.to_string(), printed(1, 3), printed(0, 2), arrow(*rms, *last_rms), arrow(*max, *last_max)])
+            Some(vec![
+                name.clone(),
+                updates.to_string(),
+                printed(1, 3),
+                printed(0, 2),
+                arrow(*rms, *last_rms),
+                arrow(*max, *last_max),
+            ])
         })
         .collect();
     printer.line(table(&["curve, law", "updates", "printed RMS µm", "printed MAX µm", "RMS µm", "MAX µm"], &lines));

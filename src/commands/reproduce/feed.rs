@@ -1,0 +1,166 @@
+//! Paper B, table I: corners found by the curve-to-chord ratio run slower, the rest faster.
+
+use anyhow::Result;
+use compensation::laws::{Gain, SpatialIlc};
+use compensation::{Guard, StopRule, learn};
+use machine::{Machine, MachineSpec};
+use motion::contour::{PAPER_B_RATIO, PAPER_B_SUPPORT, corner_flags, stretches};
+use motion::curves::library;
+use motion::{DesiredPath, Piece, PlanSettings, ToolPath};
+use serde_json::{Value, json};
+
+use super::Reproduce;
+use crate::evaluate;
+use crate::input::{self, Frame};
+use crate::learning::{self, Settings};
+use crate::output::{Printer, table, um};
+use crate::recording::{TRAVEL_MM, record};
+use crate::training_run::{self, TrainSettings};
+
+/// Distance of the program's points, mm, among which corners are looked for.
+const SPACING_MM: f64 = 0.1;
+/// Learning runs, as Paper A takes for this flower.
+const RUNS: usize = 8;
+/// Feed of the path and of its corners, mm/min, with what the paper prints: MAX of the first run and of the converged one, µm, and time, s.
+const ROWS: [(f64, Option<f64>, Option<[f64; 3]>); 5] = [
+    (1000.0, None, Some([25.784, 7.240, 31.69])),
+    (1000.0, Some(100.0), Some([9.213, 2.357, 38.13])),
+    (1500.0, Some(100.0), Some([19.312, 2.468, 29.89])),
+    (1500.0, Some(150.0), None),
+    (2000.0, Some(200.0), None),
+];
+
+/// Feeds and figures of a row.
+struct Row {
+    name: String,
+    printed: Option<[f64; 3]>,
+    first_max: f64,
+    converged_max: f64,
+    compensated_max: f64,
+    seconds: f64,
+}
+
+impl Reproduce {
+    pub(super) fn feed(&self, printer: &Printer) -> Result<Vec<Value>> {
+        let spec = input::machine(&self.machine.machine)?;
+        let (corners, ellipse) = (corner_ranges("five-petals")?, corner_ranges("ellipse")?);
+        let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
+        let settings = TrainSettings::of(input::recipe("staged")?, self.common.seed);
+        let bundle = training_run::train(&logs, Some(&spec), &settings)?.bundle;
+        let limits = Frame::of(&spec).limits;
+        let mut rows = Vec::new();
+        for (feed, corner, printed) in ROWS {
+            let desired = planned(&spec, feed / 60.0, corner.map(|corner| corner / 60.0), &corners)?;
+            let mut machine = input::simulated(&spec, self.common.seed)?;
+            let mut law = SpatialIlc::new(Gain::Constant(0.8), None)?;
+            let stop = StopRule { updates: RUNS, stall: f64::NEG_INFINITY };
+            let learned = learn(&mut machine, &mut law, &desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+            let max = |round: Option<&compensation::Round>| -> Result<f64> {
+                round.map_or(Ok(f64::NAN), |round| Ok(evaluate::contour(&desired, None, &round.actual)?.max_mm))
+            };
+            let first = learning::compensate_with(&bundle, &limits, &desired, None, &Settings::default())?;
+            let compensated = machine.run(&first.reference)?;
+            rows.push(Row {
+                name: corner.map_or(format!("{feed}"), |corner| format!("{feed}, corners {corner}")),
+                printed,
+                first_max: max(learned.rounds.first())?,
+                converged_max: max(learned.last())?,
+                compensated_max: evaluate::contour(&desired, None, &compensated)?.max_mm,
+                seconds: desired.trajectory().duration_s(),
+            });
+        }
+        Ok(vec![say(printer, &rows, corners.len(), ellipse.len())])
+    }
+}
+
+/// Parameter ranges of a curve's corners.
+fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
+    let curve = library::by_name(name)?;
+    let (from, to) = curve.domain();
+    // Points evenly along the curve: fine steps, of which every one that completes a spacing is taken.
+    let fine = 200_000;
+    let at = |i: usize| from + (to - from) * i as f64 / fine as f64;
+    let (mut parameters, mut points) = (vec![from], vec![curve.point(from)]);
+    let (mut way, mut last) = (0.0, points[0]);
+    for i in 1..=fine {
+        let point = curve.point(at(i));
+        way += (point - last).norm();
+        last = point;
+        if way >= SPACING_MM {
+            (parameters, points) = (push(parameters, at(i)), push(points, point));
+            way = 0.0;
+        }
+    }
+    let flags = corner_flags(&points, PAPER_B_SUPPORT, PAPER_B_RATIO);
+    Ok(stretches(&flags).into_iter().map(|range| (parameters[range.start], parameters[range.end - 1])).collect())
+}
+
+fn push<T>(mut to: Vec<T>, value: T) -> Vec<T> {
+    to.push(value);
+    to
+}
+
+/// The flower at one feed, its corners at another.
+fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners: &[(f64, f64)]) -> Result<DesiredPath> {
+    let curve = library::by_name("five-petals")?;
+    let frame = Frame::of(spec);
+    let (mut at, end) = curve.domain();
+    let mut path = ToolPath::default();
+    let mut stretch = |from: f64, to: f64, feed_mm_s: f64| {
+        if to > from {
+            path.push(Piece { range: (from, to), ..Piece::whole(curve.clone(), feed_mm_s) });
+        }
+    };
+    for (from, to) in corners {
+        stretch(at, *from, feed_mm_s);
+        stretch(*from, *to, corner_mm_s.unwrap_or(feed_mm_s));
+        at = *to;
+    }
+    stretch(at, end, feed_mm_s);
+    let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+    Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired)
+}
+
+fn say(printer: &Printer, rows: &[Row], corners: usize, ellipse: usize) -> Value {
+    printer.line(format!(
+        "Paper B, table I: flower r = 25 + 15 cos 5t, curve-to-chord ratio below {PAPER_B_RATIO} (k = 4, points every {SPACING_MM} mm): \
+         {corners} corners, on the fourth-order ellipse {ellipse}; spatial ILC, Q = 0.8, {RUNS} runs"
+    ));
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let printed = |index: usize| row.printed.map_or("–".to_owned(), |printed| format!("{}", printed[index]));
+            vec![
+                row.name.clone(),
+                printed(0),
+                printed(1),
+                printed(2),
+                um(row.first_max),
+                um(row.converged_max),
+                um(row.compensated_max),
+                format!("{:.2}", row.seconds),
+            ]
+        })
+        .collect();
+    let header = [
+        "feed mm/min",
+        "printed first MAX µm",
+        "converged",
+        "s",
+        "first MAX µm",
+        "converged MAX µm",
+        "compensated first run MAX µm",
+        "s",
+    ];
+    printer.line(table(&header, &lines));
+    let rows: Vec<Value> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "name": row.name, "first_max_um": row.first_max * 1e3, "converged_max_um": row.converged_max * 1e3, "compensated_max_um": row.compensated_max * 1e3,
+                "seconds": row.seconds,
+            })
+        })
+        .collect();
+    json!({ "paper": "B", "table": "I", "corners": corners, "rows": rows })
+}
