@@ -1,7 +1,7 @@
 //! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
 
 use anyhow::Result;
-use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
+use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use models::staged::StagedPredictor;
@@ -11,7 +11,7 @@ use motion::{DesiredPath, Trajectory};
 use serde_json::{Map, Value, json};
 
 use crate::input::{self, Frame, Input};
-use crate::learning::{self, LawName, Settings};
+use crate::learning::{self, LawName, PROBE, RESPONSE_S, Settings, norm_optimal};
 use crate::output::{table, um};
 use crate::progress::Progress;
 
@@ -246,16 +246,12 @@ type NamedLaw = (&'static str, Box<dyn CompensationLaw>);
 fn ilc_laws(settings: &CompareSettings, period_s: f64, responses: &[ImpulseResponse]) -> Result<Vec<NamedLaw>> {
     let low_pass = LowPass::new(settings.ilc_low_pass_hz, period_s)?;
     let constant = Gain::Constant(settings.ilc_gain);
-    let norm_optimal = |a| -> Result<Box<dyn CompensationLaw>> {
-        let weights = NormOptimalSettings { a, ..NormOptimalSettings::default() };
-        Ok(Box::new(NormOptimalIlc::new(weights, responses.to_vec())?))
-    };
     Ok(vec![
         (method::SPATIAL_ILC, Box::new(SpatialIlc::new(constant, low_pass)?)),
         (method::DECREASING_ILC, Box::new(SpatialIlc::new(Gain::Decreasing, low_pass)?)),
         (method::TRACKING_ILC, Box::new(TrackingIlc::new(constant, low_pass))),
-        (method::NORM_OPTIMAL_ILC, norm_optimal(0.0)?),
-        (method::CROSS_COUPLED_ILC, norm_optimal(1.0)?),
+        (method::NORM_OPTIMAL_ILC, Box::new(norm_optimal(0.0, responses.to_vec())?)),
+        (method::CROSS_COUPLED_ILC, Box::new(norm_optimal(1.0, responses.to_vec())?)),
     ])
 }
 
@@ -271,11 +267,6 @@ fn run_ilc(
     let learned = learn(machine, law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
     Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
 }
-
-/// Size of the shifts from which impulse responses are identified, mm or rad: far above the noise, small enough for the motor's torque.
-pub const PROBE: f64 = 0.005;
-/// Time after which a drive's response is over, s.
-pub const RESPONSE_S: f64 = 0.2;
 
 /// Runs from which the mean path is taken.
 const FLOOR_RUNS: usize = 8;

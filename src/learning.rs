@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use compensation::laws::{Gain, OneShot, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
+use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
 use motion::contour::{ContourSummary, Exact};
 use motion::{DesiredPath, Limits, Trajectory};
@@ -24,7 +24,16 @@ pub enum LawName {
     OneShot,
     /// Every axis driven to its desired position at its time, iterated on the model
     Tracking,
+    /// Every axis's error with a bounded shift, iterated on the model (Paper E, N.O.-ILC)
+    NormOptimal,
+    /// The contour error alone with a bounded shift, iterated on the model (Paper E, N.O.-CCILC)
+    CrossCoupled,
 }
+
+/// Size of the shifts from which impulse responses are identified, mm or rad: far above the noise, small enough for the motor's torque.
+pub const PROBE: f64 = 0.005;
+/// Time after which a drive's response is over, s.
+pub const RESPONSE_S: f64 = 0.2;
 
 /// Settings of a compensation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,6 +128,8 @@ pub fn compensate(
         }
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
+        LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
+        LawName::CrossCoupled => Box::new(norm_optimal(1.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
     };
     let guard = Guard { max_shift: settings.max_shift, limits: limits.cloned(), weights, ..Guard::default() };
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
@@ -141,6 +152,14 @@ pub fn compensate(
         gained,
         outside,
     })
+}
+
+/// Paper E's law with its printed weights; `a` is the share of the contour error.
+///
+/// # Errors
+/// When `a` is not within 0…1.
+pub fn norm_optimal(a: f64, responses: Vec<ImpulseResponse>) -> Result<NormOptimalIlc> {
+    Ok(NormOptimalIlc::new(NormOptimalSettings { a, ..NormOptimalSettings::default() }, responses)?)
 }
 
 /// Time over which a correction begins and ends beside moves that must not be shifted, s.

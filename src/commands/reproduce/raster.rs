@@ -1,16 +1,15 @@
 //! Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, from single axes (`a = 0`) to the contour alone (`a = 1`).
 
 use anyhow::Result;
-use compensation::laws::{NormOptimalIlc, NormOptimalSettings};
 use compensation::{Guard, ImpulseResponse, StopRule, learn};
 use machine::MachineSpec;
 use motion::{DesiredPath, Trajectory};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::comparison::{PROBE, RESPONSE_S};
 use crate::evaluate;
 use crate::input::{self, Frame};
+use crate::learning::{PROBE, RESPONSE_S, norm_optimal};
 use crate::output::{Printer, table, um};
 
 /// Samples of the scan, as in the paper.
@@ -52,8 +51,7 @@ impl Reproduce {
     fn scan(&self, spec: &MachineSpec, desired: &DesiredPath, seed: u64, row: &mut Row) -> Result<()> {
         let mut machine = input::simulated(spec, seed)?;
         let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
-        let weights = NormOptimalSettings { a: row.a, ..NormOptimalSettings::default() };
-        let mut law = NormOptimalIlc::new(weights, responses)?;
+        let mut law = norm_optimal(row.a, responses)?;
         row.permitted += law.permitted_model_error(desired)? / self.seeds as f64;
         let stop = StopRule { updates: RUNS, stall: f64::NEG_INFINITY };
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
