@@ -72,13 +72,9 @@ impl Printer {
         Self { to_stderr: json == Some(Path::new("-")) }
     }
 
-    /// Prints a line.
+    /// Prints a line. A reader that has gone away (`| head`) does not matter: what is written to files is still wanted.
     pub fn line(&self, text: impl std::fmt::Display) {
-        if self.to_stderr {
-            eprintln!("{text}");
-        } else {
-            println!("{text}");
-        }
+        let _ = if self.to_stderr { writeln!(std::io::stderr(), "{text}") } else { writeln!(std::io::stdout(), "{text}") };
     }
 }
 

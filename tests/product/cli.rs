@@ -42,6 +42,20 @@ fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
 }
 
 #[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let folder = Folder::new();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_precomp"))
+        .args(["simulate", "curve:circle", "-o", "x.csv"])
+        .current_dir(&folder.0)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+    assert!(folder.path("x.csv").exists());
+}
+
+#[test]
 fn json_on_standard_output_is_alone_there() {
     let folder = Folder::new();
     let output = folder.precomp(&["simulate", "curve:circle", "--feed", "50", "-o", "x.csv", "--json", "-"]);

@@ -2,6 +2,7 @@
 
 mod cli;
 mod common;
+mod dwells;
 mod feeds;
 mod measure;
 mod refine;

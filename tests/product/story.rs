@@ -68,6 +68,7 @@ fn first_run_on_unseen_paths() {
     assert_eq!(std::fs::read(folder.path("far.nc")).unwrap(), PART.as_bytes());
 
     crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
+    crate::dwells::nothing_winds_up_at_a_standstill(&folder);
     real_program(&folder);
     another_machine(&folder);
 }
