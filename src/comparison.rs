@@ -3,11 +3,11 @@
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
-use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
+use machine::{Machine, MachineSpec, SimulationOptions};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
 use motion::contour::{ContourEstimator, Exact, summary};
-use motion::{DesiredPath, Trajectory};
+use motion::{DesiredPath, Limits, Trajectory};
 use serde_json::{Map, Value, json};
 
 use crate::input::{self, Frame, Input};
@@ -104,6 +104,8 @@ pub mod method {
     pub const ONE_SHOT: &str = "one-shot";
     /// Virtual learning on the model, then one run.
     pub const FIRST_RUN: &str = "first-run";
+    /// The same after one more run: half of what the first run's log shows is taken off (`precomp refine --run 2`).
+    pub const REFINED: &str = "first-run-refined";
     /// Spatial ILC on the machine, after its learning runs.
     pub const SPATIAL_ILC: &str = "spatial-ilc";
     /// Spatial ILC with gain 1/j.
@@ -118,17 +120,43 @@ pub mod method {
     pub const FLOOR: &str = "floor";
 }
 
-/// Measures every method on `paths`, run on `spec`'s simulated machine; with a model also the methods that need one.
+/// What the methods run on.
+#[derive(Debug, Clone, Copy)]
+pub enum Plant<'a> {
+    /// The simulated machine of a description.
+    Simulated(&'a MachineSpec),
+    /// What a model makes of a machine that is not at hand; it repeats itself exactly.
+    Learned(&'a Bundle),
+}
+
+impl Plant<'_> {
+    fn limits(self) -> Result<Limits> {
+        Ok(match self {
+            Self::Simulated(spec) => Frame::of(spec).limits,
+            Self::Learned(bundle) => Frame::of(&input::machine_of(bundle)?).limits,
+        })
+    }
+
+    /// The machine with noise of its own for every seed.
+    fn machine(self, seed: u64, options: SimulationOptions) -> Result<Box<dyn Machine>> {
+        Ok(match self {
+            Self::Simulated(spec) => Box::new(input::simulated(spec, seed)?.with_options(options)?),
+            Self::Learned(bundle) => Box::new(bundle.machine()?),
+        })
+    }
+}
+
+/// Measures every method on `paths`, run on `plant`; with a model also the methods that need one.
 ///
 /// # Errors
 /// When a path does not fit machine or model.
 pub fn compare(
     paths: &[Input],
-    spec: &MachineSpec,
+    plant: Plant<'_>,
     bundle: Option<&Bundle>,
     settings: &CompareSettings,
 ) -> Result<Vec<PathComparison>> {
-    let limits = Frame::of(spec).limits;
+    let limits = plant.limits()?;
     let mut progress = Progress::new("comparing", paths.len() as u64 * settings.seeds);
     let mut results = Vec::with_capacity(paths.len());
     for path in paths {
@@ -161,18 +189,23 @@ pub fn compare(
             runs: Vec::new(),
         };
         for seed in 0..settings.seeds {
-            let mut machine =
-                input::simulated(spec, settings.seed.wrapping_add(1000 * (seed + 1)))?.with_options(settings.simulation)?;
+            let mut machine = plant.machine(settings.seed.wrapping_add(1000 * (seed + 1)), settings.simulation)?;
+            let machine = machine.as_mut();
             for (name, reference) in &references {
                 let actual = machine.run(reference)?;
                 result.push(name, figures(path, &actual)?);
+                if *name == method::FIRST_RUN {
+                    let low_pass = LowPass::new(settings.ilc_low_pass_hz, desired.trajectory().period_s())?;
+                    let refined = SpatialIlc::new(Gain::Constant(0.5), low_pass)?.update(desired, reference, &actual)?;
+                    result.push(method::REFINED, figures(path, &machine.run(&refined)?)?);
+                }
                 if seed == 0 && PICTURED.contains(name) {
                     result.runs.push((name, actual));
                 }
             }
-            let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
+            let responses = ImpulseResponse::probe(machine, desired.trajectory(), PROBE, RESPONSE_S)?;
             for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s(), &responses)? {
-                let rounds = run_ilc(&mut machine, law.as_mut(), desired, settings)?;
+                let rounds = run_ilc(machine, law.as_mut(), desired, settings)?;
                 if let Some(last) = rounds.last() {
                     result.push(name, figures(path, last)?);
                     if name == method::SPATIAL_ILC {
@@ -185,7 +218,7 @@ pub fn compare(
                     }
                 }
             }
-            result.push(method::FLOOR, floor(&mut machine, desired)?);
+            result.push(method::FLOOR, floor(machine, desired)?);
             progress.step(&path.name);
         }
         results.push(result);
@@ -257,7 +290,7 @@ fn ilc_laws(settings: &CompareSettings, period_s: f64, responses: &[ImpulseRespo
 
 /// Actual positions of every run, the uncompensated one first.
 fn run_ilc(
-    machine: &mut SimulatedMachine,
+    machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
     settings: &CompareSettings,
@@ -272,7 +305,7 @@ fn run_ilc(
 const FLOOR_RUNS: usize = 8;
 
 /// Contour distance of a run from the mean of runs: RMS and MAX, each the mean over the runs.
-fn floor(machine: &mut SimulatedMachine, desired: &DesiredPath) -> Result<(f64, f64)> {
+fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<(f64, f64)> {
     let reference = desired.trajectory();
     let runs: Vec<Trajectory> = (0..FLOOR_RUNS).map(|_| machine.run(reference)).collect::<Result<_, _>>()?;
     let mean = |axis: usize| -> Vec<f64> {

@@ -8,13 +8,13 @@ use machine::SimulationOptions;
 
 use super::simulate::SensorName;
 use crate::cli::{Common, MachineArgs, ProgramArgs};
-use crate::comparison::{self, CompareSettings, PathComparison};
+use crate::comparison::{self, CompareSettings, PathComparison, Plant};
 use crate::input::{self, Frame, Input};
 use crate::learning::{LawName, Settings};
 use crate::output::{Printer, write_json};
 use crate::report::{PathReport, Series, write_report};
 
-/// Compare first runs with iterative learning control, on a simulated machine and paths that training never saw
+/// Compare first runs with iterative learning control, on a simulated or learned machine and paths that training never saw
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp compare -m mill.model
@@ -31,6 +31,9 @@ pub struct Compare {
     /// Model of the machine; without one only the methods that learn on the machine are compared
     #[arg(short, long, value_name = "MODEL")]
     model: Option<PathBuf>,
+    /// Run on what this model says of a machine instead of on a simulated one; it knows no noise
+    #[arg(long, value_name = "MODEL", conflicts_with = "machine")]
+    on: Option<PathBuf>,
     /// Fresh noise seeds over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
@@ -65,7 +68,11 @@ pub const UNSEEN: [&str; 4] = ["crown", "spiral", "flower", "nurbs-1"];
 
 impl Compare {
     pub fn run(&self) -> Result<()> {
-        let spec = input::machine(&self.machine.machine)?;
+        let learned = self.on.as_deref().map(input::model).transpose()?;
+        let spec = match &learned {
+            Some(learned) => input::machine_of(learned)?,
+            None => input::machine(&self.machine.machine)?,
+        };
         let frame = Frame::of(&spec);
         let bundle = self.model.as_deref().map(input::model).transpose()?;
         let inputs: Vec<PathBuf> = if self.inputs.is_empty() {
@@ -83,7 +90,8 @@ impl Compare {
             learning: Settings { law: self.law, iterations: self.iterations, ..Settings::default() },
             seed: self.common.seed,
         };
-        let results = comparison::compare(&paths, &spec, bundle.as_ref(), &settings)?;
+        let plant = learned.as_ref().map_or(Plant::Simulated(&spec), Plant::Learned);
+        let results = comparison::compare(&paths, plant, bundle.as_ref(), &settings)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(comparison::render(&results, &settings));
         if let Some(report) = &self.report {

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::compare::{UNSEEN, report_of};
 use crate::cli::{Common, MachineArgs};
-use crate::comparison::{self, CompareSettings};
+use crate::comparison::{self, CompareSettings, Plant};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, write_file, write_json};
 use crate::recording::{TRAVEL_MM, record};
@@ -57,7 +57,7 @@ impl Demo {
         printer.line(format!("3. compensated {} curves that training never saw, and ran them", UNSEEN.len()));
         let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
-        let results = comparison::compare(&paths, &spec, Some(&trained.bundle), &settings)?;
+        let results = comparison::compare(&paths, Plant::Simulated(&spec), Some(&trained.bundle), &settings)?;
         printer.line(comparison::render(&results, &settings));
         let report = self.out.join("report.html");
         write_report(&report, "precomp demo", &report_of(&results)?)?;

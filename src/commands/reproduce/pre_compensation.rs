@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::Reproduce;
 use crate::commands::compare::UNSEEN;
-use crate::comparison::{self, CompareSettings, PathComparison, method};
+use crate::comparison::{self, CompareSettings, PathComparison, Plant, method};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
 use crate::recording::{TRAVEL_MM, record};
@@ -32,7 +32,7 @@ impl Reproduce {
         let compared = |predictor: &str| -> Result<Vec<PathComparison>> {
             let train = TrainSettings::of(input::recipe(predictor)?, self.common.seed);
             let bundle = training_run::train(&logs, Some(&spec), &train)?.bundle;
-            comparison::compare(&paths, &spec, Some(&bundle), &settings)
+            comparison::compare(&paths, Plant::Simulated(&spec), Some(&bundle), &settings)
         };
         let by_lstm = compared(self.network("lstm"))?;
         let by_staged = compared("staged")?;
