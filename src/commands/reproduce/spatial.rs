@@ -56,7 +56,7 @@ impl Reproduce {
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
         let stop = StopRule { updates, stall: f64::NEG_INFINITY };
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
-        learned.rounds.iter().map(|round| Ok(figures(desired, &round.actual)?)).collect()
+        learned.rounds.iter().map(|round| figures(desired, &round.actual)).collect()
     }
 
     /// Each run's reference is a program through the shifted points, whose time the control plans itself.
