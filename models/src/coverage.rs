@@ -177,7 +177,7 @@ mod tests {
         assert!(faster.iter().any(|(w, reason)| *w < 0.9 && reason.is_some()));
         let far: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 100.0).collect();
         assert!(coverage.weights(&far, 0.002, false)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
-        let beside: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 25.0).collect();
+        let beside: Vec<f64> = sine(5.0, 1.0).iter().map(|x| x + 25.0).collect();
         assert!(coverage.weights(&beside, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
         assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, _)| *w == 0.0));
     }
