@@ -30,8 +30,9 @@ impl Task {
     /// The papers' features, with the flags' windows as these runs show them.
     ///
     /// # Errors
-    /// When the axis never moves.
+    /// When the runs do not fit together, or the axis never moves.
     pub fn papers(runs: &[AxisRun], set: FeatureSet) -> Result<Self, TrainingError> {
+        check_runs(runs)?;
         let flags = FlagWindows::identify(runs);
         let acceleration = |run: &AxisRun| {
             let v = velocity(&run.reference, run.period_s);
