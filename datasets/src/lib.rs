@@ -14,6 +14,7 @@ pub mod quality;
 mod read;
 mod reference;
 mod report;
+mod side_file;
 mod splits;
 mod table;
 mod timing;

@@ -7,6 +7,7 @@ use motion::{Axis, Trajectory};
 use crate::columns::implied_period_s;
 use crate::formats::read_table;
 use crate::quality::{significant_digits, step_of};
+use crate::side_file::read_side_file;
 use crate::timing::{resample, settle};
 use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
 
@@ -28,11 +29,18 @@ pub struct ReadOptions {
 /// nothing states the sampling period.
 pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
     let table = read_table(path)?;
+    let mut report = Report { findings: table.findings.clone() };
+    let mut options = options.clone();
+    if let Some((beside, said)) = read_side_file(path)? {
+        options.columns = options.columns.or(said.columns);
+        options.period_s = options.period_s.or(said.period_s);
+        let message = format!("what columns and period are is taken from {}", beside.display());
+        report.push(Finding::new(Severity::Note, Check::Mended, message));
+    }
     let map = match &options.columns {
         Some(text) => ColumnMap::parse(text, path, &table)?,
         None => ColumnMap::recognise(path, &table)?,
     };
-    let mut report = Report { findings: table.findings.clone() };
     if !map.unused.is_empty() {
         report.push(Finding::new(Severity::Note, Check::Mended, format!("columns not used: {}", map.unused.join(", "))));
     }

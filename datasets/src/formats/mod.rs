@@ -2,15 +2,23 @@
 
 mod csv;
 mod dialect;
+mod halsampler;
 mod parquet;
+mod sinumerik_json;
+mod sinumerik_xml;
 mod text;
+mod twincat;
 
 use std::path::Path;
 
 use crate::{DatasetError, Table};
 
 pub use csv::Csv;
+pub use halsampler::Halsampler;
 pub use parquet::Parquet;
+pub use sinumerik_json::SinumerikJson;
+pub use sinumerik_xml::SinumerikTrace;
+pub use twincat::TwincatScope;
 
 /// A way in which logs are stored.
 ///
@@ -34,7 +42,7 @@ pub trait LogFormat: Sync {
 pub const HEAD_BYTES: usize = 4096;
 
 /// All formats, the most particular first.
-pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &Csv];
+pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halsampler, &Csv];
 
 /// The columns of a file in any format that is known.
 ///
@@ -48,6 +56,9 @@ pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
     let head = &bytes[..bytes.len().min(HEAD_BYTES)];
     match FORMATS.iter().find(|format| format.recognises(head)) {
         Some(format) => format.read(path, bytes),
-        None => Err(DatasetError::format(path, "neither CSV nor Parquet; export the log as one of them")),
+        None => Err(DatasetError::format(
+            path,
+            "no format that is known (CSV, Parquet, halsampler, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
+        )),
     }
 }
