@@ -41,7 +41,7 @@ impl Guard {
         for (axis, (column, target)) in reference.columns().iter().zip(path.columns()).enumerate() {
             let mut correction: Vec<f64> =
                 column.iter().zip(target).map(|(r, d)| (r - d).clamp(-self.max_shift, self.max_shift)).collect();
-            hold(&mut correction, &rests(target, settle));
+            hold(&mut correction, &rests(target, settle), samples(FADE_S, path.period_s()));
             correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
             if let Some(limit) = self.limits.as_ref().and_then(|limits| limits.axes.get(axis)) {
                 fade_where_too_fast(&mut correction, target, path.period_s(), limit.velocity, limit.acceleration);
@@ -78,13 +78,13 @@ fn rests(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
 
 /// Takes the correction back to zero in every rest and leaves it there: at a standstill the servo's integrator brings the axis to where it is
 /// commanded, so what is left of a correction would stay as an error; and nothing is learned there that could wind up.
-fn hold(correction: &mut [f64], rests: &[(usize, usize)]) {
+fn hold(correction: &mut [f64], rests: &[(usize, usize)], fade: usize) {
     for &(first, last) in rests {
         // Each end keeps what the law says there and leaves it within the fade, unless no motion lies beyond it.
         let (leaving, coming) = (correction[first], correction[last]);
         correction[first..=last].fill(0.0);
-        let share = |i: usize| 0.5 + 0.5 * (std::f64::consts::PI * i as f64 / FADE as f64).cos();
-        for i in 0..FADE.min(last + 1 - first) {
+        let share = |i: usize| 0.5 + 0.5 * (std::f64::consts::PI * i as f64 / fade as f64).cos();
+        for i in 0..fade.min(last + 1 - first) {
             if first > 0 {
                 correction[first + i] += leaving * share(i);
             }
@@ -95,14 +95,24 @@ fn hold(correction: &mut [f64], rests: &[(usize, usize)]) {
     }
 }
 
-/// Samples over which a correction is taken back.
-const FADE: usize = 10;
+/// Time over which a correction is taken back, s.
+const FADE_S: f64 = 0.02;
+/// Half the time over which a correction is scaled down around a place where it is too fast, s.
+const WINDOW_S: f64 = 0.05;
+/// Rounds in which it is scaled down by two thirds there, and in which it is taken away.
+const ROUNDS: [usize; 2] = [20, 20];
+
+fn samples(seconds: f64, period_s: f64) -> usize {
+    (seconds / period_s).round().max(1.0) as usize
+}
 
 /// Scales the correction down around samples at which the corrected axis would exceed its limits.
 fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, velocity: f64, acceleration: f64) {
-    const HALF_WIDTH: usize = 25;
+    let half_width = samples(WINDOW_S, period_s);
     let n = correction.len();
-    for _ in 0..20 {
+    for round in 0..ROUNDS[0] + ROUNDS[1] {
+        // A raised cosine: from 1 at the window's ends down to what is kept at the place.
+        let kept = if round < ROUNDS[0] { 0.3 } else { 0.0 };
         let mut scale = vec![1.0_f64; n];
         let mut exceeded = false;
         let value = |c: &[f64], k: usize| c[k] + desired[k];
@@ -114,10 +124,9 @@ fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, v
             let allowed_rate = (acceleration * Guard::OVERSHOOT[1]).max(((plain(k) - plain(k - 1)) / period_s).abs());
             if speed > allowed_speed * (1.0 + 1e-9) || rate > allowed_rate * (1.0 + 1e-9) {
                 exceeded = true;
-                for (i, s) in scale.iter_mut().enumerate().take((k + HALF_WIDTH).min(n)).skip(k.saturating_sub(HALF_WIDTH)) {
-                    // A raised cosine: 0.3 at the place, 1 at the window's ends.
-                    let distance = i.abs_diff(k) as f64 / HALF_WIDTH as f64;
-                    let window = 1.0 - 0.35 * (1.0 + (std::f64::consts::PI * distance).cos());
+                for (i, s) in scale.iter_mut().enumerate().take((k + half_width).min(n)).skip(k.saturating_sub(half_width)) {
+                    let distance = i.abs_diff(k) as f64 / half_width as f64;
+                    let window = 1.0 - 0.5 * (1.0 - kept) * (1.0 + (std::f64::consts::PI * distance).cos());
                     *s = s.min(window);
                 }
             }
@@ -129,7 +138,7 @@ fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, v
             *c *= s;
         }
     }
-    // Still too fast after twenty reductions by a third: no correction is better than a wild one.
+    // Still too fast: no correction is better than a wild one.
     correction.fill(0.0);
 }
 

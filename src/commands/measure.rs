@@ -79,6 +79,10 @@ impl Measure {
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let desired = self.desired(&log)?;
+        let (log, cut_s) = measurement::without_approach(&log, &desired.desired)?;
+        if cut_s[0] + cut_s[1] > 0.0 {
+            printer.line(format!("the way to the path and from it was left out: {:.3} s and {:.3} s", cut_s[0], cut_s[1]));
+        }
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;
         let mut figures = figures(&log, &measured)?;

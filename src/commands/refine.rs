@@ -13,7 +13,7 @@ use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
-use crate::measurement::{in_path_time, match_run};
+use crate::measurement::{in_path_time, match_run, without_approach};
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
 use crate::pipeline::write_program;
 
@@ -88,6 +88,7 @@ impl Refine {
             Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
         })?;
 
+        let (log, _) = without_approach(&log, desired)?;
         let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
         let (reference, actual) = in_path_time(desired, &log, &matched)?;
         let before = evaluate::contour(desired, path.part.as_ref(), &actual)?;

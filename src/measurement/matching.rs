@@ -12,6 +12,42 @@ const LEAST_OFFSET_MM: f64 = 0.05;
 /// Resolution of work offsets, mm.
 const OFFSET_STEP_MM: f64 = 1e-4;
 
+/// A command within this of the path's start or end is there, mm.
+const THERE_MM: f64 = 0.02;
+/// What is kept of a rest at the path's start, s.
+const BEFORE_S: f64 = 0.02;
+
+/// The part of a log from where its command first is at the path's start to where it last is at its end: a recording usually begins with
+/// the way there from home. The log as it is where it begins on the path, or has a work offset of its own; with what was cut off at
+/// either end, s.
+///
+/// # Errors
+/// When the log's axes are not those of the path.
+pub fn without_approach(log: &Log, desired: &DesiredPath) -> Result<(Log, [f64; 2])> {
+    let (commanded, path) = (desired.tips_of(&log.reference)?, desired.tips());
+    let (Some(start), Some(end), Some(first), Some(last)) = (path.first(), path.last(), commanded.first(), commanded.last())
+    else {
+        return Ok((log.clone(), [0.0; 2]));
+    };
+    let near = |point: &Vec3, place: &Vec3| (point - place).norm() < THERE_MM;
+    let from = if near(first, start) {
+        0
+    } else {
+        // Not before the machine has settled there, if it waits.
+        let arrival = commanded.iter().position(|point| near(point, start)).unwrap_or(0);
+        let waits = commanded[arrival..].iter().take_while(|point| near(point, start)).count();
+        arrival + waits.saturating_sub((BEFORE_S / log.period_s()) as usize)
+    };
+    let to = if near(last, end) { None } else { commanded.iter().rposition(|point| near(point, end)) };
+    let rows = from..to.filter(|to| *to > from).map_or(log.len(), |to| to + 1);
+    let part = |trajectory: &Trajectory| {
+        let columns = trajectory.columns().iter().map(|column| column[rows.clone()].to_vec()).collect();
+        Trajectory::new(trajectory.period_s(), trajectory.axes().to_vec(), columns)
+    };
+    let cut_s = [rows.start, log.len() - rows.end].map(|samples| samples as f64 * log.period_s());
+    Ok((Log::new(log.name.clone(), part(&log.reference)?, part(&log.actual)?)?, cut_s))
+}
+
 /// A run laid over the path.
 #[derive(Debug, Clone)]
 pub struct Match {

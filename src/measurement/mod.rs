@@ -16,7 +16,7 @@ use motion::{Vec3, lag_s};
 use crate::evaluate::summary_of_feed_moves;
 use crate::input::Input;
 pub use fit::{Fit, fits};
-pub use matching::{Match, in_path_time, match_run};
+pub use matching::{Match, in_path_time, match_run, without_approach};
 pub use reversals::{Reversal, reversals};
 
 /// Worst places that are shown, and how far apart they have to be, s.

@@ -263,6 +263,7 @@ impl<'a> Writer<'a> {
             self.g1_active = true;
         }
         let length_before = self.written;
+        let mut moves = false;
         let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
         for axis in 0..3 {
             let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
@@ -271,10 +272,13 @@ impl<'a> Writer<'a> {
             let read: f64 = number.parse::<f64>().unwrap_or_default() * modal.units.mm();
             let reached = self.written[axis]
                 + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
-            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) {
+            // A line needs an axis word, or it is no move.
+            let last_chance = !moves && axis == 2;
+            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance {
                 text.push(['X', 'Y', 'Z'][axis]);
                 text.push_str(&number);
                 self.written[axis] = reached;
+                moves = true;
             }
         }
         let duration = (target.time_s - before_s).max(1e-6);

@@ -36,6 +36,7 @@ impl LogFormat for Halsampler {
         let rows = &lines[longest(&lines)];
         if let (Some(lost), Some(first), Some(last)) =
             (lines.iter().find(|line| line.text.trim() == OVERRUN), rows.first(), rows.last())
+            && rows.len() < lines.iter().filter(|line| line.text.trim() != OVERRUN).count()
         {
             findings.push(Finding::new(
                 Severity::Warn,

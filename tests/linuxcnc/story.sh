@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# The whole story on LinuxCNC: excite, train on its own log, compensate programs that training never saw, run and measure them.
+#
+#   tests/linuxcnc/story.sh            60 s of excitation, every program (about six minutes)
+#   tests/linuxcnc/story.sh --short    30 s of excitation, the circle and the flower (about three minutes)
+#
+# Exits with 77 where LinuxCNC is not installed or does not start, with 1 where a program falls short.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+precomp=${PRECOMP:-$here/../../target/release/precomp}
+seconds=60
+programs=(circle flower bracket)
+if [ "${1:-}" = --short ]; then
+  seconds=30
+  programs=(circle flower)
+fi
+command -v linuxcnc > /dev/null || { echo "LinuxCNC is not installed (package linuxcnc-uspace): skipped"; exit 77; }
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+cp "$here"/parts/*.ngc .
+# A five-petalled flower of short lines.
+awk 'BEGIN {
+  print "G21 G90 G17 G64 P0.001 Q0\nG0 X40 Y0\nG4 P0.3\nG1 F2400"
+  for (i = 0; i <= 1500; i++) {
+    t = 2 * atan2(0, -1) * i / 1500; r = 25 + 15 * cos(5 * t)
+    printf "X%.6f Y%.6f Z%.6f\n", r * cos(t), r * sin(t), 3 * sin(3 * t)
+  }
+  print "G0 X0 Y0 Z0\nM2"
+}' > flower.ngc
+
+"$precomp" excite --machine "$here"/sim.toml --seconds "$seconds" -o excitation
+jobs=()
+for program in excitation/*.nc; do jobs+=("$program" "${program%.nc}.log"); done
+"$here"/run.sh "${jobs[@]}" || { echo "LinuxCNC does not run here: skipped"; exit 77; }
+"$precomp" train excitation/*.log --machine "$here"/sim.toml -o machine.model | grep -v columns
+
+jobs=()
+for program in "${programs[@]}"; do
+  "$precomp" compensate "$program.ngc" -m machine.model -o "$program-c.ngc"
+  jobs+=("$program.ngc" "$program.log" "$program-c.ngc" "$program-c.log")
+done
+"$here"/run.sh "${jobs[@]}"
+for program in "${programs[@]}"; do
+  for run in "$program" "$program-c"; do
+    "$precomp" measure "$run.log" --desired "$program.ngc" --machine "$here"/sim.toml --json "$run.json" > "$run.txt"
+  done
+done
+python3 - "${programs[@]}" << 'PYTHON'
+import json, sys
+short = False
+print("program    contour RMS µm       95 % µm              cycle time s")
+for name in sys.argv[1:]:
+    (raw, cut) = (json.load(open(f"{name}{kind}.json"))["contour_um"] for kind in ("", "-c"))
+    seconds = [sum(1 for _ in open(f"{name}{kind}.log")) * 1e-3 for kind in ("", "-c")]
+    share = cut["rms"] / raw["rms"]
+    print(f"{name:10} {raw['rms']:.3f} -> {cut['rms']:.3f} ({100 * (share - 1):+.0f} %)  {raw['p95']:.3f} -> {cut['p95']:.3f}"
+          f"   {seconds[0]:.2f} -> {seconds[1]:.2f}")
+    short |= share > (0.7 if name == "bracket" else 0.4)
+sys.exit(short)
+PYTHON
