@@ -274,7 +274,8 @@ impl<'a> Writer<'a> {
                 + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
             // A line needs an axis word, or it is no move.
             let last_chance = !moves && axis == 2;
-            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance {
+            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance
+            {
                 text.push(['X', 'Y', 'Z'][axis]);
                 text.push_str(&number);
                 self.written[axis] = reached;

@@ -6,15 +6,28 @@ use motion::Vec3;
 
 use super::{Part, Refitted};
 
-/// Rounding of written coordinates, mm.
+/// Rounding of written coordinates, mm, with five decimals or more; fewer round more.
 const ROUNDING_MM: f64 = 2e-5;
+
+/// How far rounding to `decimals` may move a coordinate, mm: half a unit, more than that in inch programs, which have one decimal more.
+fn rounding_mm(decimals: usize) -> f64 {
+    ROUNDING_MM.max(1.3 * 0.1_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX)))
+}
 
 /// Reads the compensated program `bytes` and compares every move with what was meant: moves that were not compensated end where they
 /// ended, those that were lead through their targets, and no target is further than `max_shift_mm` from the original curve.
 ///
 /// # Errors
 /// Says at which line the output differs; it must then not be written.
-pub fn verify(part: &Part, refitted: &Refitted, bytes: Vec<u8>, options: &Options, max_shift_mm: f64) -> Result<()> {
+pub fn verify(
+    part: &Part,
+    refitted: &Refitted,
+    bytes: Vec<u8>,
+    options: &Options,
+    max_shift_mm: f64,
+    decimals: usize,
+) -> Result<()> {
+    let rounding_mm = rounding_mm(decimals);
     let program = gcode::parse(bytes);
     let toolpath = gcode::interpret(&program, options)?;
     let mut written = toolpath.moves.iter();
@@ -34,11 +47,11 @@ pub fn verify(part: &Part, refitted: &Refitted, bytes: Vec<u8>, options: &Option
         for point in points {
             let Some(step) = written.next() else { bail!("the output ends within line {line}") };
             let end = Vec3::from(step.end.nominal_mm());
-            if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > ROUNDING_MM {
+            if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > rounding_mm * 3.0_f64.sqrt() {
                 bail!("line {line} of the original leads to {end:?} instead of {point:?} in the output");
             }
             let off = distance(original, end);
-            if off > max_shift_mm * 3.0_f64.sqrt() + ROUNDING_MM {
+            if off > (max_shift_mm + rounding_mm) * 3.0_f64.sqrt() {
                 bail!("a point of line {line} would lie {off:.4} mm off the programmed path");
             }
         }

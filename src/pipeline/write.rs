@@ -56,7 +56,7 @@ pub fn write_program(
     }
     let refitted = refit(part, reference, &settings)?;
     let bytes = edit(&part.program, &refitted.edits)?;
-    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm)
+    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)
         .map_err(|error| Refusal(format!("the compensated program did not pass its check and was not written: {error:#}")))?;
     write_file(out, &bytes).context("the compensated program")?;
     Ok(Written { largest_shift_mm: refitted.largest_shift_mm, carrier })

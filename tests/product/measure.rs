@@ -24,6 +24,36 @@ fn rewritten(folder: &Folder, from: &str, to: &str, row: impl Fn(usize, Vec<f64>
 }
 
 #[test]
+fn the_way_to_the_path_and_from_it_does_not_count() {
+    let folder = Folder::new();
+    folder.figures(&["simulate", "curve:five-petals", "-o", "run.csv"]);
+    let before = folder.figures(&["measure", "run.csv", "--desired", "curve:five-petals"]);
+    let text = std::fs::read_to_string(folder.path("run.csv")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').map(|value| value.parse().unwrap()).collect()).collect();
+    // From home to the start in a second, a wait, the path, and back home; the actual position lags by far on both ways.
+    let way = |place: &[f64], share: f64| -> Vec<f64> {
+        (0..3).flat_map(|axis| [place[1 + 2 * axis] * share, place[2 + 2 * axis] * share - 0.05 * (1.0 - share)]).collect()
+    };
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    let mut all: Vec<Vec<f64>> = (0..500).map(|k| way(first, f64::from(k) / 500.0)).collect();
+    all.extend((0..100).map(|_| first[1..].to_vec()));
+    all.extend(rows.iter().map(|row| row[1..].to_vec()));
+    all.extend((0..500).map(|k| way(last, 1.0 - f64::from(k) / 500.0)));
+    let mut log = text.lines().next().unwrap().to_owned() + "\n";
+    for (k, row) in all.iter().enumerate() {
+        let cells: Vec<String> = row.iter().map(|value| format!("{value:.9}")).collect();
+        log += &format!("{:.9},{}\n", k as f64 * 0.002, cells.join(","));
+    }
+    std::fs::write(folder.path("long.csv"), log).unwrap();
+    let after = folder.figures(&["measure", "long.csv", "--desired", "curve:five-petals"]);
+    let (one, other) = (number(&before, "contour_um", "max"), number(&after, "contour_um", "max"));
+    assert!((one - other).abs() < 0.05, "{one} {other}");
+    let (one, other) = (number(&before, "contour_um", "rms"), number(&after, "contour_um", "rms"));
+    assert!((one - other).abs() < 0.05 * one, "{one} {other}");
+}
+
+#[test]
 fn a_late_and_shifted_run_is_measured_the_same() {
     let folder = Folder::new();
     folder.figures(&["simulate", "curve:five-petals", "-o", "run.csv"]);

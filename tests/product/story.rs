@@ -49,6 +49,9 @@ fn first_run_on_unseen_paths() {
         assert!(out.contains(kept), "{kept:?}");
     }
 
+    // Points that rounding puts on the one before are still lines with a word.
+    folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "coarse.nc", "--decimals", "2", "--spacing", "1"]);
+
     // The same input, seed and version give the same bytes.
     folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "again.nc"]);
     assert_eq!(std::fs::read(folder.path("out.nc")).unwrap(), std::fs::read(folder.path("again.nc")).unwrap());
