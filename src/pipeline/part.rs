@@ -8,7 +8,7 @@ use motion::curves::{Arc as CircularArc, Line};
 use motion::{Curve, Kinematics, Limits, Piece, Plan, PlanSettings, ToolPath, Vec3};
 
 /// Shorter moves are no moves, mm.
-const POINT_MM: f64 = 1e-7;
+pub(super) const POINT_MM: f64 = 1e-7;
 
 /// A part program, read and planned.
 #[derive(Debug)]

@@ -9,7 +9,7 @@ use motion::{Trajectory, Vec3, poses_of};
 use serde::{Deserialize, Serialize};
 
 use super::Part;
-use super::part::is_shiftable;
+use super::part::{POINT_MM, is_shiftable};
 
 /// How the points of a compensated program carry their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -76,6 +76,11 @@ fn shiftable(part: &Part, piece: usize) -> bool {
     part.owners[piece].is_some_and(|owner| is_shiftable(&part.toolpath.moves[owner]))
 }
 
+/// Whether a move is a feed move to where the tool is already.
+fn leads_nowhere(step: &Move) -> bool {
+    matches!(step.kind, MoveKind::Line) && is_shiftable(step) && step.length_mm().is_some_and(|length| length <= POINT_MM)
+}
+
 /// Consecutive moves that may be compensated.
 struct Stretch<'a> {
     part: &'a Part,
@@ -109,6 +114,16 @@ impl Stretch<'_> {
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
+            // A line that leads nowhere has no piece of the path; left as it is, it would lead back to the point as programmed.
+            if let Some(end) = targets.last() {
+                for still in
+                    (owner + 1..part.toolpath.moves.len()).take_while(|index| leads_nowhere(&part.toolpath.moves[*index]))
+                {
+                    let line = writer.line(still, true, end, before_s)?;
+                    out.edits.replace_motion(&part.program, part.toolpath.moves[still].block as usize, &[line])?;
+                    out.targets.push((still, vec![end.point]));
+                }
+            }
         }
         let largest = self.samples.clone().map(|k| self.shifts[k].norm()).fold(0.0, f64::max);
         out.largest_shift_mm = out.largest_shift_mm.max(largest);
@@ -282,7 +297,7 @@ impl<'a> Writer<'a> {
                 moves = true;
             }
         }
-        let duration = (target.time_s - before_s).max(1e-6);
+        let duration = (target.time_s - before_s).max(1e-5);
         match self.settings.carrier {
             Carrier::G93 => text.push_str(&format!("F{}", format_number(60.0 / duration, 4)?)),
             Carrier::G94 => {

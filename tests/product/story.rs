@@ -49,6 +49,13 @@ fn first_run_on_unseen_paths() {
         assert!(out.contains(kept), "{kept:?}");
     }
 
+    // A line to where the tool is already does not lead back to the point as programmed.
+    let repeated = PART.replace("N60 G1 X30. F2400\r\n", "N60 G1 X30. F2400\r\nN65 G1 X30. Y-20.\r\n");
+    std::fs::write(folder.path("repeated.nc"), repeated).unwrap();
+    for carrier in ["keep", "g93", "g94"] {
+        folder.figures(&["compensate", "repeated.nc", "-m", "machine.model", "-o", "r.nc", "--carrier", carrier]);
+    }
+
     // Points that rounding puts on the one before are still lines with a word.
     folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "coarse.nc", "--decimals", "2", "--spacing", "1"]);
 
