@@ -138,13 +138,24 @@ struct FittedAxis {
 }
 
 fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
-    let (linear, _) = training::staged::fit(training, &StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() })?;
-    let Fit { predictor, note, again } = match (&settings.recipe.staged, &settings.recipe.network) {
-        (Some(staged), network) => fit_stages(training, staged, network.as_ref(), settings.seed)?,
+    let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
+    let linear = fit_stages(training, &law, None, axis, settings.seed)?;
+    let linear_errors = held_out_errors(linear.predictor.as_ref(), held_out);
+    let fit = match (&settings.recipe.staged, &settings.recipe.network) {
+        (Some(staged), network) => fit_stages(training, staged, network.as_ref(), axis, settings.seed)?,
         (None, Some(network)) => fit_network(training, network, axis, settings)?,
         (None, None) => anyhow::bail!(Refusal("the recipe has no stage".into())),
     };
-    let errors = held_out_errors(predictor.as_ref(), held_out);
+    let errors = held_out_errors(fit.predictor.as_ref(), held_out);
+    let rms_of = |errors: &[Vec<f64>]| rms_max(&errors.concat()).0;
+    // Stages that paid within the training runs and do not on others are not shipped.
+    let (Fit { predictor, note, again }, errors) = if settings.recipe.staged.is_some() && rms_of(&errors) > rms_of(&linear_errors)
+    {
+        let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
+        (Fit { note, ..linear }, linear_errors.clone())
+    } else {
+        (fit, errors)
+    };
     // What was held out has done its work: the model that is kept learns from it as well, where that takes seconds.
     let covered = if again.is_some() { held_out } else { &[] };
     let predictor = match again {
@@ -152,7 +163,6 @@ fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &
         None => predictor,
     };
     let note = format!("{}: {note}", axis.name);
-    let linear_errors = held_out_errors(&linear, held_out);
     let coverage = Coverage::of(training.iter().chain(covered).map(|run| run.reference.as_slice()), period_of(training));
     let (band, band_held) = bands(held_out, &errors, coverage.velocity);
     let flat: Vec<f64> = errors.iter().flatten().copied().collect();
@@ -181,14 +191,22 @@ struct Fit<'a> {
 }
 
 /// The staged predictor, with a network on what it leaves where that pays.
-fn fit_stages<'a>(runs: &[AxisRun], recipe: &'a StagedRecipe, network: Option<&'a NetworkRecipe>, seed: u64) -> Result<Fit<'a>> {
+fn fit_stages<'a>(
+    runs: &[AxisRun],
+    recipe: &'a StagedRecipe,
+    network: Option<&'a NetworkRecipe>,
+    axis: &Axis,
+    seed: u64,
+) -> Result<Fit<'a>> {
     let (staged, report) = training::staged::fit(runs, recipe)?;
     let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
     let mut kept = None;
     if let Some(network) = network {
         let trial = training::stacked::try_out(&staged, runs, network, seed)?;
         let verdict = if trial.accepted { "kept" } else { "does not pay" };
-        note += &format!("; network on the rest: {} → {} µm, {verdict}", um(trial.without), um(trial.with));
+        let (unit, scale) = if axis.kind == AxisKind::Rotary { ("µrad", 1e3) } else { ("µm", 1.0) };
+        let (without, with) = (um(trial.without * scale), um(trial.with * scale));
+        note += &format!("; network on the rest: {without} → {with} {unit}, {verdict}");
         kept = trial.accepted.then_some(network);
     }
     let stack = move |staged: StagedPredictor, runs: &[AxisRun]| -> Result<Box<dyn AxisPredictor>> {

@@ -136,8 +136,17 @@ fn real_logs() {
     let figures = folder.figures(&["train", &emps.to_string_lossy(), "-o", "emps.model"]);
     let x = &figures["axes"]["x"];
     let held_out = x["held_out_rms_um"].as_f64().unwrap();
-    assert!(held_out < 3.0, "{figures}");
-    assert!(held_out <= x["linear_rms_um"].as_f64().unwrap() * 1.02, "{figures}");
+    assert!(held_out < 1.2, "{figures}");
+    assert!(held_out <= x["linear_rms_um"].as_f64().unwrap(), "{figures}");
+    // On every joint of an arm, some of which are little but lag, no stage is shipped that is worse than the linear law.
+    let Some(arm) = shared("logs/ur5_no6_125Hz.csv") else { return };
+    let figures = folder.figures(&["train", &arm.to_string_lossy(), "-o", "arm.model"]);
+    let joints = figures["axes"].as_object().unwrap();
+    assert_eq!(joints.len(), 6);
+    for (joint, held_out) in joints {
+        let figure = |name: &str| held_out[name].as_f64().unwrap();
+        assert!(figure("held_out_rms_urad") <= figure("linear_rms_urad"), "{joint}: {held_out}");
+    }
     let Some(michigan) = shared("logs/michigan_experiment_11.csv") else { return };
     let said = folder.fails(1, &["train", &michigan.to_string_lossy(), "-o", "no.model", "--period", "100"]);
     assert!(said.contains("10 Hz") || said.contains("digits"), "{said}");
