@@ -211,3 +211,41 @@ fn sinumerik_traces_are_read() {
     let error = read("trace.xml", &cut[..cut.len() / 2], None, None).unwrap_err().to_string();
     assert!(error.contains("byte"), "{error}");
 }
+
+#[test]
+fn no_bytes_of_any_format_make_reading_panic() {
+    let samples = [
+        ("run.txt", halsampler(Some(150), true)),
+        ("scope.csv", scope(';', true, true, ["2", "2"])),
+        ("capture.json", edge(0..60)),
+        ("trace.xml", trace(Some(20))),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let mut state = 1_u64;
+    let mut draw = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let options = ReadOptions { columns: None, period_s: Some(PERIOD_S) };
+    let (mut read_well, mut refused) = (0, 0);
+    for (name, text) in samples {
+        for _ in 0..150 {
+            let mut bytes = text.clone().into_bytes();
+            bytes.truncate(1 + draw(bytes.len()));
+            for _ in 0..draw(12) {
+                let place = draw(bytes.len());
+                bytes[place] = [b'0', b'-', b';', b'"', b'<', b'{', b'\n', b'e', 0xFF, b' ', b',', b']'][draw(12)];
+            }
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            match read_log(&path, &options) {
+                Ok(_) => read_well += 1,
+                Err(error) => {
+                    assert!(error.to_string().contains(name), "{error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(read_well > 5 && refused > 20, "{read_well} {refused}");
+}

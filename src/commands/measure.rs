@@ -26,7 +26,7 @@ use crate::output::{Printer, Refusal, table, um, write_json};
   precomp measure today.csv --model mill.model
   precomp measure circle.csv --desired curve:circle --feed 50")]
 pub struct Measure {
-    /// The log (.csv, .parquet)
+    /// The log: CSV, Parquet, halsampler, TwinCAT Scope, SINUMERIK Edge or trace
     log: PathBuf,
     #[command(flatten)]
     common: Common,

@@ -161,7 +161,8 @@ impl Lifted<'_> {
         let mut to = vec![0.0; from.len()];
         let filter = &filter;
         std::thread::scope(|scope| {
-            let parts = from.chunks_exact(self.samples).zip(to.chunks_exact_mut(self.samples));
+            let samples = self.samples.max(1);
+            let parts = from.chunks_exact(samples).zip(to.chunks_exact_mut(samples));
             for (response, (from, to)) in self.responses.iter().zip(parts) {
                 if self.samples < SPAWN_SAMPLES {
                     filter(response, from, to);

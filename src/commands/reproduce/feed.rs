@@ -87,17 +87,13 @@ fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
         way += (point - last).norm();
         last = point;
         if way >= SPACING_MM {
-            (parameters, points) = (push(parameters, at(i)), push(points, point));
+            parameters.push(at(i));
+            points.push(point);
             way = 0.0;
         }
     }
     let flags = corner_flags(&points, PAPER_B_SUPPORT, PAPER_B_RATIO);
     Ok(stretches(&flags).into_iter().map(|range| (parameters[range.start], parameters[range.end - 1])).collect())
-}
-
-fn push<T>(mut to: Vec<T>, value: T) -> Vec<T> {
-    to.push(value);
-    to
 }
 
 /// The flower at one feed, its corners at another.
