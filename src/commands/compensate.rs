@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use datasets::write_reference;
+use models::Outside;
 use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, ProgramArgs, parse_length};
@@ -207,8 +208,10 @@ fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
                 (Some(first), Some(last)) => format!("lines {first} to {last}"),
                 _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
             };
-            let effect =
-                if range.fades { "the correction fades there" } else { "waves along the axis are corrected less and less there" };
+            let effect = match range.reason {
+                Outside::Position if !range.fades => "what depends on the place is corrected less and less there",
+                _ => "the correction fades there",
+            };
             format!(
                 "{place}: {} of axis {} lies outside what the model was trained on ({} samples); {effect}",
                 range.reason, range.axis, range.samples
