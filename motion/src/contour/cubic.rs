@@ -66,6 +66,12 @@ impl Cubic {
         (p - self.c[0]).norm_squared() >= reach * reach
     }
 
+    /// Whether the piece has no extent.
+    #[inline]
+    pub fn is_point(&self) -> bool {
+        self.length == 0.0 && self.slack == 0.0
+    }
+
     /// Every point of the piece lies within this of `c0`, mm: `|c0 − middle of the chord| ≤ s`.
     fn radius(&self) -> f64 {
         0.5 * self.length + 2.0 * self.slack

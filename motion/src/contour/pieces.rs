@@ -29,6 +29,9 @@ struct Piece {
 /// Pieces there is room for at first.
 const FIRST_ROOM: usize = 64;
 
+/// Samples that a slope of the spline looks ahead or back.
+const SLOPE_REACH: usize = 2;
+
 /// A place found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
@@ -157,22 +160,30 @@ impl Pieces {
             grows_low = self.improve(seen_low, 1.0, p, &mut best);
         }
         let mut place = Place { piece: best.0, t: best.1.t, distance: best.1.squared.sqrt() };
-        self.beyond((low..seen_low).rev(), grows_low, p, &mut place);
-        self.beyond(seen_high..high, grows_high, p, &mut place);
+        self.beyond(seen_low - low, |i| seen_low - 1 - i, 0, grows_low, p, &mut place);
+        self.beyond(high - seen_high, |i| seen_high + i, 1, grows_high, p, &mut place);
         place
     }
 
-    /// Looks at the pieces of `stretch`, which go away from `place`, for a nearer one.
+    /// Looks at `count` pieces, which go away from `place`, for a nearer one; the far end of piece `i` is the start of piece `i + far`.
     ///
     /// Away from a local minimum the distance grows, and goes on growing from piece to piece as long as its square is convex along them:
     /// only from the first piece on where that is not certain there can be a nearer place. `grows` says whether it is at the start.
     #[inline]
-    fn beyond(&self, stretch: impl Iterator<Item = usize>, mut grows: bool, p: &Vec3, place: &mut Place) {
-        for piece in stretch {
+    fn beyond(&self, count: usize, at: impl Fn(usize) -> usize, far: usize, mut grows: bool, p: &Vec3, place: &mut Place) {
+        let mut i = 0;
+        while i < count {
+            let piece = at(i);
             let cubic = self.cubic(piece);
             grows = grows && cubic.is_convex_to(p);
             if !grows {
                 self.compare(piece, p, place);
+            }
+            i += 1;
+            // The samples of a rest all lie at one place: one look is enough, but for the last ones, whose slopes see the way on.
+            if cubic.is_point() && i < count {
+                let here = self.arc(piece);
+                i = first_where(i..count, |i| self.arc(at(i) + far) != here).saturating_sub(SLOPE_REACH).max(i);
             }
         }
     }
@@ -217,6 +228,44 @@ impl Pieces {
             magnitude_mm: distance,
             location: Location { segment: piece, fraction: t, arc_mm: self.arc_on(piece, t) },
             at_end: at_start || (t >= 1.0 && piece + 1 == self.end),
+        }
+    }
+}
+
+/// First number of `range` for which `holds`, or the range's end; where it holds once it goes on holding. Steps double: what is near is found
+/// at once, what is far in few steps.
+pub(super) fn first_where(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high, mut step) = (range.start, range.end, 1);
+    while low + step <= range.end {
+        let probe = low + step - 1;
+        if holds(probe) {
+            high = probe;
+            break;
+        }
+        low = probe + 1;
+        step *= 2;
+    }
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first_where;
+
+    #[test]
+    fn the_first_number_is_found_wherever_it_lies() {
+        for end in 0..40 {
+            for first in 0..=end {
+                assert_eq!(first_where(0..end, |i| i >= first), first);
+            }
         }
     }
 }

@@ -49,12 +49,15 @@ impl ContourEstimator for SplineSearch {
 /// Nearest of the samples that eq. 21 admits.
 fn nearest_sample(sample: &Vec3, before: &Vec3, to: &[Vec3], at: usize) -> usize {
     let tracking = sample - to[at];
-    let samples = (tracking.norm() / (sample - before).norm()).ceil();
-    // 0/0 at rest casts to 0, a lag over a rest to the largest window.
-    let sigma = (samples as usize).min(Window::default().max_samples);
     let end = to.len() - 1;
+    // The slower of the two paths takes the most samples for the way; 0/0 at rest casts to 0, a lag over a rest to the largest window.
+    let step = (sample - before).norm().min((to[at] - to[at.saturating_sub(1)]).norm());
+    let sigma = ((tracking.norm() / step).ceil() as usize).min(Window::default().max_samples);
     let travel = to[(at + 1).min(end)] - to[at.saturating_sub(1)];
-    let (low, high) = if tracking.dot(&travel) < 0.0 { (at.saturating_sub(sigma), at) } else { (at, (at + sigma).min(end)) };
+    // Where `to` rests nothing says on which side of it the sample lies.
+    let ahead = tracking.dot(&travel);
+    let low = if ahead <= 0.0 { at.saturating_sub(sigma) } else { at };
+    let high = if ahead >= 0.0 { (at + sigma).min(end) } else { at };
     let mut best = (at, tracking.norm_squared());
     for (i, point) in to[low..=high].iter().enumerate() {
         let squared = (sample - point).norm_squared();

@@ -1,6 +1,6 @@
 //! Where on the path to look: a window that moves along with the machine's lag.
 
-use super::pieces::{Pieces, Place};
+use super::pieces::{Pieces, Place, first_where};
 use crate::{MotionError, Vec3};
 
 /// Share of a foot point's lead over the time match that enters the usual lead.
@@ -105,9 +105,7 @@ impl Window {
             let reach_mm = self.margin * (self.noise_mm + squared.sqrt());
             from = walk_back(pieces, from, road.before(index, seed.0, self.max_samples), here - reach_mm);
             let limit = road.after(index, seed.0, self.max_samples) + 1;
-            while to < limit && pieces.arc(to) - here < reach_mm {
-                to += 1;
-            }
+            to = first_where(to..limit.max(to), |piece| pieces.arc(piece) - here >= reach_mm);
         }
         Look { from, to, seed, squared }
     }
@@ -170,11 +168,8 @@ fn is_resting(pieces: &Pieces, place: &Place, expected: f64, noise_mm: f64) -> b
 }
 
 /// The last piece from `piece` down to `limit` that starts before `arc_mm`, or `limit`.
-fn walk_back(pieces: &Pieces, mut piece: usize, limit: usize, arc_mm: f64) -> usize {
-    while piece > limit && pieces.arc(piece) > arc_mm {
-        piece -= 1;
-    }
-    piece
+fn walk_back(pieces: &Pieces, piece: usize, limit: usize, arc_mm: f64) -> usize {
+    piece - first_where(0..piece.saturating_sub(limit), |back| pieces.arc(piece - back) <= arc_mm)
 }
 
 /// Where the next foot point is due, as indices in samples of `to`.
