@@ -1,16 +1,18 @@
 //! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulationOptions};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
-use motion::contour::{ContourEstimator, Exact, summary};
 use motion::{DesiredPath, Limits, Trajectory};
 use serde_json::{Map, Value, json};
 
-use crate::input::{self, Frame, Input};
+use crate::evaluate;
+use crate::input::{self, Input};
 use crate::learning::{self, LawName, PROBE, RESPONSE_S, Settings, norm_optimal};
 use crate::output::{table, um};
 use crate::progress::Progress;
@@ -48,25 +50,39 @@ impl Default for CompareSettings {
     }
 }
 
-/// RMS and MAX of one method on one path, one entry a seed; mm.
+/// What one method makes of one path, one entry a seed.
 #[derive(Debug, Clone, Default)]
 pub struct Figures {
-    /// Root mean square over the samples of a run.
+    /// Root mean square of the tip's contour error over the samples of a run, mm.
     pub rms: Vec<f64>,
-    /// Largest.
+    /// Largest, mm.
     pub max: Vec<f64>,
+    /// The same of the tool's direction, rad; empty where it does not turn.
+    pub turn_rms: Vec<f64>,
+    /// Largest, rad.
+    pub turn_max: Vec<f64>,
 }
 
 impl Figures {
-    fn push(&mut self, (rms, max): (f64, f64)) {
-        self.rms.push(rms);
-        self.max.push(max);
+    fn push(&mut self, run: &evaluate::Figures) {
+        self.rms.push(run.tip.rms_mm);
+        self.max.push(run.tip.max_mm);
+        if let Some(orientation) = &run.orientation {
+            self.turn_rms.push(orientation.rms_rad);
+            self.turn_max.push(orientation.max_rad);
+        }
     }
 
-    /// Mean RMS and mean MAX over the seeds.
+    /// Mean RMS and mean MAX of the tip over the seeds, mm.
     #[must_use]
     pub fn mean(&self) -> (f64, f64) {
         (mean(&self.rms), mean(&self.max))
+    }
+
+    /// Mean RMS and mean MAX of the tool's direction over the seeds, rad, where it turns.
+    #[must_use]
+    pub fn mean_turn(&self) -> Option<(f64, f64)> {
+        (!self.turn_rms.is_empty()).then(|| (mean(&self.turn_rms), mean(&self.turn_max)))
     }
 }
 
@@ -132,8 +148,8 @@ pub enum Plant<'a> {
 impl Plant<'_> {
     fn limits(self) -> Result<Limits> {
         Ok(match self {
-            Self::Simulated(spec) => Frame::of(spec).limits,
-            Self::Learned(bundle) => Frame::of(&input::machine_of(bundle)?).limits,
+            Self::Simulated(spec) => spec.limits(),
+            Self::Learned(bundle) => input::machine_of(bundle)?.limits(),
         })
     }
 
@@ -193,24 +209,24 @@ pub fn compare(
             let machine = machine.as_mut();
             for (name, reference) in &references {
                 let actual = machine.run(reference)?;
-                result.push(name, figures(path, &actual)?);
+                result.push(name, &figures(path, &actual)?);
                 if *name == method::FIRST_RUN {
                     let low_pass = LowPass::new(settings.ilc_low_pass_hz, desired.trajectory().period_s())?;
                     let refined = SpatialIlc::new(Gain::Constant(0.5), low_pass)?.update(desired, reference, &actual)?;
-                    result.push(method::REFINED, figures(path, &machine.run(&refined)?)?);
+                    result.push(method::REFINED, &figures(path, &machine.run(&refined)?)?);
                 }
                 if seed == 0 && PICTURED.contains(name) {
                     result.runs.push((name, actual));
                 }
             }
             let responses = ImpulseResponse::probe(machine, desired.trajectory(), PROBE, RESPONSE_S)?;
-            for (name, mut law) in ilc_laws(settings, desired.trajectory().period_s(), &responses)? {
+            for (name, mut law) in ilc_laws(settings, desired, &responses)? {
                 let rounds = run_ilc(machine, law.as_mut(), desired, settings)?;
                 if let Some(last) = rounds.last() {
-                    result.push(name, figures(path, last)?);
+                    result.push(name, &figures(path, last)?);
                     if name == method::SPATIAL_ILC {
                         for (sum, actual) in result.ilc_rms.iter_mut().zip(&rounds) {
-                            *sum += figures(path, actual)?.0 / settings.seeds as f64;
+                            *sum += figures(path, actual)?.tip.rms_mm / settings.seeds as f64;
                         }
                         if seed == 0 {
                             result.runs.push((name, last.clone()));
@@ -218,7 +234,7 @@ pub fn compare(
                     }
                 }
             }
-            result.push(method::FLOOR, floor(machine, desired)?);
+            result.push(method::FLOOR, &floor(machine, desired)?);
             progress.step(&path.name);
         }
         results.push(result);
@@ -227,7 +243,7 @@ pub fn compare(
 }
 
 impl PathComparison {
-    fn push(&mut self, name: &'static str, figures: (f64, f64)) {
+    fn push(&mut self, name: &'static str, figures: &evaluate::Figures) {
         match self.methods.iter_mut().find(|(known, _)| *known == name) {
             Some((_, all)) => all.push(figures),
             None => {
@@ -269,23 +285,26 @@ fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
     Ok(Some(LearnedMachine::new(bundle.manifest.period_s, bundle.axes(), linear)?))
 }
 
-fn figures(path: &Input, actual: &Trajectory) -> Result<(f64, f64)> {
-    let figures = crate::evaluate::contour(&path.desired, path.part.as_ref(), actual)?;
-    Ok((figures.rms_mm, figures.max_mm))
+fn figures(path: &Input, actual: &Trajectory) -> Result<evaluate::Figures> {
+    evaluate::figures(&path.desired, path.part.as_ref(), actual)
 }
 
 type NamedLaw = (&'static str, Box<dyn CompensationLaw>);
 
-fn ilc_laws(settings: &CompareSettings, period_s: f64, responses: &[ImpulseResponse]) -> Result<Vec<NamedLaw>> {
-    let low_pass = LowPass::new(settings.ilc_low_pass_hz, period_s)?;
+fn ilc_laws(settings: &CompareSettings, desired: &DesiredPath, responses: &[ImpulseResponse]) -> Result<Vec<NamedLaw>> {
+    let low_pass = LowPass::new(settings.ilc_low_pass_hz, desired.trajectory().period_s())?;
     let constant = Gain::Constant(settings.ilc_gain);
-    Ok(vec![
+    let mut laws: Vec<NamedLaw> = vec![
         (method::SPATIAL_ILC, Box::new(SpatialIlc::new(constant, low_pass)?)),
         (method::DECREASING_ILC, Box::new(SpatialIlc::new(Gain::Decreasing, low_pass)?)),
         (method::TRACKING_ILC, Box::new(TrackingIlc::new(constant, low_pass))),
         (method::NORM_OPTIMAL_ILC, Box::new(norm_optimal(0.0, responses.to_vec())?)),
-        (method::CROSS_COUPLED_ILC, Box::new(norm_optimal(1.0, responses.to_vec())?)),
-    ])
+    ];
+    // Across a path there is only a plane where the axes are the coordinates of the tip.
+    if !desired.kinematics().turns() {
+        laws.push((method::CROSS_COUPLED_ILC, Box::new(norm_optimal(1.0, responses.to_vec())?)));
+    }
+    Ok(laws)
 }
 
 /// Actual positions of every run, the uncompensated one first.
@@ -304,46 +323,40 @@ fn run_ilc(
 /// Runs from which the mean path is taken.
 const FLOOR_RUNS: usize = 8;
 
-/// Contour distance of a run from the mean of runs: RMS and MAX, each the mean over the runs.
-fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<(f64, f64)> {
+/// Contour distance of a run from the mean of runs: every figure the mean over the runs.
+fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<evaluate::Figures> {
     let reference = desired.trajectory();
     let runs: Vec<Trajectory> = (0..FLOOR_RUNS).map(|_| machine.run(reference)).collect::<Result<_, _>>()?;
     let mean = |axis: usize| -> Vec<f64> {
         (0..reference.len()).map(|k| runs.iter().map(|run| run.columns()[axis][k]).sum::<f64>() / FLOOR_RUNS as f64).collect()
     };
     let mean = reference.with_columns((0..reference.axes().len()).map(mean).collect())?;
-    let path = desired.tips_of(&mean)?;
-    let (mut rms, mut max) = (0.0, 0.0);
-    for run in &runs {
-        let figures = summary(&Exact::default().estimate(&desired.tips_of(run)?, &path)?);
-        // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
-        let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
-        rms += figures.map_or(0.0, |f| f.rms_mm) * unbias / FLOOR_RUNS as f64;
-        max += figures.map_or(0.0, |f| f.max_mm) * unbias / FLOOR_RUNS as f64;
+    let path = DesiredPath::new(mean, Arc::clone(desired.kinematics()))?;
+    let figures: Vec<evaluate::Figures> = runs.iter().map(|run| evaluate::figures(&path, None, run)).collect::<Result<_>>()?;
+    // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
+    let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
+    let over = |of: &dyn Fn(&evaluate::Figures) -> f64| unbias * figures.iter().map(of).sum::<f64>() / FLOOR_RUNS as f64;
+    let mut floor = figures[0];
+    floor.tip.rms_mm = over(&|f| f.tip.rms_mm);
+    floor.tip.max_mm = over(&|f| f.tip.max_mm);
+    if let Some(orientation) = &mut floor.orientation {
+        orientation.rms_rad = over(&|f| f.orientation.map_or(0.0, |o| o.rms_rad));
+        orientation.max_rad = over(&|f| f.orientation.map_or(0.0, |o| o.max_rad));
     }
-    Ok((rms, max))
+    Ok(floor)
 }
 
 /// The table: a row a method, RMS and MAX in µm for every path and their mean.
 #[must_use]
 pub fn render(results: &[PathComparison], settings: &CompareSettings) -> String {
     let Some(first) = results.first() else { return String::new() };
-    let mut header = vec!["RMS / MAX, µm".to_owned()];
-    header.extend(results.iter().map(|result| result.name.clone()));
-    header.push("mean".to_owned());
-    let cell = |(rms, max): (f64, f64)| format!("{} / {}", um(rms), um(max));
-    let rows: Vec<Vec<String>> = first
-        .methods
-        .iter()
-        .map(|(name, _)| {
-            let all: Vec<(f64, f64)> = results.iter().filter_map(|result| Some(result.of(name)?.mean())).collect();
-            let count = all.len().max(1) as f64;
-            let mean = all.iter().fold((0.0, 0.0), |sum, f| (sum.0 + f.0 / count, sum.1 + f.1 / count));
-            std::iter::once((*name).to_owned()).chain(all.iter().map(|f| cell(*f))).chain([cell(mean)]).collect()
-        })
-        .collect();
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let mut text = table(&header, &rows);
+    let mut text = rows(results, first, "tool tip, RMS / MAX, µm", |figures| Some(figures.mean()), um);
+    if first.desired.kinematics().turns() {
+        text.push('\n');
+        text.push_str(&rows(results, first, "tool direction, RMS / MAX, µrad", Figures::mean_turn, |rad| {
+            format!("{:.2}", rad * 1e6)
+        }));
+    }
     text.push_str(&format!(
         "\nILC: gain {}, zero-phase low-pass {} Hz, {} learning runs on the machine (decreasing: gain 1, 1/2, 1/3 …); {} noise seed(s)",
         settings.ilc_gain, settings.ilc_low_pass_hz, settings.ilc_runs, settings.seeds
@@ -353,6 +366,31 @@ pub fn render(results: &[PathComparison], settings: &CompareSettings) -> String 
         text.push_str(&format!("\ngap (first run − floor)/(spatial ILC − floor): {:.2} on the mean of the paths", mean(&gaps)));
     }
     text
+}
+
+fn rows(
+    results: &[PathComparison],
+    first: &PathComparison,
+    title: &str,
+    of: impl Fn(&Figures) -> Option<(f64, f64)>,
+    show: impl Fn(f64) -> String,
+) -> String {
+    let mut header = vec![title.to_owned()];
+    header.extend(results.iter().map(|result| result.name.clone()));
+    header.push("mean".to_owned());
+    let cell = |(rms, max): (f64, f64)| format!("{} / {}", show(rms), show(max));
+    let rows: Vec<Vec<String>> = first
+        .methods
+        .iter()
+        .map(|(name, _)| {
+            let all: Vec<(f64, f64)> = results.iter().filter_map(|result| of(result.of(name)?)).collect();
+            let count = all.len().max(1) as f64;
+            let mean = all.iter().fold((0.0, 0.0), |sum, f| (sum.0 + f.0 / count, sum.1 + f.1 / count));
+            std::iter::once((*name).to_owned()).chain(all.iter().map(|f| cell(*f))).chain([cell(mean)]).collect()
+        })
+        .collect();
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    table(&header, &rows)
 }
 
 /// The figures as JSON, by path and method.
@@ -372,6 +410,10 @@ pub fn json(results: &[PathComparison], settings: &CompareSettings) -> Value {
                         "rms_spread_um": spread(&figures.rms) * 1e3,
                         "max_spread_um": spread(&figures.max) * 1e3,
                     });
+                    if let Some((rms, max)) = figures.mean_turn() {
+                        entry["orientation_rms_urad"] = json!(rms * 1e6);
+                        entry["orientation_max_urad"] = json!(max * 1e6);
+                    }
                     if name.contains("ilc") {
                         entry["runs"] = json!(settings.ilc_runs);
                     }

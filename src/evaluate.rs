@@ -1,10 +1,14 @@
 //! Figures of a run.
 
 use anyhow::Result;
-use motion::contour::{ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, summary};
-use motion::{DesiredPath, Trajectory, Vec3};
+use motion::contour::{
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, orientation_errors, summary,
+    summary_of,
+};
+use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 use serde_json::{Value, json};
 
+use crate::output::um;
 use crate::pipeline::Part;
 
 /// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
@@ -48,12 +52,76 @@ fn errors_from(desired: &DesiredPath, actual: &Trajectory, path: &[Vec3]) -> Res
     Ok(estimator.estimate(&tips, path)?)
 }
 
-/// RMS, MAX and 95th percentile of the contour error over the samples of a run, mm; of a program only over those of its feed moves.
+/// The figures of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// Contour error of the tool tip, mm.
+    pub tip: ContourSummary,
+    /// Contour error of the tool's direction, on a machine that turns it.
+    pub orientation: Option<OrientationSummary>,
+}
+
+/// Orientation errors in three figures, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientationSummary {
+    /// Root of the mean square.
+    pub rms_rad: f64,
+    /// Largest.
+    pub max_rad: f64,
+    /// What 95 % of the samples stay within.
+    pub p95_rad: f64,
+}
+
+/// Length at which an error of the tool's direction counts like one of its tip, mm: the depth of a side mill's cut.
+const LEVER_MM: f64 = 20.0;
+
+impl Figures {
+    /// One figure to judge a run by: the root mean square of the tip's error and of the direction's at a lever of 20 mm, mm.
+    #[must_use]
+    pub fn judged_mm(&self) -> f64 {
+        self.tip.rms_mm.hypot(self.orientation.map_or(0.0, |orientation| orientation.rms_rad * LEVER_MM))
+    }
+}
+
+/// Contour error of tip and tool over the samples of a run; of a program only over those of its feed moves.
+///
+/// # Errors
+/// As [`contour_errors`].
+pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Figures> {
+    let errors = contour_errors(desired, actual)?;
+    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(*k));
+    let orientation = orientation(desired, &errors, desired.poses(), actual, counts)?;
+    Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
+}
+
+/// Figures of the tool's direction at the feet of `errors` on the poses `path`, over the samples of `actual` that count; `None` on a machine that
+/// does not turn the tool.
+///
+/// # Errors
+/// When the axes are not the path's, or no sample counts.
+pub fn orientation(
+    desired: &DesiredPath,
+    errors: &[ContourError],
+    path: &[Pose],
+    actual: &Trajectory,
+    counts: impl Fn(&usize) -> bool,
+) -> Result<Option<OrientationSummary>> {
+    if !desired.kinematics().turns() {
+        return Ok(None);
+    }
+    let poses = poses_of(actual, desired.kinematics().as_ref())?;
+    let angles = orientation_errors(errors, &poses, path).into_iter().enumerate().filter(|(k, _)| counts(k));
+    let angles: Vec<f64> = angles.map(|(_, error)| error.angle_rad).collect();
+    let figures = summary_of(&angles, None).ok_or_else(|| anyhow::anyhow!("the path has no samples"))?;
+    Ok(Some(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm }))
+}
+
+/// RMS, MAX and 95th percentile of the tip's contour error over the samples of a run, mm; of a program only over those of its feed moves.
 ///
 /// # Errors
 /// As [`contour_errors`].
 pub fn contour(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<ContourSummary> {
-    summary_of_feed_moves(part, contour_errors(desired, actual)?.into_iter().enumerate())
+    Ok(figures(desired, part, actual)?.tip)
 }
 
 /// The figures of errors, each with its place on the path in samples: rapids do not cut, and do not count.
@@ -77,6 +145,22 @@ pub fn rms_max(values: &[f64]) -> (f64, f64) {
 #[must_use]
 pub fn contour_json(figures: &ContourSummary) -> Value {
     json!({ "rms": figures.rms_mm * 1e3, "max": figures.max_mm * 1e3, "p95": figures.p95_mm * 1e3 })
+}
+
+/// The JSON figures of an orientation error, µrad; `null` where the tool does not turn.
+#[must_use]
+pub fn orientation_json(figures: Option<&OrientationSummary>) -> Value {
+    figures.map_or(Value::Null, |f| json!({ "rms": f.rms_rad * 1e6, "max": f.max_rad * 1e6, "p95": f.p95_rad * 1e6 }))
+}
+
+/// The figures of a run in words: "0.25 µm RMS, 0.81 µm MAX", with those of the tool's direction where it turns.
+#[must_use]
+pub fn in_words(figures: &Figures) -> String {
+    let tip = format!("contour error {} µm RMS, {} µm MAX", um(figures.tip.rms_mm), um(figures.tip.max_mm));
+    match &figures.orientation {
+        None => tip,
+        Some(o) => format!("{tip}; tool direction {:.2} µrad RMS, {:.2} µrad MAX", o.rms_rad * 1e6, o.max_rad * 1e6),
+    }
 }
 
 /// The JSON figures of tracking errors, by axis: µm for linear axes, µrad for rotary ones.

@@ -7,7 +7,7 @@ use motion::Limits;
 
 use crate::evaluate::contour_errors;
 use crate::learning::{self, Outcome, Settings};
-use crate::pipeline::{Part, is_shiftable};
+use crate::pipeline::Part;
 
 /// Rounds of planning, compensating and choosing.
 const ROUNDS: usize = 8;
@@ -76,7 +76,7 @@ impl Trial {
     fn adjustable(&self, index: usize) -> bool {
         let step = &self.part.toolpath.moves[index];
         let mode = self.part.toolpath.modal(step).feed_mode;
-        is_shiftable(step) && step.feed_word.is_some() && mode != FeedMode::InverseTime
+        self.part.is_shiftable(step) && step.feed_word.is_some() && mode != FeedMode::InverseTime
     }
 }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
 use gcode::{Dialect, Options};
-use machine::{MachineSpec, SimulatedMachine};
+use machine::{MachineSpec, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
-use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve};
+use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve_on};
 use training::Recipe;
 
 use crate::cli::{DialectName, LogArgs, ProgramArgs};
@@ -35,6 +35,8 @@ pub struct Input {
 pub struct Frame {
     /// How the axes place the tool.
     pub kinematics: Arc<dyn Kinematics>,
+    /// What the words of a program mean while it does not say so itself.
+    pub words: ProgramWords,
     /// What the axes and the path are allowed to do.
     pub limits: Limits,
     /// Sampling period, s.
@@ -43,9 +45,13 @@ pub struct Frame {
 
 impl Frame {
     /// The frame of a machine description.
-    #[must_use]
-    pub fn of(spec: &MachineSpec) -> Self {
-        Self { kinematics: spec.kinematics(), limits: spec.limits(), period_s: spec.sampling_period_s() }
+    ///
+    /// # Errors
+    /// When its axes cannot place a tool.
+    pub fn of(spec: &MachineSpec) -> Result<Self> {
+        let kinematics = spec.kinematics().map_err(|error| Refusal(error.to_string()))?;
+        let words = spec.program_words();
+        Ok(Self { kinematics, words, limits: spec.limits(), period_s: spec.sampling_period_s() })
     }
 }
 
@@ -81,15 +87,7 @@ impl Input {
                 DialectName::Linuxcnc => Dialect::LinuxCnc,
             })
         });
-        let part = Part::read(
-            &name,
-            read_file(input)?,
-            options.as_ref(),
-            Vec3::from(args.work_offset),
-            &frame.kinematics,
-            &frame.limits,
-            &settings,
-        )?;
+        let part = Part::read(&name, read_file(input)?, options.as_ref(), Vec3::from(args.work_offset), frame, &settings)?;
         Ok(Self { name, desired: part.plan.desired.clone(), part: Some(part) })
     }
 
@@ -107,7 +105,7 @@ impl Input {
     pub fn curve(name: &str, feed_mm_s: f64, frame: &Frame) -> Result<Self> {
         let curve = library::by_name(name).map_err(|error| Usage(error.to_string()))?;
         let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
-        let desired = plan_curve(curve, feed_mm_s, &frame.limits, &settings)?;
+        let desired = plan_curve_on(curve, feed_mm_s, &frame.kinematics, &frame.limits, &settings)?;
         Ok(Self { name: name.to_owned(), desired, part: None })
     }
 }

@@ -7,11 +7,11 @@ use clap::ValueEnum;
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
-use motion::contour::{ContourSummary, Exact};
+use motion::contour::Exact;
 use motion::{DesiredPath, Limits, Trajectory};
 use serde::Serialize;
 
-use crate::evaluate;
+use crate::evaluate::{self, Figures};
 use crate::pipeline::Part;
 
 /// How the reference is learned on the model.
@@ -30,7 +30,7 @@ pub enum LawName {
     CrossCoupled,
 }
 
-/// Size of the shifts from which impulse responses are identified, mm or rad: far above the noise, small enough for the motor's torque.
+/// Size of the shifts from which impulse responses are identified, mm: far above the noise, small enough for the motor's torque.
 pub const PROBE: f64 = 0.005;
 /// Time after which a drive's response is over, s.
 pub const RESPONSE_S: f64 = 0.2;
@@ -46,13 +46,15 @@ pub struct Settings {
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on every update, Hz.
     pub low_pass_hz: f64,
-    /// Largest correction of an axis, mm or rad.
+    /// Largest correction of an axis, or of the tip on a machine that turns tool or workpiece, mm.
     pub max_shift: f64,
+    /// Largest correction of the tool's direction, rad.
+    pub max_turn_rad: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { law: LawName::Virtual, iterations: 4, gain: 0.9, low_pass_hz: 100.0, max_shift: 0.1 }
+        Self { law: LawName::Virtual, iterations: 4, gain: 0.9, low_pass_hz: 100.0, max_shift: 0.1, max_turn_rad: 0.01 }
     }
 }
 
@@ -69,10 +71,10 @@ pub struct Outcome {
     pub reference: Trajectory,
     /// What the model expects of it.
     pub forecast: Trajectory,
-    /// Predicted contour error without compensation.
-    pub before: ContourSummary,
-    /// Predicted contour error of `reference`.
-    pub after: ContourSummary,
+    /// Predicted figures without compensation.
+    pub before: Figures,
+    /// Predicted figures of `reference`.
+    pub after: Figures,
     /// Updates taken.
     pub updates: usize,
     /// Whether the model predicts a gain worth having.
@@ -131,11 +133,12 @@ pub fn compensate(
         LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
         LawName::CrossCoupled => Box::new(norm_optimal(1.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
     };
-    let guard = Guard { max_shift: settings.max_shift, limits: limits.cloned(), weights, ..Guard::default() };
+    let Settings { max_shift, max_turn_rad, .. } = *settings;
+    let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
     let stop = StopRule { updates, stall: 0.0 };
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
-        evaluate::contour(desired, part, actual).map_or(f64::INFINITY, |figures| figures.rms_mm)
+        evaluate::figures(desired, part, actual).map_or(f64::INFINITY, |figures| figures.judged_mm())
     };
     let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
     let (Some(first), Some(best)) = (learned.rounds.first(), learned.best()) else {
@@ -146,8 +149,8 @@ pub fn compensate(
     Ok(Outcome {
         reference: chosen.reference.clone(),
         forecast: chosen.actual.clone(),
-        before: evaluate::contour(desired, part, &first.actual)?,
-        after: evaluate::contour(desired, part, &chosen.actual)?,
+        before: evaluate::figures(desired, part, &first.actual)?,
+        after: evaluate::figures(desired, part, &chosen.actual)?,
         updates: learned.rounds.len() - 1,
         gained,
         outside,

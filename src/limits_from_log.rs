@@ -42,6 +42,7 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
                     velocity_mm_s: velocity,
                     acceleration_mm_s2: acceleration,
                     jerk_mm_s3: jerk,
+                    travel_mm: None,
                     drive: None,
                 }),
                 AxisKind::Rotary => AxisSpec::Rotary(RotaryAxis {
@@ -49,6 +50,8 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
                     velocity_rad_s: velocity,
                     acceleration_rad_s2: acceleration,
                     jerk_rad_s3: jerk,
+                    travel_deg: None,
+                    drive: None,
                 }),
             })
         })

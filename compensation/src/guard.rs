@@ -1,14 +1,16 @@
 //! What keeps a learned reference safe: standstill, largest shift, the axes' limits.
 
-use motion::{DesiredPath, Limits, Trajectory};
+use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Trajectory};
 
 use crate::CompensationError;
 
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guard {
-    /// Largest correction of an axis, mm or rad.
+    /// Largest correction of an axis, mm; on a machine that turns tool or workpiece, of the tool tip in the workpiece frame.
     pub max_shift: f64,
+    /// Largest correction of the tool's direction, rad, on a machine that turns it; of a rotary axis on a machine that does not.
+    pub max_turn_rad: f64,
     /// The machine's limits; the corrected reference exceeds speeds and accelerations by no more than [`Guard::OVERSHOOT`].
     pub limits: Option<Limits>,
     /// The correction may move this long before a motion begins and after it ends, s; in between it stands still.
@@ -19,7 +21,7 @@ pub struct Guard {
 
 impl Default for Guard {
     fn default() -> Self {
-        Self { max_shift: 0.1, limits: None, settle_s: 0.02, weights: Vec::new() }
+        Self { max_shift: 0.1, max_turn_rad: 0.01, limits: None, settle_s: 0.02, weights: Vec::new() }
     }
 }
 
@@ -31,25 +33,90 @@ impl Guard {
 
     /// `reference` with its correction against `desired` bounded.
     ///
+    /// Where the machine turns tool or workpiece its axes belong together: what one of them may not take, none takes.
+    ///
     /// # Errors
     /// When the two do not match.
     pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
         let path = desired.trajectory();
         path.check_matches(reference)?;
-        let settle = (self.settle_s / path.period_s()).round() as usize;
-        let mut columns = Vec::with_capacity(path.axes().len());
-        for (axis, (column, target)) in reference.columns().iter().zip(path.columns()).enumerate() {
-            let mut correction: Vec<f64> =
-                column.iter().zip(target).map(|(r, d)| (r - d).clamp(-self.max_shift, self.max_shift)).collect();
-            hold(&mut correction, &rests(target, settle), samples(FADE_S, path.period_s()));
-            correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
-            if let Some(limit) = self.limits.as_ref().and_then(|limits| limits.axes.get(axis)) {
-                fade_where_too_fast(&mut correction, target, path.period_s(), limit.velocity, limit.acceleration);
+        let turns = desired.kinematics().turns();
+        let mut corrections = path.columns().iter().zip(reference.columns());
+        let mut corrections: Vec<Vec<f64>> =
+            corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
+        if turns {
+            self.bound_poses(desired, &mut corrections);
+        } else {
+            for (correction, axis) in corrections.iter_mut().zip(path.axes()) {
+                let most = if axis.kind == AxisKind::Rotary { self.max_turn_rad } else { self.max_shift };
+                correction.iter_mut().for_each(|c| *c = c.clamp(-most, most));
             }
-            columns.push(correction.iter().zip(target).map(|(c, d)| c + d).collect());
         }
-        Ok(path.with_columns(columns)?)
+        let settle = samples(self.settle_s, path.period_s());
+        let together = turns.then(|| common(path.columns().iter().map(|target| rests(target, settle))));
+        let fade = samples(FADE_S, path.period_s());
+        for (correction, target) in corrections.iter_mut().zip(path.columns()) {
+            match &together {
+                Some(rests) => hold(correction, rests, fade),
+                None => hold(correction, &rests(target, settle), fade),
+            }
+            correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
+        }
+        if let Some(limits) = &self.limits {
+            let axes =
+                if turns { vec![(0..corrections.len()).collect()] } else { (0..corrections.len()).map(|i| vec![i]).collect() };
+            for group in axes {
+                fade_where_too_fast(&mut corrections, path, &group, &limits.axes);
+            }
+        }
+        if turns {
+            hold_travel(&mut corrections, desired);
+        }
+        let columns = corrections.iter().zip(path.columns());
+        Ok(path.with_columns(columns.map(|(c, d)| c.iter().zip(d).map(|(c, d)| c + d).collect()).collect())?)
     }
+
+    /// Scales the correction of all axes where tip or tool would be moved too far.
+    fn bound_poses(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) {
+        let path = desired.trajectory();
+        let mut joints = vec![0.0; corrections.len()];
+        for (k, wanted) in desired.poses().iter().enumerate() {
+            for ((joint, target), correction) in joints.iter_mut().zip(path.at(k)).zip(corrections.iter()) {
+                *joint = target + correction[k];
+            }
+            let pose = desired.kinematics().forward(&joints);
+            let kept = (self.max_shift / (pose.tip - wanted.tip).norm()).min(self.max_turn_rad / pose.angle_to(wanted)).min(1.0);
+            if kept < 1.0 {
+                corrections.iter_mut().for_each(|correction| correction[k] *= kept);
+            }
+        }
+    }
+}
+
+/// No axis leaves its travel for a correction.
+fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {
+    for (axis, (correction, target)) in corrections.iter_mut().zip(desired.trajectory().columns()).enumerate() {
+        if let Some([low, high]) = desired.kinematics().travel(axis) {
+            for (c, d) in correction.iter_mut().zip(target) {
+                *c = (d + *c).clamp(low.min(*d), high.max(*d)) - d;
+            }
+        }
+    }
+}
+
+/// Stretches that lie within one of every list.
+fn common(mut lists: impl Iterator<Item = Vec<(usize, usize)>>) -> Vec<(usize, usize)> {
+    let Some(first) = lists.next() else { return Vec::new() };
+    lists.fold(first, |all, list| {
+        let overlap = |a: &(usize, usize), b: &(usize, usize)| (a.0.max(b.0), a.1.min(b.1));
+        let mut out: Vec<(usize, usize)> = Vec::new();
+        let mut from = 0;
+        for a in &all {
+            from += list[from..].partition_point(|b| b.1 <= a.0);
+            out.extend(list[from..].iter().take_while(|b| b.0 < a.1).map(|b| overlap(a, b)).filter(|o| o.1 > o.0));
+        }
+        out
+    })
 }
 
 /// Stretches `(first, last)` in which an axis of the desired path stands still, shortened by `settle` samples on the sides where it moves.
@@ -106,23 +173,18 @@ fn samples(seconds: f64, period_s: f64) -> usize {
     (seconds / period_s).round().max(1.0) as usize
 }
 
-/// Scales the correction down around samples at which the corrected axis would exceed its limits.
-fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, velocity: f64, acceleration: f64) {
-    let half_width = samples(WINDOW_S, period_s);
-    let n = correction.len();
+/// Scales the corrections of the axes of `group` down around samples at which one of them would exceed its limits.
+fn fade_where_too_fast(corrections: &mut [Vec<f64>], path: &Trajectory, group: &[usize], limits: &[AxisLimits]) {
+    let half_width = samples(WINDOW_S, path.period_s());
+    let n = path.len();
     for round in 0..ROUNDS[0] + ROUNDS[1] {
         // A raised cosine: from 1 at the window's ends down to what is kept at the place.
         let kept = if round < ROUNDS[0] { 0.3 } else { 0.0 };
         let mut scale = vec![1.0_f64; n];
         let mut exceeded = false;
-        let value = |c: &[f64], k: usize| c[k] + desired[k];
-        for k in 2..n {
-            let v = |c: &[f64], k: usize| (value(c, k) - value(c, k - 1)) / period_s;
-            let plain = |k: usize| (desired[k] - desired[k - 1]) / period_s;
-            let (speed, rate) = (v(correction, k).abs(), ((v(correction, k) - v(correction, k - 1)) / period_s).abs());
-            let allowed_speed = (velocity * Guard::OVERSHOOT[0]).max(plain(k).abs());
-            let allowed_rate = (acceleration * Guard::OVERSHOOT[1]).max(((plain(k) - plain(k - 1)) / period_s).abs());
-            if speed > allowed_speed * (1.0 + 1e-9) || rate > allowed_rate * (1.0 + 1e-9) {
+        for axis in group {
+            let Some(limit) = limits.get(*axis) else { continue };
+            for k in too_fast(&corrections[*axis], &path.columns()[*axis], path.period_s(), limit) {
                 exceeded = true;
                 for (i, s) in scale.iter_mut().enumerate().take((k + half_width).min(n)).skip(k.saturating_sub(half_width)) {
                     let distance = i.abs_diff(k) as f64 / half_width as f64;
@@ -134,12 +196,32 @@ fn fade_where_too_fast(correction: &mut [f64], desired: &[f64], period_s: f64, v
         if !exceeded {
             return;
         }
-        for (c, s) in correction.iter_mut().zip(&scale) {
-            *c *= s;
+        for axis in group {
+            corrections[*axis].iter_mut().zip(&scale).for_each(|(c, s)| *c *= s);
         }
     }
     // Still too fast: no correction is better than a wild one.
-    correction.fill(0.0);
+    for axis in group {
+        corrections[*axis].fill(0.0);
+    }
+}
+
+/// Samples at which the corrected axis exceeds its limits by more than its path does anyway.
+fn too_fast<'a>(
+    correction: &'a [f64],
+    desired: &'a [f64],
+    period_s: f64,
+    limit: &'a AxisLimits,
+) -> impl Iterator<Item = usize> + 'a {
+    let corrected = move |k: usize| desired[k] + correction[k];
+    let speed = move |at: &dyn Fn(usize) -> f64, k: usize| (at(k) - at(k - 1)) / period_s;
+    let rate = move |at: &dyn Fn(usize) -> f64, k: usize| (at(k) - 2.0 * at(k - 1) + at(k - 2)) / (period_s * period_s);
+    let plain = move |k: usize| desired[k];
+    (2..desired.len()).filter(move |k| {
+        let allowed_speed = (limit.velocity * Guard::OVERSHOOT[0]).max(speed(&plain, *k).abs());
+        let allowed_rate = (limit.acceleration * Guard::OVERSHOOT[1]).max(rate(&plain, *k).abs());
+        speed(&corrected, *k).abs() > allowed_speed * (1.0 + 1e-9) || rate(&corrected, *k).abs() > allowed_rate * (1.0 + 1e-9)
+    })
 }
 
 #[cfg(test)]

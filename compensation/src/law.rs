@@ -1,6 +1,7 @@
 //! How a reference is moved after a run.
 
-use motion::{DesiredPath, Trajectory, Vec3};
+use motion::contour::{ContourError, ContourEstimator, orientation_errors};
+use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 
 use crate::CompensationError;
 
@@ -21,11 +22,71 @@ pub trait CompensationLaw {
     ) -> Result<Trajectory, CompensationError>;
 }
 
-/// `reference` with its tool tip moved by `shifts` (mm, workpiece frame, one a sample) and its tool axis kept, back on the axes.
+/// How a pose is off, or is to be moved, in the workpiece frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shift {
+    /// Of the tip, mm.
+    pub tip: Vec3,
+    /// Of the tool's unit vector.
+    pub tool: Vec3,
+}
+
+impl Shift {
+    /// The shift, scaled.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { tip: self.tip * factor, tool: self.tool * factor }
+    }
+
+    /// From this shift to another by a share.
+    #[must_use]
+    pub fn lerp(self, other: Self, share: f64) -> Self {
+        Self { tip: self.tip.lerp(&other.tip, share), tool: self.tool.lerp(&other.tool, share) }
+    }
+}
+
+/// What a run made of a path: one entry a desired sample.
+#[derive(Debug, Clone)]
+pub struct PoseErrors {
+    /// Contour errors of the tip.
+    pub contour: Vec<ContourError>,
+    /// Of tip and tool axis together, as a law takes them.
+    pub shifts: Vec<Shift>,
+    /// Poses of the run.
+    pub actual: Vec<Pose>,
+}
+
+/// Contour error of tip and tool axis at every desired sample, desired − actual at the foot point (Papers A-D; Paper C, eq. 1-4), with the
+/// poses of the run.
+///
+/// # Errors
+/// When the run's axes are not the path's, or a position is not finite.
+pub fn pose_errors(
+    desired: &DesiredPath,
+    actual: &Trajectory,
+    estimator: &mut dyn ContourEstimator,
+) -> Result<PoseErrors, CompensationError> {
+    let actual = poses_of(actual, desired.kinematics().as_ref())?;
+    let tips: Vec<Vec3> = actual.iter().map(|pose| pose.tip).collect();
+    let contour = estimator.estimate(&desired.tips(), &tips)?;
+    let still = |error: &ContourError| Shift { tip: error.vector, tool: Vec3::zeros() };
+    let mut shifts: Vec<Shift> = contour.iter().map(still).collect();
+    if desired.kinematics().turns() {
+        for (shift, error) in shifts.iter_mut().zip(orientation_errors(&contour, desired.poses(), &actual)) {
+            shift.tool = error.vector;
+        }
+    }
+    Ok(PoseErrors { contour, shifts, actual })
+}
+
+/// Lean of the tool from a pole below which its correction fades, rad: there a turning axis goes a long way for little.
+const POLE_RAD: f64 = 0.002;
+
+/// `reference` with its poses moved by `shifts`, one a sample, back on the axes.
 ///
 /// # Errors
 /// When a moved pose cannot be reached.
-pub fn move_tips(desired: &DesiredPath, reference: &Trajectory, shifts: &[Vec3]) -> Result<Trajectory, CompensationError> {
+pub fn move_poses(desired: &DesiredPath, reference: &Trajectory, shifts: &[Shift]) -> Result<Trajectory, CompensationError> {
     let kinematics = desired.kinematics();
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(reference.len()); reference.axes().len()];
     let mut joints = vec![0.0; columns.len()];
@@ -34,7 +95,12 @@ pub fn move_tips(desired: &DesiredPath, reference: &Trajectory, shifts: &[Vec3])
             *joint = position;
         }
         let mut pose = kinematics.forward(&joints);
-        pose.tip += shift;
+        pose.tip += shift.tip;
+        if shift.tool != Vec3::zeros() {
+            let lean = kinematics.pole_distance_rad(&joints).map_or(f64::INFINITY, |lean| lean / POLE_RAD);
+            let kept = if lean.is_finite() { lean * lean / (1.0 + lean * lean) } else { 1.0 };
+            pose.tool = (pose.tool + shift.tool * kept).try_normalize(0.0).unwrap_or(pose.tool);
+        }
         for (column, position) in columns.iter_mut().zip(kinematics.inverse(&pose, &joints)?) {
             column.push(position);
         }

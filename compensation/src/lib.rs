@@ -14,6 +14,6 @@ mod response;
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use guard::Guard;
-pub use law::{CompensationLaw, move_tips};
+pub use law::{CompensationLaw, PoseErrors, Shift, move_poses, pose_errors};
 pub use learn::{Learned, Round, StopRule, learn};
 pub use response::ImpulseResponse;

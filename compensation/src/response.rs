@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use machine::Machine;
-use motion::Trajectory;
+use motion::{AxisKind, Trajectory};
 
 use crate::CompensationError;
 
@@ -17,6 +17,9 @@ pub struct ImpulseResponse {
 const NEGLIGIBLE: f64 = 1e-9;
 /// Ridge of the identification, as a share of the probe's energy: only against a probe that excites little.
 const RIDGE: f64 = 1e-9;
+
+/// Lever arm with which a shift in mm is turned into one of an angle, mm.
+const LEVER_MM: f64 = 100.0;
 
 impl ImpulseResponse {
     /// A response with the given taps, the first one without delay.
@@ -84,14 +87,14 @@ impl ImpulseResponse {
     }
 
     /// The responses of every axis of a machine, real or learned: what it does on `path` with and without small pseudo-random shifts of
-    /// `amplitude` (mm or rad) on top. The motion keeps friction from holding the shifts back.
+    /// `amplitude_mm` on top, on rotary axes at a lever of 100 mm. The motion keeps friction from holding the shifts back.
     ///
     /// # Errors
     /// When the machine does not run, or the path is shorter than twice `memory_s`, the time after which a response is over.
     pub fn probe(
         machine: &mut dyn Machine,
         path: &Trajectory,
-        amplitude: f64,
+        amplitude_mm: f64,
         memory_s: f64,
     ) -> Result<Vec<Self>, CompensationError> {
         let taps = (memory_s / path.period_s()).ceil() as usize;
@@ -99,9 +102,13 @@ impl ImpulseResponse {
         let mut state = 0x9E37_79B9_7F4A_7C15_u64;
         let mut sign = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            if state >> 63 == 0 { amplitude } else { -amplitude }
+            if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
-        let probes: Vec<Vec<f64>> = path.columns().iter().map(|column| column.iter().map(|_| sign()).collect()).collect();
+        let probes = path.axes().iter().zip(path.columns()).map(|(axis, column)| {
+            let amplitude = if axis.kind == AxisKind::Rotary { amplitude_mm / LEVER_MM } else { amplitude_mm };
+            column.iter().map(|_| amplitude * sign()).collect()
+        });
+        let probes: Vec<Vec<f64>> = probes.collect();
         let probed = path.columns().iter().zip(&probes);
         let probed = path.with_columns(probed.map(|(x, u)| x.iter().zip(u).map(|(x, u)| x + u).collect()).collect())?;
         let (without, with) = (machine.run(path)?, machine.run(&probed)?);

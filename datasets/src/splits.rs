@@ -55,6 +55,13 @@ pub fn split_runs(logs: &[Log], held_out_fraction: f64, seed: u64) -> Result<Spl
             sum += logs[index].len();
         }
     }
+    // An axis that moves in several runs is judged by one of them.
+    for axis in 0..logs[0].axes().len() {
+        let moving: Vec<usize> = order.iter().copied().filter(|index| moves(&logs[*index], axis)).collect();
+        if moving.len() >= 2 && moving.iter().all(|index| !held[*index]) {
+            held[moving[0]] = true;
+        }
+    }
     let pick = |side: bool| {
         let chosen = logs.iter().zip(&held).filter(|(_, held)| **held == side);
         chosen.map(|(log, _)| log.clone()).collect()
@@ -141,6 +148,11 @@ fn parts(log: &Log, cuts: &[usize]) -> Result<Vec<Log>, DatasetError> {
 }
 
 /// Whether no axis's command moves from sample `k − 1` to `k`.
+/// Whether an axis is commanded to move in a run.
+fn moves(log: &Log, axis: usize) -> bool {
+    log.reference.columns().get(axis).is_some_and(|column| column.iter().any(|position| *position != column[0]))
+}
+
 fn is_still(reference: &Trajectory, k: usize) -> bool {
     reference
         .axes()

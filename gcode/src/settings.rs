@@ -102,6 +102,11 @@ impl Interpreter<'_> {
 
     fn set_tool_length(&mut self, length: ToolLength) {
         let unchanged = length == ToolLength::Off && self.modal.tool_length == ToolLength::Off;
+        let tip = ToolLength::TipControl;
+        // From axes to tip and back the same place has other coordinates.
+        if (length == tip) != (self.modal.tool_length == tip) {
+            (0..3).for_each(|axis| self.position.forget(axis));
+        }
         self.modal.tool_length = length;
         // LinuxCNC shows the same place with another Z; elsewhere the offset is taken up with the next Z word.
         if self.options.dialect == Dialect::LinuxCnc && !unchanged {

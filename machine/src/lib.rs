@@ -15,9 +15,12 @@
 //! The velocity loop sees the motor's speed itself, not a difference of counts. The friction forces `F_fm`, `F_ft` of the motor's and
 //! the table's side are LuGre or Maxwell-slip models whose Coulomb level depends on direction, place, run and time.
 //!
+//! A rotary drive has the same equations with the table's angle for `x`, `R = 1/ratio` of the gear, inertias for masses and torques about
+//! the table's axis for forces.
+//!
 //! The steady tracking error in a ramp is `v (1 − k_ff) / K_pp`: positive for positive `v`.
 //!
-//! [`SimulatedMachine::run_full`] returns both views of a run: a motor encoder cannot see backlash and the screw's stretch.
+//! [`SimulatedMachine::run_full`] returns both views of a run: a motor encoder cannot see backlash and the stretch of screw or gear.
 
 mod drive;
 mod error;
@@ -28,8 +31,10 @@ pub use error::MachineError;
 use motion::Trajectory;
 pub use simulated::{Interpolation, Run, Sensor, SimulatedMachine, SimulationOptions};
 pub use spec::{
-    AxisSpec, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FrictionSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec,
-    MachineSpec, MotorSpec, Patch, PathSpec, PreslidingSpec, RotaryAxis, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
+    AxisSpec, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec, Harmonic,
+    KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec, ProgramWords,
+    RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec,
+    RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
 };
 
 /// What turns a commanded motion into an actual one.

@@ -56,7 +56,7 @@ impl SimulationOptions {
     }
 }
 
-/// One run, seen from both ends of the screws.
+/// One run, seen from both ends of the screws and gears.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// What the motor encoders read.
@@ -65,21 +65,32 @@ pub struct Run {
     pub table: Trajectory,
 }
 
-/// A machine of simulated drives, one a (linear) axis.
+/// A machine of simulated drives, one an axis, linear or rotary.
 ///
-/// Every run starts with an approach: each axis comes from 1 mm below its first position and rests there, which defines the state of
-/// friction, backlash and integrators. Noise is drawn from `ChaCha8(seed)`, one stream for each run and axis.
+/// Every run starts with an approach: each axis comes from 1 mm (or 1 mrad) below its first position and rests there, which defines the
+/// state of friction, backlash and integrators. Noise is drawn from `ChaCha8(seed)`, one stream for each run and axis.
 #[derive(Debug, Clone)]
 pub struct SimulatedMachine {
-    axes: Vec<(Axis, DriveSpec, Rates)>,
+    axes: Vec<SimulatedAxis>,
     period_s: f64,
     options: SimulationOptions,
     seed: u64,
     runs: u64,
 }
 
-/// Approach before a run, mm, and its times, s.
-const APPROACH_MM: f64 = 1.0;
+/// An axis and its drive.
+#[derive(Debug, Clone)]
+struct SimulatedAxis {
+    axis: Axis,
+    /// In mm or, of a rotary axis, in mrad.
+    drive: DriveSpec,
+    rates: Rates,
+    /// How many of the drive's mm or mrad are one mm or rad of a trajectory.
+    per_unit: f64,
+}
+
+/// Approach before a run, mm or mrad, and its times, s.
+const APPROACH: f64 = 1.0;
 const APPROACH_S: f64 = 0.15;
 const REST_S: f64 = 0.25;
 
@@ -95,13 +106,13 @@ impl SimulatedMachine {
             .iter()
             .map(|axis| {
                 let name = axis.name();
-                let drive = axis.drive().ok_or_else(|| {
+                let (drive, per_unit) = axis.simulated().ok_or_else(|| {
                     MachineError::BadDescription(format!(
-                        "axis `{name}` has no `drive`; only a linear axis with a drive can be simulated"
+                        "axis `{name}` has no `drive`; describe one in `[axes.drive]`, or simulate a machine that has drives"
                     ))
                 })?;
                 let rates = drive.rates(&format!("axes.{name}.drive"), spec.sampling_period_ms)?;
-                Ok((axis.axis(), drive.clone(), rates))
+                Ok(SimulatedAxis { axis: axis.axis(), drive, rates, per_unit })
             })
             .collect::<Result<_, MachineError>>()?;
         Ok(Self { axes, period_s: spec.sampling_period_s(), options: SimulationOptions::default(), seed, runs: 0 })
@@ -158,14 +169,14 @@ impl SimulatedMachine {
         // Axes share nothing, so the result does not depend on how the threads are scheduled.
         std::thread::scope(|scope| {
             for (i, (out, column)) in readings.iter_mut().zip(reference.columns()).enumerate() {
-                let (_, drive, rates) = &self.axes[i];
+                let axis = &self.axes[i];
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
                 rng.set_stream((run << 8) | i as u64);
-                scope.spawn(move || *out = self.follow(drive, *rates, column, rng));
+                scope.spawn(move || *out = self.follow(axis, column, rng));
             }
         });
         let (mut motor, mut table) = (Vec::new(), Vec::new());
-        for ((axis, _, _), readings) in self.axes.iter().zip(readings) {
+        for (SimulatedAxis { axis, .. }, readings) in self.axes.iter().zip(readings) {
             let samples = readings.motor.iter().zip(&readings.table);
             if let Some(k) = samples.clone().position(|(m, t)| !(m.is_finite() && t.is_finite())) {
                 return Err(MachineError::Unstable { axis: axis.name.clone(), time_s: k as f64 * self.period_s });
@@ -177,27 +188,30 @@ impl SimulatedMachine {
     }
 
     /// Approach, rest, and the reference itself; only the last is kept.
-    fn follow(&self, spec: &DriveSpec, rates: Rates, reference: &[f64], rng: ChaCha8Rng) -> Readings {
-        let first = reference.first().copied().unwrap_or(0.0);
+    fn follow(&self, axis: &SimulatedAxis, reference: &[f64], rng: ChaCha8Rng) -> Readings {
+        let per_unit = axis.per_unit;
+        let first = per_unit * reference.first().copied().unwrap_or(0.0);
         let rise = (APPROACH_S / self.period_s).ceil() as usize;
         let lead_in = rise + (REST_S / self.period_s).ceil() as usize;
         let mut all: Vec<f64> = (0..lead_in)
             .map(|k| {
                 let angle = std::f64::consts::PI * k.min(rise) as f64 / rise as f64;
-                first - APPROACH_MM * 0.5 * (1.0 + angle.cos())
+                first - APPROACH * 0.5 * (1.0 + angle.cos())
             })
             .collect();
-        all.extend_from_slice(reference);
-        let drive = Drive::at_rest(spec, rates, self.options, first - APPROACH_MM, rng);
+        all.extend(reference.iter().map(|position| per_unit * position));
+        let drive = Drive::at_rest(&axis.drive, axis.rates, self.options, first - APPROACH, rng);
         let mut readings = drive.follow(&all, self.period_s);
-        readings.motor.drain(..lead_in);
-        readings.table.drain(..lead_in);
+        for view in [&mut readings.motor, &mut readings.table] {
+            view.drain(..lead_in);
+            view.iter_mut().for_each(|position| *position /= per_unit);
+        }
         readings
     }
 
     fn check(&self, reference: &Trajectory) -> Result<(), MachineError> {
         let names = |axes: Vec<&Axis>| axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>().join(" ");
-        let own: Vec<&Axis> = self.axes.iter().map(|(axis, _, _)| axis).collect();
+        let own: Vec<&Axis> = self.axes.iter().map(|axis| &axis.axis).collect();
         let given: Vec<&Axis> = reference.axes().iter().collect();
         if own != given {
             return Err(MachineError::Misfit(format!("its axes are `{}`, the machine's are `{}`", names(given), names(own))));

@@ -1,8 +1,12 @@
 //! Machine files: read, written, refused.
 
-use machine::{AxisSpec, BUILTIN_MACHINES, KinematicsSpec, MachineError, MachineSpec, SimulatedMachine};
+use machine::{
+    AxisSpec, BUILTIN_MACHINES, KinematicsSpec, MachineError, MachineSpec, Mount, ProgramWords, RotaryPreslidingSpec,
+    SimulatedMachine,
+};
 
 const BALLSCREW: &str = BUILTIN_MACHINES[0].1;
+const BC: &str = BUILTIN_MACHINES[3].1;
 
 /// A real machine: limits only.
 const REAL: &str = r#"
@@ -33,7 +37,7 @@ fn built_in_machines_read_write_and_read_again() {
         assert!(SimulatedMachine::new(&spec, 0).is_ok());
     }
     let error = MachineSpec::builtin("lathe").unwrap_err().to_string();
-    assert!(error.contains("lathe") && error.contains("ballscrew, maxwell, worn"));
+    assert!(error.contains("lathe") && error.contains("ballscrew, maxwell, worn, bc, xyzac"));
 }
 
 #[test]
@@ -52,7 +56,7 @@ fn a_machine_without_drives_has_limits_but_cannot_be_simulated() {
     assert_eq!(spec.kinematics, KinematicsSpec::Cartesian);
     assert!(matches!(spec.axes[1], AxisSpec::Rotary(_)));
     assert_eq!(spec.limits().axes[1].jerk, 3e3);
-    assert_eq!(spec.kinematics().axes(), spec.motion_axes());
+    assert_eq!(spec.kinematics().unwrap().axes(), spec.motion_axes());
     let error = SimulatedMachine::new(&spec, 0).unwrap_err().to_string();
     assert!(error.contains("axis `x` has no `drive`"), "{error}");
 }
@@ -101,5 +105,145 @@ fn maxwell_elements_are_checked() {
     {
         let error = MachineSpec::from_toml(&text.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
+    }
+}
+
+#[test]
+fn five_axis_machines_read_as_written() {
+    let spec = MachineSpec::builtin("bc").unwrap();
+    let KinematicsSpec::FiveAxis(five) = &spec.kinematics else { panic!("{:?}", spec.kinematics) };
+    assert_eq!(five.rotary.iter().map(|joint| joint.axis.as_str()).collect::<Vec<_>>(), ["b", "c"]);
+    assert!(five.rotary.iter().all(|joint| joint.mount == Mount::Table));
+    assert_eq!(five.programs, ProgramWords::Axes);
+    assert_eq!(spec.axes[0].travel(), Some([-250.0, 250.0]));
+    assert_eq!(spec.axes[3].travel(), Some([-110.0_f64, 110.0].map(f64::to_radians)));
+    assert_eq!(spec.axes[4].travel(), None);
+    let counts: Vec<f64> = spec.axes.iter().filter_map(|axis| axis.rotary_drive()).map(|d| d.motor.counts_per_turn).collect();
+    assert_eq!(counts, [32768.0; 2]);
+    assert!(spec.axes[3].drive().is_none() && spec.axes[0].rotary_drive().is_none());
+
+    let spec = MachineSpec::builtin("xyzac").unwrap();
+    let KinematicsSpec::FiveAxis(five) = &spec.kinematics else { panic!("{:?}", spec.kinematics) };
+    assert_eq!(five.programs, ProgramWords::Tip);
+    let presliding = spec.axes[3..].iter().filter_map(|axis| axis.rotary_drive()).map(|drive| &drive.friction.presliding);
+    let lugre: Vec<bool> = presliding.map(|model| matches!(model, RotaryPreslidingSpec::Lugre { .. })).collect();
+    assert_eq!(lugre, [true, false]);
+
+    let silent = MachineSpec::from_toml(&BC.replace("programs = \"axes\"\n", "")).unwrap();
+    assert_eq!(silent, MachineSpec::builtin("bc").unwrap());
+}
+
+#[test]
+fn unsound_rotary_axes_are_refused_in_their_own_words() {
+    let cases: [(&str, &str, &[&str]); 26] = [
+        ("turns_per_turn = 90.0", "turns_per_turn = 0.0", &["axes.b.drive.gear.turns_per_turn", "is 0", "positive"]),
+        ("turns_per_turn = 90.0", "ratio = 90.0", &["ratio", "turns_per_turn"]),
+        ("turns_per_turn = 90.0", "lead_mm = 5.0", &["lead_mm"]),
+        ("stiffness_n_m_rad = 1.5e6", "stiffness_n_m_rad = -1.0", &["axes.b.drive.gear.stiffness_n_m_rad", "positive"]),
+        (
+            "backlash_half_width_urad = 20.0",
+            "backlash_half_width_urad = -3.0",
+            &["gear.backlash_half_width_urad", "-3", "zero or more"],
+        ),
+        ("inertia_kg_m2 = 1.2", "inertia_kg_m2 = 0.0", &["axes.b.drive.table.inertia_kg_m2", "positive"]),
+        ("inertia_kg_m2 = 1.2", "mass_kg = 1.2", &["mass_kg", "inertia_kg_m2"]),
+        ("torque_noise_n_m = 0.3", "torque_noise_n_m = nan", &["table.torque_noise_n_m", "NaN"]),
+        ("scale_resolution_urad = 1.0", "scale_resolution_urad = 0.0", &["table.scale_resolution_urad", "positive"]),
+        ("coulomb_n_m = 30.0", "coulomb_n_m = 50.0", &["axes.b.drive.friction.static_n_m", "42", "friction.coulomb_n_m"]),
+        ("stribeck_rad_s = 0.04", "stribeck_rad_s = -0.04", &["friction.stribeck_rad_s", "-0.04", "positive"]),
+        ("stiffness_n_m_rad = 6e5", "stiffness_n_m_rad = 0.0", &["friction.presliding.stiffness_n_m_rad", "positive"]),
+        ("stiffness_n_m_rad = 6e5", "stiffness_n_m = 6e5", &["stiffness_n_m_rad"]),
+        ("period_rad = 1.57", "period_rad = -1.57", &["friction.waves[0].period_rad", "-1.57", "positive"]),
+        ("motor_waves = [{ amplitude = 0.08", "motor_waves = [{ amplitude = 0.9", &["friction.motor_waves", "lower"]),
+        ("[rotary_drive.loops]", "[rotary_drive.loop]", &["loop", "loops"]),
+        ("kind = \"five-axis\"", "kind = \"six-axis\"", &["six-axis", "cartesian", "five-axis"]),
+        ("mount = \"table\"", "mount = \"bed\"", &["bed", "table", "head"]),
+        ("programs = \"axes\"", "programs = \"part\"", &["part", "axes", "tip"]),
+        ("tool_length_mm = 80.0", "tool_length_mm = -1.0", &["kinematics.tool_length_mm", "zero or more"]),
+        ("axis = \"b\"", "axis = \"a\"", &["kinematics.rotary[0].axis", "`a`", "[[axes]]"]),
+        ("axis = \"b\"", "axis = \"x\"", &["kinematics.rotary[0].axis", "`x`", "rotary"]),
+        ("axis = \"b\"", "axis = \"c\"", &["kinematics.rotary", "`c`", "twice"]),
+        (
+            "direction = [0.0, 1.0, 0.0]",
+            "direction = [0.0, 0.0, 0.0]",
+            &["kinematics.rotary[0].direction", "zero", "[0.0, 1.0, 0.0]"],
+        ),
+        ("pivot_mm = [0.0, 0.0, -50.0]", "pivot_mm = [0.0, inf, -50.0]", &["kinematics.rotary[0].pivot_mm[1]", "finite"]),
+        ("name = \"z\"", "name = \"w\"", &["linear axis `z`", "[[axes]]"]),
+    ];
+    for (from, to, words) in cases {
+        assert!(BC.contains(from), "{from}");
+        let error = MachineSpec::from_toml(&BC.replacen(from, to, 1)).unwrap_err();
+        assert!(matches!(error, MachineError::BadDescription(_)));
+        for word in words {
+            assert!(error.to_string().contains(word), "{to}: {error} lacks `{word}`");
+        }
+    }
+    let third = "[[kinematics.rotary]]\naxis = \"c\"\nmount = \"head\"\ndirection = [1.0, 0.0, 0.0]\npivot_mm = [0.0, 0.0, 0.0]\n\n[drive.loops]";
+    let error = MachineSpec::from_toml(&BC.replacen("[drive.loops]", third, 1)).unwrap_err().to_string();
+    assert!(error.contains("3 axes") && error.contains("one or two"), "{error}");
+    let none = format!("{REAL}\n[kinematics]\nkind = \"five-axis\"\ntool_length_mm = 0.0\n");
+    assert!(MachineSpec::from_toml(&none).unwrap_err().to_string().contains("linear axis `y`"));
+    // Left over from another kind, they would silently do nothing.
+    let upright = format!("{REAL}\n[kinematics]\nkind = \"cartesian\"\ntool_length_mm = 80.0\n");
+    assert!(MachineSpec::from_toml(&upright).unwrap_err().to_string().contains("tool_length_mm"));
+    let error = MachineSpec::from_toml(&format!("rotary_drive = 3\n{REAL}")).unwrap_err().to_string();
+    assert!(error.contains("`rotary_drive` is not a table"), "{error}");
+}
+
+#[test]
+fn travels_are_checked() {
+    let travels: [(&str, &str, &[&str]); 5] = [
+        (
+            "travel_mm = [-250.0, 250.0]",
+            "travel_mm = [250.0, -250.0]",
+            &["axes.x.travel_mm[1]", "-250", "above 250", "[low, high]"],
+        ),
+        ("travel_deg = [-110.0, 110.0]", "travel_deg = [110.0, 110.0]", &["axes.b.travel_deg[1]", "above 110"]),
+        ("travel_deg = [-110.0, 110.0]", "travel_deg = [-inf, 110.0]", &["axes.b.travel_deg[0]", "finite"]),
+        ("travel_deg = [-110.0, 110.0]", "travel_mm = [-110.0, 110.0]", &["travel_mm"]),
+        ("travel_deg = [-110.0, 110.0]", "travel_deg = [110.0]", &["array of length 2"]),
+    ];
+    for (from, to, words) in travels {
+        assert!(BC.contains(from), "{from}");
+        let error = MachineSpec::from_toml(&BC.replacen(from, to, 1)).unwrap_err().to_string();
+        for word in words {
+            assert!(error.contains(word), "{to}: {error} lacks `{word}`");
+        }
+    }
+}
+
+#[test]
+fn a_rotary_axis_needs_a_drive_to_be_simulated() {
+    let start = BC.find("[rotary_drive.loops]").unwrap();
+    let end = BC.find("[[axes]]").unwrap();
+    let mut spec = MachineSpec::from_toml(BC).unwrap();
+    for axis in &mut spec.axes {
+        if let AxisSpec::Rotary(axis) = axis {
+            axis.drive = None;
+        }
+    }
+    let error = SimulatedMachine::new(&spec, 0).unwrap_err().to_string();
+    assert!(error.contains("axis `b` has no `drive`") && error.contains("[axes.drive]"), "{error}");
+    // Without the common values the axes' own ones are not enough.
+    let error = MachineSpec::from_toml(&format!("{}{}", &BC[..start], &BC[end..])).unwrap_err().to_string();
+    assert!(error.contains("missing field"), "{error}");
+}
+
+#[test]
+fn rotary_friction_has_patches_and_maxwell_elements() {
+    let own = "friction = { coulomb_n_m = 18.0, static_n_m = 25.0";
+    let with = |more: &str| MachineSpec::from_toml(&BC.replacen(own, &format!("{own}, {more}"), 1));
+    assert!(with("patches = [{ amplitude = 0.3, centre_rad = 1.0, width_rad = 0.2 }]").is_ok());
+    let error = with("patches = [{ amplitude = 0.3, centre_rad = 1.0, width_rad = 0.0 }]").unwrap_err().to_string();
+    assert!(error.contains("axes.c.drive.friction.patches[0].width_rad"), "{error}");
+    let text = BUILTIN_MACHINES[4].1;
+    for (from, to, words) in [
+        ("[0.2, 0.2, 0.2", "[0.2, 0.2, 0.3", ["axes.c.drive.friction.presliding.shares: sum", "1"]),
+        ("[5.0, 12.0", "[12.0", ["axes.c.drive.friction.presliding.slip_urad", "one of each"]),
+        ("[5.0, 12.0", "[0.0, 12.0", ["presliding.slip_urad[0]", "positive"]),
+    ] {
+        let error = MachineSpec::from_toml(&text.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
     }
 }

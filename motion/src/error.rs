@@ -43,15 +43,57 @@ pub enum MotionError {
     /// A curve was given points, weights or knots that do not define it.
     #[error("the curve is not defined: {0}")]
     BadCurve(String),
+    /// Axes and joints that do not make a machine.
+    #[error("the kinematics is not defined: {0}")]
+    BadKinematics(String),
     /// A pose that the axes cannot reach.
     #[error("the pose cannot be reached: {0}")]
     Unreachable(String),
+    /// A pose on a path that the axes cannot reach.
+    #[error("at path position {position_mm:.3} mm the pose cannot be reached: {what}")]
+    UnreachableOnPath {
+        /// Index of the piece of the tool path.
+        piece: usize,
+        /// Way from the start of the path, mm.
+        position_mm: f64,
+        /// Why.
+        what: String,
+    },
     /// The planner could not hold every limit.
     #[error("no feed holds the limits at path position {position_mm:.3} mm: {what}")]
     Infeasible {
-        /// Arc length from the start of the path, mm.
+        /// Index of the piece of the tool path.
+        piece: usize,
+        /// Way from the start of the path, mm.
         position_mm: f64,
         /// Which limit.
         what: String,
     },
+}
+
+impl MotionError {
+    /// A pose that cannot be reached, with its place on the path.
+    pub(crate) fn on_piece(self, piece: usize, position_mm: f64) -> Self {
+        match self {
+            Self::Unreachable(what) => Self::UnreachableOnPath { piece, position_mm, what },
+            other => other,
+        }
+    }
+
+    /// The same fault of a stretch that begins `offset_mm` after the start of the path.
+    pub(crate) fn further(mut self, offset_mm: f64) -> Self {
+        if let Self::UnreachableOnPath { position_mm, .. } | Self::Infeasible { position_mm, .. } = &mut self {
+            *position_mm += offset_mm;
+        }
+        self
+    }
+
+    /// The piece of the tool path that the fault lies on, where it is one of a path.
+    #[must_use]
+    pub fn piece(&self) -> Option<usize> {
+        match self {
+            Self::UnreachableOnPath { piece, .. } | Self::Infeasible { piece, .. } => Some(*piece),
+            _ => None,
+        }
+    }
 }

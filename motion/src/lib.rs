@@ -20,10 +20,12 @@ pub use axis::{Axis, AxisKind};
 pub use curves::Curve;
 pub use error::MotionError;
 pub use interpolate::cubic;
-pub use kinematics::{Cartesian, Kinematics};
+pub use kinematics::{Cartesian, FiveAxis, Kinematics, RotaryJoint, RotaryMount};
 pub use lag::lag_s;
 pub use limits::{AxisLimits, Limits};
 pub use path::{DesiredPath, poses_of};
-pub use planner::{PathSample, Piece, Plan, PlanSettings, ToolPath, plan, plan_curve};
-pub use pose::{Pose, Vec3};
+pub use planner::{
+    MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve, plan_curve_on,
+};
+pub use pose::{Pose, Vec3, Vec6};
 pub use trajectory::Trajectory;

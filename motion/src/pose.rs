@@ -1,9 +1,12 @@
 //! Where the tool is: a tip and an axis.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 /// A point or vector in the workpiece frame, mm.
 pub type Vec3 = Vector3<f64>;
+
+/// X, Y, Z in mm and A, B, C in rad.
+pub type Vec6 = Vector6<f64>;
 
 /// A tool pose in the workpiece frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

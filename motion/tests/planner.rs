@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use motion::curves::{Arc as CircularArc, Line, library};
 use motion::{
-    Axis, Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Piece, Plan, PlanSettings, ToolPath, Vec3, plan,
-    plan_curve,
+    Axis, AxisLimits, Cartesian, Curve, DesiredPath, FiveAxis, Kinematics, Limits, MotionError, Piece, Plan, PlanSettings,
+    RotaryJoint, RotaryMount, RotaryPath, ToolPath, Turning, Vec3, plan, plan_curve, plan_curve_on,
 };
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 fn xyz() -> Arc<dyn Kinematics> {
     Arc::new(Cartesian::new(Axis::xyz()))
@@ -176,4 +178,129 @@ fn unsound_settings_are_refused() {
     assert!(matches!(with(PlanSettings { rest_s: f64::NAN, ..settings() }, limits()), Err(MotionError::BadSetting { .. })));
     assert!(matches!(with(settings(), Limits::uniform(2, 80.0, 800.0, 0.02)), Err(MotionError::Mismatch(_))));
     assert!(matches!(with(settings(), Limits::uniform(3, 80.0, -1.0, 0.02)), Err(MotionError::BadSetting { .. })));
+}
+
+/// Tables B about Y carrying C about Z, their axes 50 mm under workpiece zero; B within ±110°.
+fn tilting_tables() -> Arc<dyn Kinematics> {
+    let joint = |axis: &str, direction: Vec3, travel_rad| RotaryJoint {
+        axis: axis.to_owned(),
+        mount: RotaryMount::Table,
+        direction,
+        pivot_mm: Vec3::new(0.0, 0.0, -50.0),
+        travel_rad,
+    };
+    let axes = ["x", "y", "z", "b", "c"].map(Axis::named).to_vec();
+    let joints = vec![joint("b", Vec3::y(), Some([-1.92, 1.92])), joint("c", Vec3::z(), None)];
+    Arc::new(FiveAxis::new(axes, joints, 80.0, [None; 3]).unwrap())
+}
+
+fn limits_of_tables() -> Limits {
+    let rotary = |velocity, acceleration| AxisLimits { velocity, acceleration, jerk: 100.0 * acceleration };
+    let mut limits = Limits::uniform(3, 80.0, 800.0, 0.02);
+    limits.axes.extend([rotary(2.0, 20.0), rotary(3.0, 40.0)]);
+    limits
+}
+
+#[test]
+fn five_axes_keep_their_limits_and_the_tool_its_feed() {
+    let (kinematics, limits) = (tilting_tables(), limits_of_tables());
+    for (name, feed) in [("saddle", 16.7), ("saddle", 80.0), ("saddle-butterfly", 25.0), ("saddle-butterfly", 80.0)] {
+        let curve = library::by_name(name).unwrap();
+        let desired = plan_curve_on(Arc::clone(&curve), feed, &kinematics, &limits, &PlanSettings::default()).unwrap();
+        assert_held(name, &desired, &limits);
+        let tips = desired.tips();
+        let fastest = tips.windows(2).map(|pair| (pair[1] - pair[0]).norm() / 0.002).fold(0.0, f64::max);
+        assert!(fastest < feed * 1.0001 && (feed > 20.0 || fastest > 0.99 * feed), "{name}: {fastest} mm/s");
+        let leans = desired.poses().iter().map(|pose| pose.tool.z);
+        assert!(leans.clone().fold(1.0, f64::min) < 0.95, "{name} leans");
+    }
+}
+
+#[test]
+fn lines_of_five_axes_are_rounded_within_the_tolerance_and_keep_all_limits() {
+    let (kinematics, limits) = (tilting_tables(), limits_of_tables());
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for tip_words in [false, true] {
+        for _ in 0..40 {
+            let mut draw = |most: f64| Vec3::from_fn(|_, _| rng.random_range(-most..most));
+            let points: Vec<(Vec3, Vec3)> = (0..8)
+                .map(|_| {
+                    let (linear, turned) = (draw(40.0), draw(1.0));
+                    (linear, Vec3::new(0.0, 1.0 + 0.6 * turned.y, 2.0 * turned.z))
+                })
+                .collect();
+            let mut path = ToolPath::default();
+            for pair in points.windows(2) {
+                let turn = RotaryPath::linear(pair[0].1, pair[1].1);
+                let turning = if tip_words { Turning::Tip(turn) } else { Turning::Axes(turn) };
+                path.push(Piece::whole(Arc::new(Line { start: pair[0].0, end: pair[1].0 }), 60.0).turning(turning));
+            }
+            let made = plan(&path, &kinematics, &limits, &PlanSettings::default()).unwrap();
+            assert_held("lines", &made.desired, &limits);
+            // Both ends are met, and every corner is passed within the tolerance, a degree counting as a millimetre.
+            let way = |k: usize| -> Vec<f64> {
+                let joints: Vec<f64> = made.desired.trajectory().at(k).collect();
+                let tip = if tip_words { kinematics.forward(&joints).tip } else { Vec3::new(joints[0], joints[1], joints[2]) };
+                vec![tip.x, tip.y, tip.z, joints[3].to_degrees(), joints[4].to_degrees()]
+            };
+            for (linear, rotary) in &points {
+                let corner = [linear.x, linear.y, linear.z, rotary.y.to_degrees(), rotary.z.to_degrees()];
+                let off = |k: usize| way(k).iter().zip(corner).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+                let nearest = (0..made.samples.len()).map(off).fold(f64::INFINITY, f64::min);
+                // Samples are up to 0.2 mm apart at 60 mm/s and a degree a millimetre.
+                assert!(nearest < 0.15, "{nearest} mm from a corner");
+            }
+        }
+    }
+}
+
+/// Along x with the tool leaning against it, `aside_rad` beside the pole.
+#[derive(Debug)]
+struct OverThePole {
+    aside_rad: f64,
+}
+
+impl Curve for OverThePole {
+    fn domain(&self) -> (f64, f64) {
+        (-20.0, 20.0)
+    }
+
+    fn derivatives(&self, u: f64) -> [Vec3; 4] {
+        [Vec3::new(u, 0.0, 0.0), Vec3::x(), Vec3::zeros(), Vec3::zeros()]
+    }
+
+    fn tool(&self, u: f64) -> Vec3 {
+        Vec3::new(-u / 80.0, self.aside_rad, 1.0).normalize()
+    }
+}
+
+#[test]
+fn a_path_over_the_pole_is_refused_and_one_well_beside_it_is_slowed() {
+    let (kinematics, limits) = (tilting_tables(), limits_of_tables());
+    let run =
+        |aside_rad| plan_curve_on(Arc::new(OverThePole { aside_rad }), 40.0, &kinematics, &limits, &PlanSettings::default());
+    for aside_rad in [1e-9, 1e-5, 3e-4] {
+        let refusal = run(aside_rad).unwrap_err();
+        assert!(matches!(refusal, MotionError::Infeasible { .. }) && refusal.to_string().contains("pole"), "{refusal}");
+    }
+    let slowed = run(0.01).unwrap();
+    assert_held("beside the pole", &slowed, &limits);
+    assert!(slowed.trajectory().duration_s() > 1.1 * run(0.5).unwrap().trajectory().duration_s());
+}
+
+#[test]
+fn axes_beyond_their_travel_are_refused_with_their_piece() {
+    let (kinematics, limits) = (tilting_tables(), limits_of_tables());
+    for tip_words in [false, true] {
+        let mut path = ToolPath::default();
+        for b in [0.5, 1.5, 2.5] {
+            let turn = RotaryPath::linear(Vec3::new(0.0, b - 1.0, 0.3), Vec3::new(0.0, b, 0.3));
+            let turning = if tip_words { Turning::Tip(turn) } else { Turning::Axes(turn) };
+            let line = Line { start: Vec3::new(b - 1.0, 0.0, 0.0), end: Vec3::new(b, 0.0, 0.0) };
+            path.push(Piece::whole(Arc::new(line), 10.0).turning(turning));
+        }
+        let refusal = plan(&path, &kinematics, &limits, &PlanSettings::default()).unwrap_err();
+        assert_eq!(refusal.piece(), Some(2), "{refusal}");
+        assert!(refusal.to_string().contains("axis `b`"), "{refusal}");
+    }
 }

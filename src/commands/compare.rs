@@ -65,6 +65,8 @@ pub struct Compare {
 
 /// The curves that are compared when none is named: none of them is in any excitation.
 pub const UNSEEN: [&str; 4] = ["crown", "spiral", "flower", "nurbs-1"];
+/// The same on a machine that turns tool or workpiece (Paper C).
+pub const UNSEEN_TURNED: [&str; 2] = ["saddle", "saddle-butterfly"];
 
 impl Compare {
     pub fn run(&self) -> Result<()> {
@@ -73,10 +75,11 @@ impl Compare {
             Some(learned) => input::machine_of(learned)?,
             None => input::machine(&self.machine.machine)?,
         };
-        let frame = Frame::of(&spec);
+        let frame = Frame::of(&spec)?;
         let bundle = self.model.as_deref().map(input::model).transpose()?;
         let inputs: Vec<PathBuf> = if self.inputs.is_empty() {
-            UNSEEN.iter().map(|name| PathBuf::from(format!("curve:{name}"))).collect()
+            let unseen = if frame.kinematics.turns() { &UNSEEN_TURNED[..] } else { &UNSEEN[..] };
+            unseen.iter().map(|name| PathBuf::from(format!("curve:{name}"))).collect()
         } else {
             self.inputs.clone()
         };

@@ -45,9 +45,12 @@ pub struct Compensate {
     /// Updates on the model
     #[arg(long, default_value_t = 4)]
     iterations: usize,
-    /// Largest shift of an axis, mm
+    /// Largest shift of an axis, or of the tool tip on a machine that turns tool or workpiece, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1)]
     max_shift: f64,
+    /// Largest correction of the tool's direction on such a machine, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.5)]
+    max_turn: f64,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     tolerance: Option<f64>,
@@ -70,13 +73,19 @@ impl Compensate {
             Some(machine) => input::machine(machine)?,
             None => input::machine_of(&bundle)?,
         };
-        let frame = Frame::of(&spec);
+        let frame = Frame::of(&spec)?;
         let mut path = Input::read(&self.input, &frame, &self.program)?;
         let same_kind = path.part.is_some() != input::is_reference(&self.out);
         if !same_kind {
             return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
         }
-        let settings = Settings { law: self.law, iterations: self.iterations, max_shift: self.max_shift, ..Settings::default() };
+        let settings = Settings {
+            law: self.law,
+            iterations: self.iterations,
+            max_shift: self.max_shift,
+            max_turn_rad: self.max_turn.to_radians(),
+            ..Settings::default()
+        };
         let printer = Printer::new(self.common.json.as_deref());
         let mut feeds = serde_json::Value::Null;
         let outcome = match self.tolerance {
@@ -125,8 +134,12 @@ impl Compensate {
                 "updates": outcome.updates,
                 "largest_shift_um": largest_shift_mm * 1e3,
                 "predicted_contour_um": {
-                    "before": evaluate::contour_json(&outcome.before),
-                    "after": evaluate::contour_json(&outcome.after),
+                    "before": evaluate::contour_json(&outcome.before.tip),
+                    "after": evaluate::contour_json(&outcome.after.tip),
+                },
+                "predicted_orientation_urad": {
+                    "before": evaluate::orientation_json(outcome.before.orientation.as_ref()),
+                    "after": evaluate::orientation_json(outcome.after.orientation.as_ref()),
                 },
                 "carrier": carrier,
                 "feeds": feeds,
@@ -146,12 +159,22 @@ impl Compensate {
         }
         printer.line(format!(
             "predicted contour error: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model)",
-            um(outcome.before.rms_mm),
-            um(outcome.after.rms_mm),
-            um(outcome.before.max_mm),
-            um(outcome.after.max_mm),
+            um(outcome.before.tip.rms_mm),
+            um(outcome.after.tip.rms_mm),
+            um(outcome.before.tip.max_mm),
+            um(outcome.after.tip.max_mm),
             outcome.updates
         ));
+        if let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) {
+            let urad = |rad: f64| format!("{:.2}", rad * 1e6);
+            printer.line(format!(
+                "predicted error of the tool's direction: {} → {} µrad RMS, {} → {} µrad MAX",
+                urad(before.rms_rad),
+                urad(after.rms_rad),
+                urad(before.max_rad),
+                urad(after.max_rad)
+            ));
+        }
         if !outcome.gained {
             printer.line("the model predicts no gain worth having: the input is returned unchanged");
         }

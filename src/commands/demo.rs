@@ -44,7 +44,7 @@ impl Demo {
         let printer = Printer::new(self.common.json.as_deref());
         let started = Instant::now();
         let spec = input::machine(&self.machine.machine)?;
-        let frame = Frame::of(&spec);
+        let frame = Frame::of(&spec)?;
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let samples: usize = logs.iter().map(Log::len).sum();
         printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", spec.name, logs.len()));

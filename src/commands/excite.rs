@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::cli::{Common, MachineArgs};
 use crate::input;
 use crate::output::{Printer, Usage, write_file, write_json};
+use crate::recording::travel;
 
 /// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
 ///
@@ -30,9 +31,12 @@ pub struct Excite {
     /// Seconds of motion in all
     #[arg(long, default_value_t = 60.0)]
     seconds: f64,
-    /// The axes keep within ± this range, mm; rotary axes in rad
+    /// Linear axes keep within ± this range, mm, and within their own travel
     #[arg(long, value_name = "MM", default_value_t = 60.0)]
     travel: f64,
+    /// Rotary axes keep within ± this range, degrees, and within their own travel
+    #[arg(long, value_name = "DEG", default_value_t = 180.0)]
+    turn: f64,
     /// Time between the points of the programs, ms
     #[arg(long, value_name = "MS", default_value_t = 4.0)]
     spacing: f64,
@@ -41,12 +45,14 @@ pub struct Excite {
 impl Excite {
     pub fn run(&self) -> Result<()> {
         let spec = input::machine(&self.machine.machine)?;
-        let frame = input::Frame::of(&spec);
+        let frame = input::Frame::of(&spec)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        if !(self.travel.is_finite() && self.travel > 0.0) {
-            return Err(Usage(format!("--travel is {}; it must be positive", self.travel)).into());
+        for (name, value) in [("--travel", self.travel), ("--turn", self.turn)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Usage(format!("{name} is {value}; it must be positive")).into());
+            }
         }
-        let travel = vec![(-self.travel, self.travel); spec.axes.len()];
+        let travel = travel(&spec, self.travel, self.turn.to_radians());
         let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &travel, frame.period_s, self.common.seed)?;
         let printer = Printer::new(self.common.json.as_deref());
         let mut seconds = 0.0;

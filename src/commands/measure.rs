@@ -6,8 +6,10 @@ use std::sync::Arc;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
-use motion::contour::{CircularTest, ContourEstimator, Exact, HermiteFootPoint, OsculatingCircle, SplineSearch, Tangent};
-use motion::{Cartesian, DesiredPath};
+use motion::contour::{
+    CircularTest, ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent,
+};
+use motion::{Cartesian, DesiredPath, Kinematics};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, LogArgs, MachineArgs, ProgramArgs};
@@ -56,6 +58,8 @@ enum EstimatorName {
     HermiteFoot,
     /// Search on an interpolated spline (Paper D)
     SplineSearch,
+    /// Adaptive window and chords (Paper C)
+    MovingWindow,
     /// Osculating circle
     Circle,
     /// Tangent
@@ -68,6 +72,7 @@ impl EstimatorName {
             Self::Exact => Box::new(Exact::default()),
             Self::HermiteFoot => Box::new(HermiteFootPoint::default()),
             Self::SplineSearch => Box::new(SplineSearch::default()),
+            Self::MovingWindow => Box::new(MovingWindow::default()),
             Self::Circle => Box::new(OsculatingCircle::default()),
             Self::Tangent => Box::new(Tangent::default()),
         }
@@ -106,18 +111,19 @@ impl Measure {
         match &self.desired {
             Some(path) => {
                 // Planned at the log's own rate, so that samples pair up.
-                let frame = Frame { period_s: log.period_s(), ..Frame::of(&input::machine(&self.machine.machine)?) };
+                let frame = Frame { period_s: log.period_s(), ..Frame::of(&input::machine(&self.machine.machine)?)? };
                 let desired = Input::read(path, &frame, &self.program)?;
                 desired.desired.trajectory().check_axes(log.axes()).map_err(|error| {
                     Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
                 })?;
                 Ok(desired)
             }
-            None => Ok(Input {
-                name: "command".into(),
-                desired: DesiredPath::new(log.reference.clone(), Arc::new(Cartesian::new(log.axes().to_vec())))?,
-                part: None,
-            }),
+            None => {
+                let machine = Frame::of(&input::machine(&self.machine.machine)?)?.kinematics;
+                let same = machine.axes() == log.axes();
+                let kinematics: Arc<dyn Kinematics> = if same { machine } else { Arc::new(Cartesian::new(log.axes().to_vec())) };
+                Ok(Input { name: "command".into(), desired: DesiredPath::new(log.reference.clone(), kinematics)?, part: None })
+            }
         }
     }
 }
@@ -154,6 +160,11 @@ fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) ->
         um(contour.max_mm),
         um(contour.p95_mm)
     ));
+    if let Some(o) = &measured.orientation {
+        let urad = |rad: f64| format!("{:.2}", rad * 1e6);
+        let (rms, max, p95) = (urad(o.rms_rad), urad(o.max_rad), urad(o.p95_rad));
+        printer.line(format!("tool direction {rms} µrad RMS, {max} µrad MAX, {p95} µrad at 95 %"));
+    }
     let line = |line: Option<usize>| line.map_or("–".to_owned(), |line| line.to_string());
     let rows: Vec<Vec<String>> = measured
         .worst
@@ -265,6 +276,7 @@ fn figures(log: &Log, measured: &Measurement) -> Result<Value> {
     });
     Ok(json!({
         "contour_um": evaluate::contour_json(&measured.contour),
+        "orientation_urad": evaluate::orientation_json(measured.orientation.as_ref()),
         "tracking_um": evaluate::tracking_json(&log.reference, &log.actual)?,
         "delay_ms": ms(measured.matched.delay_s),
         "offset_mm": measured.matched.offset.as_slice(),

@@ -33,20 +33,14 @@ pub struct Predict {
 impl Predict {
     pub fn run(&self) -> Result<()> {
         let bundle = input::model(&self.model)?;
-        let frame = input::Frame::of(&input::machine_of(&bundle)?);
+        let frame = input::Frame::of(&input::machine_of(&bundle)?)?;
         let path = input::Input::read(&self.input, &frame, &self.program)?;
         let reference = path.desired.trajectory();
         let actual = bundle.machine()?.run(reference)?;
-        let contour = evaluate::contour(&path.desired, path.part.as_ref(), &actual)?;
+        let figures = evaluate::figures(&path.desired, path.part.as_ref(), &actual)?;
         let errors = reference.tracking_error(&actual)?;
         let printer = Printer::new(self.common.json.as_deref());
-        printer.line(format!(
-            "{}: {:.2} s; predicted contour error {} µm RMS, {} µm MAX",
-            path.name,
-            reference.duration_s(),
-            um(contour.rms_mm),
-            um(contour.max_mm)
-        ));
+        printer.line(format!("{}: {:.2} s; predicted {}", path.name, reference.duration_s(), evaluate::in_words(&figures)));
         let rows: Vec<Vec<String>> = reference
             .axes()
             .iter()
@@ -66,7 +60,8 @@ impl Predict {
         write_json(
             self.common.json.as_deref(),
             &json!({
-                "contour_um": evaluate::contour_json(&contour),
+                "contour_um": evaluate::contour_json(&figures.tip),
+                "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
                 "tracking_um": evaluate::tracking_json(reference, &actual)?,
             }),
         )

@@ -78,7 +78,7 @@ impl Refine {
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let spec = input::machine(&self.machine.machine)?;
-        let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec) };
+        let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
         let path = Input::read(&self.input, &frame, &self.program)?;
         if path.part.is_some() == input::is_reference(&self.out) {
             return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
@@ -91,7 +91,7 @@ impl Refine {
         let (log, _) = without_approach(&log, desired)?;
         let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
         let (reference, actual) = in_path_time(desired, &log, &matched)?;
-        let before = evaluate::contour(desired, path.part.as_ref(), &actual)?;
+        let before = evaluate::figures(desired, path.part.as_ref(), &actual)?;
 
         let low_pass = LowPass::new(self.low_pass, log.period_s())?;
         let gain = Gain::Constant(self.gain.unwrap_or(1.0 / f64::from(self.run)));
@@ -103,13 +103,7 @@ impl Refine {
         let guard = Guard { max_shift: self.max_shift, limits: Some(frame.limits.clone()), weights, ..Guard::default() };
         let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
 
-        printer.line(format!(
-            "run {}: contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
-            self.run,
-            um(before.rms_mm),
-            um(before.max_mm),
-            um(before.p95_mm)
-        ));
+        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
         let largest_mm = match &path.part {
             Some(part) => write_program(part, &next, &spec, &self.carrier, self.max_shift, &self.out)?.largest_shift_mm,
             None => {
@@ -127,7 +121,8 @@ impl Refine {
             self.common.json.as_deref(),
             &json!({
                 "run": self.run,
-                "contour_um": evaluate::contour_json(&before),
+                "contour_um": evaluate::contour_json(&before.tip),
+                "orientation_urad": evaluate::orientation_json(before.orientation.as_ref()),
                 "largest_shift_um": largest_mm * 1e3,
                 "offset_mm": matched.offset.as_slice(),
             }),

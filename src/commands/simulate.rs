@@ -6,11 +6,13 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, write_log};
 use machine::{Machine, Sensor, SimulationOptions};
+use motion::contour::poses_at_places;
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
-use crate::output::{Printer, check_not_input, um, write_json};
-use crate::{evaluate, input};
+use crate::evaluate::{self, Figures};
+use crate::input;
+use crate::output::{Printer, check_not_input, write_json};
 
 /// Run a program, reference or test curve on the simulated machine and write the log
 #[derive(Debug, Args)]
@@ -63,7 +65,7 @@ impl Simulate {
     pub fn run(&self) -> Result<()> {
         check_not_input(&self.input, &self.out)?;
         let spec = input::machine(&self.machine.machine)?;
-        let frame = input::Frame::of(&spec);
+        let frame = input::Frame::of(&spec)?;
         let path = input::Input::read(&self.input, &frame, &self.program)?;
         let options = SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() };
         let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
@@ -73,22 +75,26 @@ impl Simulate {
         let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &self.program)).transpose()?;
         let needed = against.as_ref().unwrap_or(&path);
         let (errors, places) = evaluate::contour_errors_along(&needed.desired, reference, &actual)?;
-        let placed = places.iter().map(|place| place.round() as usize).zip(errors);
-        let contour = evaluate::summary_of_feed_moves(needed.part.as_ref(), placed)?;
+        let poses = poses_at_places(needed.desired.poses(), &places);
+        let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
+        let counts = |k: &usize| needed.part.as_ref().is_none_or(|part| part.feeds_at(places[*k]));
+        let orientation = evaluate::orientation(&needed.desired, &errors, &poses, &actual, counts)?;
+        let tip = evaluate::summary_of_feed_moves(needed.part.as_ref(), places.iter().copied().zip(errors))?;
+        let figures = Figures { tip, orientation };
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
-            "{}: {:.2} s; contour error {} µm RMS, {} µm MAX; log in {}",
+            "{}: {:.2} s; {}; log in {}",
             path.name,
             reference.duration_s(),
-            um(contour.rms_mm),
-            um(contour.max_mm),
+            evaluate::in_words(&figures),
             self.out.display()
         ));
         write_json(
             self.common.json.as_deref(),
             &json!({
                 "seconds": reference.duration_s(),
-                "contour_um": evaluate::contour_json(&contour),
+                "contour_um": evaluate::contour_json(&figures.tip),
+                "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
                 "tracking_um": evaluate::tracking_json(reference, &actual)?,
             }),
         )

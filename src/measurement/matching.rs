@@ -69,7 +69,8 @@ pub struct Match {
 pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
     let path = desired.tips();
     let found = align(&path, commanded, period_s, &AlignSettings::default())?;
-    let offset = if found.offset.norm() < LEAST_OFFSET_MM {
+    // Where the workpiece turns, an offset of the axes is none of the tip's.
+    let offset = if found.offset.norm() < LEAST_OFFSET_MM || desired.kinematics().turns() {
         Vec3::zeros()
     } else {
         found.offset.map(|value| (value / OFFSET_STEP_MM).round() * OFFSET_STEP_MM)

@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use datasets::Log;
 use motion::contour::{
-    CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, summary_of,
+    CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, poses_at_places,
+    summary_of,
 };
 use motion::{Vec3, lag_s};
 
-use crate::evaluate::summary_of_feed_moves;
+use crate::evaluate::{self, OrientationSummary, summary_of_feed_moves};
 use crate::input::Input;
 pub use fit::{Fit, fits};
 pub use matching::{Match, in_path_time, match_run, without_approach};
@@ -28,6 +29,8 @@ const APART_S: f64 = 0.05;
 pub struct Measurement {
     /// Contour error over the samples of the run.
     pub contour: ContourSummary,
+    /// Error of the tool's direction, on a machine that turns it.
+    pub orientation: Option<OrientationSummary>,
     /// How the run lies against the path.
     pub matched: Match,
     /// Delay of every axis's actual position behind its command; `None` where it does not move.
@@ -80,6 +83,9 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let errors = estimator.estimate(&actual, &matched.path)?;
     let placed = matched.places.iter().map(|place| place.round() as usize).zip(errors.iter().copied());
     let contour = summary_of_feed_moves(desired.part.as_ref(), placed)?;
+    let counts = |k: &usize| desired.part.as_ref().is_none_or(|part| part.feeds_at(matched.places[*k].round() as usize));
+    let poses = poses_at_places(desired.desired.poses(), &matched.places);
+    let orientation = evaluate::orientation(&desired.desired, &errors, &poses, &log.actual, counts)?;
     let line = |k: usize| {
         let part = desired.part.as_ref()?;
         part.line_at((matched.places[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))
@@ -94,6 +100,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let circle = circle(&matched.path, &actual);
     Ok(Measurement {
         contour,
+        orientation,
         reversals: reversals(log, &errors, &lags_s),
         worst: worst(&errors, period, line),
         segments: segments(&errors, &matched.path, period, desired.part.is_some(), line),

@@ -5,7 +5,7 @@ pub mod refit;
 pub mod verify;
 pub mod write;
 
-pub use part::{Part, is_shiftable};
+pub use part::Part;
 pub use refit::{Carrier, RefitSettings, Refitted, refit};
 pub use verify::verify;
 pub use write::{Written, write_program};

@@ -3,9 +3,17 @@
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
-use gcode::{Diagnostic, Feed, GcodeError, Move, MoveKind, Options, PathMode, Program, Shiftable, Toolpath};
+use gcode::{
+    Diagnostic, Feed, GcodeError, Move, MoveKind, Options, PathMode, Position, Program, Severity, Shiftable, ToolLength, Toolpath,
+};
+use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
-use motion::{Curve, Kinematics, Limits, Piece, Plan, PlanSettings, ToolPath, Vec3};
+use motion::{
+    Axis, Curve, Kinematics, Limits, MM_PER_RAD, MotionError, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, Vec3,
+    Vec6,
+};
+
+use crate::input::Frame;
 
 /// Shorter moves are no moves, mm.
 pub(super) const POINT_MM: f64 = 1e-7;
@@ -28,6 +36,8 @@ pub struct Part {
     pub owners: Vec<Option<usize>>,
     /// Machine minus program coordinates, mm.
     pub work_offset: Vec3,
+    /// What its words mean while it does not say so itself.
+    pub words: ProgramWords,
     /// What the programmed feed of every move is multiplied by.
     pub feed_factors: Vec<f64>,
     /// How it is planned.
@@ -51,8 +61,7 @@ impl Part {
         bytes: Vec<u8>,
         options: Option<&Options>,
         work_offset: Vec3,
-        kinematics: &Arc<dyn Kinematics>,
-        limits: &Limits,
+        frame: &Frame,
         settings: &PlanSettings,
     ) -> Result<Self> {
         let program = gcode::parse(bytes);
@@ -62,13 +71,15 @@ impl Part {
             other => anyhow!(other),
         })?;
         let feed_factors = vec![1.0; toolpath.moves.len()];
-        let (path, owners) = pieces(&toolpath, work_offset, &feed_factors)?;
+        let Frame { kinematics, words, limits, .. } = frame;
+        let (path, owners) = pieces(&toolpath, work_offset, &feed_factors, kinematics.as_ref(), *words)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             bail!(Refused(format!("{name}: the program has no feed move; there is nothing to plan or to compensate")));
         }
-        let plan = motion::plan(&path, kinematics, limits, settings)?;
-        let settings = settings.clone();
-        Ok(Self { name: name.to_owned(), program, options, toolpath, path, owners, work_offset, feed_factors, settings, plan })
+        let plan = motion::plan(&path, kinematics, limits, settings)
+            .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
+        let (name, settings, words) = (name.to_owned(), settings.clone(), *words);
+        Ok(Self { name, program, options, toolpath, path, owners, work_offset, words, feed_factors, settings, plan })
     }
 
     /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
@@ -76,8 +87,10 @@ impl Part {
     /// # Errors
     /// When it cannot be planned.
     pub fn with_feeds(self, factors: Vec<f64>, limits: &Limits) -> Result<Self> {
-        let (path, owners) = pieces(&self.toolpath, self.work_offset, &factors)?;
-        let plan = motion::plan(&path, self.plan.desired.kinematics(), limits, &self.settings)?;
+        let kinematics = self.plan.desired.kinematics();
+        let (path, owners) = pieces(&self.toolpath, self.work_offset, &factors, kinematics.as_ref(), self.words)?;
+        let plan = motion::plan(&path, kinematics, limits, &self.settings)
+            .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
         Ok(Self { path, owners, plan, feed_factors: factors, ..self })
     }
 
@@ -90,7 +103,21 @@ impl Part {
     /// Whether a sample of the plan belongs to a move that may be compensated.
     #[must_use]
     pub fn shiftable_at(&self, sample: usize) -> bool {
-        self.move_at(sample).is_some_and(|index| is_shiftable(&self.toolpath.moves[index]))
+        self.move_at(sample).is_some_and(|index| self.is_shiftable(&self.toolpath.moves[index]))
+    }
+
+    /// Whether a move may be compensated: a feed move whose geometry is known; one that turns axes only on a machine whose kinematics says
+    /// what that does to the tool.
+    #[must_use]
+    pub fn is_shiftable(&self, of: &Move) -> bool {
+        let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();
+        of.shiftable == Shiftable::Yes && of.is_feed() && (!turned || self.plan.desired.kinematics().turns())
+    }
+
+    /// What the words of a move mean.
+    #[must_use]
+    pub fn words_of(&self, of: &Move) -> ProgramWords {
+        words_of(&self.toolpath, of, self.words)
     }
 
     /// Whether a sample of the plan belongs to a feed move; the nearest one does for a place beyond the ends.
@@ -128,10 +155,32 @@ impl Part {
     }
 }
 
-/// Whether a move may be compensated.
+/// What the words of a move mean on a machine whose words otherwise mean `usual`.
+fn words_of(toolpath: &Toolpath, of: &Move, usual: ProgramWords) -> ProgramWords {
+    if toolpath.modal(of).tool_length == ToolLength::TipControl { ProgramWords::Tip } else { usual }
+}
+
+/// A place as a program states it: X, Y, Z in mm, A, B, C in rad, reckoned where not known.
 #[must_use]
-pub fn is_shiftable(of: &Move) -> bool {
-    of.shiftable == Shiftable::Yes && of.is_feed() && of.start.nominal_rotary_rad() == of.end.nominal_rotary_rad()
+pub fn coordinates(of: &Position) -> Vec6 {
+    let ([x, y, z], [a, b, c]) = (of.nominal_mm(), of.nominal_rotary_rad());
+    Vec6::new(x, y, z, a, b, c)
+}
+
+/// A fault of the plan, shown at the line that the path's piece stands for.
+fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &Toolpath, program: &Program, name: &str) -> anyhow::Error {
+    // A way that the program does not state leads to the move after it.
+    let owner = error.piece().and_then(|piece| owners[piece..].iter().flatten().next().copied());
+    let Some(owner) = owner else { return error.into() };
+    let block = toolpath.moves[owner].block as usize;
+    let span = program.block_words(block).first().map_or(program.blocks()[block].span, |word| word.span);
+    let what = match &error {
+        MotionError::UnreachableOnPath { what, .. } => format!("this move cannot be run on the machine: {what}"),
+        MotionError::Infeasible { what, .. } => format!("no feed holds the machine's limits in this move: {what}"),
+        other => other.to_string(),
+    };
+    let diagnostic = Diagnostic::new(program, Severity::Error, span, what);
+    anyhow!(Refused(render(&[diagnostic], program, name)))
 }
 
 /// The program's faults, each with its line and a caret under the word.
@@ -140,11 +189,19 @@ pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> Stri
     diagnostics.iter().map(|diagnostic| diagnostic.render(program, name)).collect::<Vec<_>>().join("\n")
 }
 
-fn pieces(toolpath: &Toolpath, work_offset: Vec3, feed_factors: &[f64]) -> Result<(ToolPath, Vec<Option<usize>>)> {
-    let mut builder = Builder { path: Vec::new(), owners: Vec::new(), tip: None };
+fn pieces(
+    toolpath: &Toolpath,
+    work_offset: Vec3,
+    feed_factors: &[f64],
+    kinematics: &dyn Kinematics,
+    usual: ProgramWords,
+) -> Result<(ToolPath, Vec<Option<usize>>)> {
+    let mut builder = Builder { path: Vec::new(), owners: Vec::new(), at: None, words: usual, kinematics };
+    let offset = Vec6::new(work_offset.x, work_offset.y, work_offset.z, 0.0, 0.0, 0.0);
     for (index, step) in toolpath.moves.iter().enumerate() {
-        let start = Vec3::from(step.start.nominal_mm()) + work_offset;
-        let end = Vec3::from(step.end.nominal_mm()) + work_offset;
+        builder.set_words(words_of(toolpath, step, usual))?;
+        let start = coordinates(&step.start) + offset;
+        let end = coordinates(&step.end) + offset;
         match step.kind {
             MoveKind::Dwell { seconds } => builder.dwell(seconds.unwrap_or(0.0)),
             MoveKind::Home => builder.stop(),
@@ -152,17 +209,23 @@ fn pieces(toolpath: &Toolpath, work_offset: Vec3, feed_factors: &[f64]) -> Resul
                 let exact = matches!(toolpath.modal(step).path, PathMode::ExactPath | PathMode::ExactStop);
                 builder.rapid(start, None);
                 let curve: Arc<dyn Curve> = match step.kind {
-                    MoveKind::Arc(arc) => Arc::new(circular(&arc, start, end, work_offset)?),
-                    _ => Arc::new(Line { start, end }),
+                    MoveKind::Arc(arc) => Arc::new(circular(&arc, linear(&start), linear(&end), work_offset)?),
+                    _ => Arc::new(Line { start: linear(&start), end: linear(&end) }),
                 };
                 let length = step.length_mm().unwrap_or(0.0);
+                // Only a machine that turns something counts its rotary axes.
+                let turned = if kinematics.turns() { rotary(&(end - start)).norm() * MM_PER_RAD } else { 0.0 };
+                let way = length.hypot(turned);
                 let feed_mm_s = match step.feed {
-                    Some(Feed::Linear { mm_s }) => mm_s,
-                    Some(Feed::Duration { seconds }) if seconds > 0.0 => length / seconds,
+                    Some(Feed::Linear { mm_s }) if length > 0.0 => mm_s * way / length,
+                    Some(Feed::Angular { rad_s }) => rad_s * MM_PER_RAD,
+                    Some(Feed::Duration { seconds }) if seconds > 0.0 => way / seconds,
                     _ => f64::INFINITY,
                 };
-                if length > POINT_MM {
-                    builder.feed(curve, feed_mm_s * feed_factors[index], exact, index, end);
+                if way > POINT_MM {
+                    let mut piece = Piece::whole(curve, feed_mm_s * feed_factors[index]).turning(builder.turning(start, end));
+                    piece.stop_after = exact;
+                    builder.push(piece, Some(index), end);
                 }
             }
             MoveKind::Rapid | MoveKind::Thread | MoveKind::Probe | MoveKind::Cycle(_) => builder.rapid(end, Some(index)),
@@ -173,32 +236,72 @@ fn pieces(toolpath: &Toolpath, work_offset: Vec3, feed_factors: &[f64]) -> Resul
     Ok((path, builder.owners))
 }
 
-struct Builder {
-    path: Vec<Piece>,
-    owners: Vec<Option<usize>>,
-    tip: Option<Vec3>,
+fn linear(at: &Vec6) -> Vec3 {
+    at.fixed_rows::<3>(0).into_owned()
 }
 
-impl Builder {
-    /// A straight way at full speed, with rests at both ends; none where the tool is there already.
-    fn rapid(&mut self, to: Vec3, owner: Option<usize>) {
-        if let Some(tip) = self.tip.replace(to)
-            && (to - tip).norm() > POINT_MM
-        {
-            self.stop();
-            let mut piece = Piece::whole(Arc::new(Line { start: tip, end: to }), f64::INFINITY);
-            piece.stop_after = true;
-            self.path.push(piece);
-            self.owners.push(owner);
+fn rotary(at: &Vec6) -> Vec3 {
+    at.fixed_rows::<3>(3).into_owned()
+}
+
+struct Builder<'a> {
+    path: Vec<Piece>,
+    owners: Vec<Option<usize>>,
+    /// Where the path has led, in the meaning of `words`.
+    at: Option<Vec6>,
+    words: ProgramWords,
+    kinematics: &'a dyn Kinematics,
+}
+
+impl Builder<'_> {
+    /// How a move from `start` to `end` turns the tool.
+    fn turning(&self, start: Vec6, end: Vec6) -> Turning {
+        let path = RotaryPath::linear(rotary(&start), rotary(&end));
+        match self.words {
+            _ if !self.kinematics.turns() => Turning::Curve,
+            ProgramWords::Axes => Turning::Axes(path),
+            ProgramWords::Tip => Turning::Tip(path),
         }
     }
 
-    fn feed(&mut self, curve: Arc<dyn Curve>, feed_mm_s: f64, stop_after: bool, owner: usize, end: Vec3) {
-        let mut piece = Piece::whole(curve, feed_mm_s);
-        piece.stop_after = stop_after;
+    /// From here on coordinates have this meaning; the machine stays where it is.
+    fn set_words(&mut self, words: ProgramWords) -> Result<()> {
+        if words != self.words
+            && self.kinematics.turns()
+            && let Some(at) = &mut self.at
+        {
+            let near = vec![0.0; self.kinematics.axes().len()];
+            let joints = match self.words {
+                ProgramWords::Axes => self.kinematics.axes().iter().map(|axis| slot(axis).map_or(0.0, |slot| at[slot])).collect(),
+                ProgramWords::Tip => self.kinematics.place(&linear(at), &rotary(at).into(), &near)?,
+            };
+            *at = stated(&joints, self.kinematics, words);
+            self.stop();
+        }
+        self.words = words;
+        Ok(())
+    }
+
+    /// A straight way at full speed, with rests at both ends; none where the tool is there already.
+    fn rapid(&mut self, to: Vec6, owner: Option<usize>) {
+        let Some(at) = self.at else {
+            self.at = Some(to);
+            return;
+        };
+        let way = to - at;
+        if linear(&way).norm() > POINT_MM || (self.kinematics.turns() && rotary(&way).norm() > POINT_MM) {
+            self.stop();
+            let line = Line { start: linear(&at), end: linear(&to) };
+            let mut piece = Piece::whole(Arc::new(line), f64::INFINITY).turning(self.turning(at, to));
+            piece.stop_after = true;
+            self.push(piece, owner, to);
+        }
+    }
+
+    fn push(&mut self, piece: Piece, owner: Option<usize>, end: Vec6) {
         self.path.push(piece);
-        self.owners.push(Some(owner));
-        self.tip = Some(end);
+        self.owners.push(owner);
+        self.at = Some(end);
     }
 
     fn stop(&mut self) {
@@ -212,6 +315,26 @@ impl Builder {
             last.dwell_s += seconds.max(0.0);
         }
     }
+}
+
+/// Index among X, Y, Z, A, B, C of an axis.
+fn slot(axis: &Axis) -> Option<usize> {
+    ["x", "y", "z", "a", "b", "c"].iter().position(|name| *name == axis.name)
+}
+
+/// Axis positions as words of this meaning state them, machine coordinates.
+#[must_use]
+pub fn stated(joints: &[f64], kinematics: &dyn Kinematics, words: ProgramWords) -> Vec6 {
+    let mut out = Vec6::zeros();
+    for (axis, position) in kinematics.axes().iter().zip(joints) {
+        if let Some(slot) = slot(axis) {
+            out[slot] = *position;
+        }
+    }
+    if words == ProgramWords::Tip {
+        out.fixed_rows_mut::<3>(0).copy_from(&kinematics.forward(joints).tip);
+    }
+    out
 }
 
 /// The arc of a program as a curve; G18's plane turns Z towards X, which `Plane::axes` keeps right-handed.

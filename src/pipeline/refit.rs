@@ -4,12 +4,12 @@
 //! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
 
 use anyhow::Result;
-use gcode::{Edits, FeedMode, Move, MoveKind, Units, format_coordinate, format_number};
-use motion::{Trajectory, Vec3, poses_of};
+use gcode::{Edits, FeedMode, Move, MoveKind, Units, format_angle, format_coordinate, format_number};
+use motion::{Trajectory, Vec6};
 use serde::{Deserialize, Serialize};
 
 use super::Part;
-use super::part::{POINT_MM, is_shiftable};
+use super::part::{POINT_MM, coordinates, stated};
 
 /// How the points of a compensated program carry their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -41,9 +41,9 @@ pub struct RefitSettings {
 pub struct Refitted {
     /// The patches.
     pub edits: Edits,
-    /// For every move that was rewritten its index and the ends of the lines in its place, program coordinates, mm.
-    pub targets: Vec<(usize, Vec<Vec3>)>,
-    /// Largest correction of a written point, mm.
+    /// For every move that was rewritten its index and the ends of the lines in its place, program coordinates: mm, rad.
+    pub targets: Vec<(usize, Vec<Vec6>)>,
+    /// Largest correction of the tool tip, mm.
     pub largest_shift_mm: f64,
 }
 
@@ -54,9 +54,8 @@ pub struct Refitted {
 /// # Errors
 /// When a block cannot be split into several lines.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
-    let desired = &part.plan.desired;
-    let tips = poses_of(reference, desired.kinematics().as_ref())?;
-    let shifts: Vec<Vec3> = tips.iter().zip(desired.poses()).map(|(r, d)| r.tip - d.tip).collect();
+    let shifts = shifts(part, reference)?;
+    let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted { edits: Edits::new(), targets: Vec::new(), largest_shift_mm: 0.0 };
     let pieces: Vec<usize> = (0..part.owners.len()).collect();
     let runs = pieces.chunk_by(|a, b| shiftable(part, *a) && shiftable(part, *b));
@@ -65,35 +64,60 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
         let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece <= run[run.len() - 1]);
         from = samples.end;
         let refed = |piece: &usize| part.owners[*piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
-        if shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k].norm() > 0.0) || run.iter().any(refed)) {
+        if shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.iter().any(refed)) {
+            let largest = samples.clone().map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
+            out.largest_shift_mm = out.largest_shift_mm.max(largest);
             Stretch { part, shifts: &shifts, settings, samples }.write(run, &mut out)?;
         }
     }
     Ok(out)
 }
 
+/// The correction of every sample, in the coordinates of the words of its move: mm, rad.
+fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
+    let desired = &part.plan.desired;
+    let kinematics = desired.kinematics().as_ref();
+    if !kinematics.turns() {
+        let tips = desired.tips_of(reference)?;
+        let moved = tips.iter().zip(desired.poses()).map(|(tip, pose)| tip - pose.tip);
+        return Ok(moved.map(|d| Vec6::new(d.x, d.y, d.z, 0.0, 0.0, 0.0)).collect());
+    }
+    reference.check_matches(desired.trajectory())?;
+    let joints = |of: &Trajectory, k: usize| of.at(k).collect::<Vec<f64>>();
+    Ok((0..reference.len())
+        .map(|k| {
+            let words = part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
+            let stated = |of: &Trajectory| stated(&joints(of, k), kinematics, words);
+            stated(reference) - stated(desired.trajectory())
+        })
+        .collect())
+}
+
 fn shiftable(part: &Part, piece: usize) -> bool {
-    part.owners[piece].is_some_and(|owner| is_shiftable(&part.toolpath.moves[owner]))
+    part.owners[piece].is_some_and(|owner| part.is_shiftable(&part.toolpath.moves[owner]))
 }
 
 /// Whether a move is a feed move to where the tool is already.
-fn leads_nowhere(step: &Move) -> bool {
-    matches!(step.kind, MoveKind::Line) && is_shiftable(step) && step.length_mm().is_some_and(|length| length <= POINT_MM)
+fn leads_nowhere(part: &Part, step: &Move) -> bool {
+    let way = coordinates(&step.end) - coordinates(&step.start);
+    matches!(step.kind, MoveKind::Line) && part.is_shiftable(step) && way.norm() <= POINT_MM
 }
 
 /// Consecutive moves that may be compensated.
 struct Stretch<'a> {
     part: &'a Part,
-    shifts: &'a [Vec3],
+    shifts: &'a [Vec6],
     settings: &'a RefitSettings,
     /// Samples of the plan that belong to it.
     samples: std::ops::Range<usize>,
 }
 
-/// A point to be written.
+/// A point to be written, program coordinates: mm, rad.
 struct Target {
-    point: Vec3,
+    point: Vec6,
     time_s: f64,
+    /// Share of the move's way that has been gone.
+    way: f64,
 }
 
 impl Stretch<'_> {
@@ -108,25 +132,24 @@ impl Stretch<'_> {
             let step = &part.toolpath.moves[owner];
             let targets = self.targets(*piece, step);
             let mut lines = Vec::with_capacity(targets.len());
+            let mut way = 0.0;
             for target in &targets {
-                lines.push(writer.line(owner, lines.is_empty(), target, before_s)?);
-                before_s = target.time_s;
+                lines.push(writer.line(owner, lines.is_empty(), target, before_s, target.way - way)?);
+                (before_s, way) = (target.time_s, target.way);
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
             // A line that leads nowhere has no piece of the path; left as it is, it would lead back to the point as programmed.
             if let Some(end) = targets.last() {
                 for still in
-                    (owner + 1..part.toolpath.moves.len()).take_while(|index| leads_nowhere(&part.toolpath.moves[*index]))
+                    (owner + 1..part.toolpath.moves.len()).take_while(|index| leads_nowhere(part, &part.toolpath.moves[*index]))
                 {
-                    let line = writer.line(still, true, end, before_s)?;
+                    let line = writer.line(still, true, end, before_s, 1.0)?;
                     out.edits.replace_motion(&part.program, part.toolpath.moves[still].block as usize, &[line])?;
                     out.targets.push((still, vec![end.point]));
                 }
             }
         }
-        let largest = self.samples.clone().map(|k| self.shifts[k].norm()).fold(0.0, f64::max);
-        out.largest_shift_mm = out.largest_shift_mm.max(largest);
         if let Some(line) = writer.restore(&part.toolpath.moves[last])? {
             out.edits.insert_after(&part.program, part.toolpath.moves[last].block as usize, &[line])?;
         }
@@ -138,7 +161,7 @@ impl Stretch<'_> {
     fn restore_motion_code(&self, last: usize, out: &mut Refitted) {
         let moves = &self.part.toolpath.moves;
         let Some(next) = moves.get(last + 1) else { return };
-        if next.explicit_motion || is_shiftable(next) {
+        if next.explicit_motion || self.part.is_shiftable(next) {
             return;
         }
         let code = match (next.kind, moves[last].kind) {
@@ -177,8 +200,8 @@ impl Stretch<'_> {
         (before as f64 + share) * period
     }
 
-    /// The correction at a time, mm.
-    fn shift_at(&self, time_s: f64) -> Vec3 {
+    /// The correction at a time, mm and rad.
+    fn shift_at(&self, time_s: f64) -> Vec6 {
         let index = time_s / self.part.plan.desired.trajectory().period_s();
         let last = self.shifts.len() - 1;
         let before = (index.floor() as usize).min(last);
@@ -194,17 +217,22 @@ impl Stretch<'_> {
         let (from_s, to_s) = (self.time_at(from_mm), self.time_at(to_mm));
         let length = (to_mm - from_mm).max(1e-12);
         // Points of the original geometry, at the share of its length that the plan has passed.
-        let corrected = |time_s: f64| {
+        let way_at = |time_s: f64| {
             let index = (time_s / period) as usize;
             let samples = &plan.samples;
             let (a, b) = (samples[index.min(samples.len() - 1)], samples[(index + 1).min(samples.len() - 1)]);
             let position = a.position_mm + (b.position_mm - a.position_mm) * (time_s / period - index as f64);
-            let share = ((position - from_mm) / length).clamp(0.0, 1.0);
-            Vec3::from(step.point_mm(share)) + self.shift_at(time_s)
+            ((position - from_mm) / length).clamp(0.0, 1.0)
         };
-        let end = Target { point: Vec3::from(step.end.nominal_mm()) + self.shift_at(to_s), time_s: to_s };
+        let corrected = |time_s: f64| {
+            let share = way_at(time_s);
+            let [x, y, z] = step.point_mm(share);
+            let turned = coordinates(&step.start).lerp(&coordinates(&step.end), share);
+            Vec6::new(x, y, z, turned[3], turned[4], turned[5]) + self.shift_at(time_s)
+        };
+        let end = Target { point: coordinates(&step.end) + self.shift_at(to_s), time_s: to_s, way: 1.0 };
         let mut targets = Vec::new();
-        let mut start = (from_s, Vec3::from(step.start.nominal_mm()) + self.shift_at(from_s));
+        let mut start = (from_s, coordinates(&step.start) + self.shift_at(from_s));
         let steps = ((to_s - from_s) / self.settings.spacing_s).floor() as usize;
         let mut held = 0;
         for i in 1..steps {
@@ -215,7 +243,7 @@ impl Stretch<'_> {
                 && i - held < MOST_POINTS;
             if !fits {
                 let point = corrected(at(i));
-                targets.push(Target { point, time_s: at(i) });
+                targets.push(Target { point, time_s: at(i), way: way_at(at(i)) });
                 start = (at(i), point);
                 held = i;
             }
@@ -228,19 +256,31 @@ impl Stretch<'_> {
 /// Samples over which one line may reach: bounds the work of checking it.
 const MOST_POINTS: usize = 64;
 
+/// Lever at which a rotary axis's distance from a line counts, mm.
+const LEVER_MM: f64 = 100.0;
+
 /// Distance of a point from the line between two others, mm.
-fn off_line(point: Vec3, start: Vec3, end: Vec3) -> f64 {
-    let chord = end - start;
-    let length = chord.norm();
-    if length < 1e-12 { (point - start).norm() } else { (point - start).cross(&chord).norm() / length }
+fn off_line(point: Vec6, start: Vec6, end: Vec6) -> f64 {
+    let at_lever = Vec6::new(1.0, 1.0, 1.0, LEVER_MM, LEVER_MM, LEVER_MM);
+    let (chord, off) = ((end - start).component_mul(&at_lever), (point - start).component_mul(&at_lever));
+    let length_squared = chord.norm_squared();
+    if length_squared < 1e-24 { off.norm() } else { (off - chord * (off.dot(&chord) / length_squared)).norm() }
+}
+
+/// Which of A, B, C a part's machine turns.
+fn turning_axes(part: &Part) -> [bool; 3] {
+    let kinematics = part.plan.desired.kinematics();
+    ["a", "b", "c"].map(|name| kinematics.turns() && kinematics.axes().iter().any(|axis| axis.name == name))
 }
 
 /// Writes lines in the program's own units and modes.
 struct Writer<'a> {
     part: &'a Part,
     settings: &'a RefitSettings,
-    /// Where the written lines have led, program coordinates as rounded, mm.
-    written: Vec3,
+    /// Where the written lines have led, program coordinates as rounded: mm, rad.
+    written: Vec6,
+    /// Which of A, B, C the machine turns.
+    turns: [bool; 3],
     mode: FeedMode,
     g1_active: bool,
     /// Feed word in force where feeds are changed.
@@ -253,14 +293,16 @@ impl<'a> Writer<'a> {
         Self {
             part,
             settings,
-            written: Vec3::from(first.start.nominal_mm()),
+            written: coordinates(&first.start),
+            turns: turning_axes(part),
             mode: modal.feed_mode,
             g1_active: false,
             feed: first.feed_word,
         }
     }
 
-    fn line(&mut self, owner: usize, first_of_block: bool, target: &Target, before_s: f64) -> Result<String> {
+    /// The line to `target`, which takes this `share` of its move's way.
+    fn line(&mut self, owner: usize, first_of_block: bool, target: &Target, before_s: f64, share: f64) -> Result<String> {
         let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
         let modal = self.part.toolpath.modal(step);
         let mut text = String::new();
@@ -277,21 +319,25 @@ impl<'a> Writer<'a> {
             text.push_str("G1");
             self.g1_active = true;
         }
-        let length_before = self.written;
+        let before = self.written;
         let mut moves = false;
         let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
-        for axis in 0..3 {
+        for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
             let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
-            let number = format_coordinate(value, modal.units, decimals)?;
+            let number = match axis {
+                0..3 => format_coordinate(value, modal.units, decimals)?,
+                _ => format_angle(value, self.settings.decimals)?,
+            };
             // What a control reads back, so that incremental programs gather no rounding.
-            let read: f64 = number.parse::<f64>().unwrap_or_default() * modal.units.mm();
+            let read: f64 = number.parse::<f64>().unwrap_or_default();
+            let read = if axis < 3 { read * modal.units.mm() } else { read.to_radians() };
             let reached = self.written[axis]
                 + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
             // A line needs an axis word, or it is no move.
             let last_chance = !moves && axis == 2;
             if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance
             {
-                text.push(['X', 'Y', 'Z'][axis]);
+                text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
                 text.push_str(&number);
                 self.written[axis] = reached;
                 moves = true;
@@ -301,8 +347,17 @@ impl<'a> Writer<'a> {
         match self.settings.carrier {
             Carrier::G93 => text.push_str(&format!("F{}", format_number(60.0 / duration, 4)?)),
             Carrier::G94 => {
-                let feed = (self.written - length_before).norm().max(1e-6) / duration * 60.0 / modal.units.mm();
+                // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
+                let way = self.written - before;
+                let length = way.fixed_rows::<3>(0).norm() / modal.units.mm();
+                let length = if length > 0.0 { length } else { way.fixed_rows::<3>(3).norm().to_degrees() };
+                let feed = length.max(1e-6) / duration * 60.0;
                 text.push_str(&format!("F{}", format_number(feed.max(1e-4), 4)?));
+            }
+            // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
+            Carrier::Keep if self.mode == FeedMode::InverseTime && share < 1.0 => {
+                let Some(word) = step.feed_word else { anyhow::bail!("a move in inverse time has no F") };
+                text.push_str(&format!("F{}", format_number(word * factor / share.max(0.01), 4)?));
             }
             Carrier::Keep => {
                 let wanted = step.feed_word.map(|feed| feed * factor);

@@ -42,20 +42,26 @@ impl Folder {
 
     /// Excites and logs the built-in machine, and trains a model of it.
     pub fn train(&self, seconds: &str, predictor: &str) -> PathBuf {
-        self.figures(&["excite", "-o", "excitation", "--seconds", seconds]);
+        self.train_on("ballscrew", seconds, predictor)
+    }
+
+    /// The same on another built-in machine.
+    pub fn train_on(&self, machine: &str, seconds: &str, predictor: &str) -> PathBuf {
+        self.figures(&["excite", "--machine", machine, "-o", "excitation", "--seconds", seconds]);
         let mut logs = Vec::new();
         for entry in std::fs::read_dir(self.path("excitation")).unwrap() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|e| e == "csv") {
                 let log = format!("log-{}", path.file_name().unwrap().to_string_lossy());
-                self.figures(&["simulate", &path.to_string_lossy(), "-o", &log, "--seed", &(logs.len() + 1).to_string()]);
+                let seed = (logs.len() + 1).to_string();
+                self.figures(&["simulate", &path.to_string_lossy(), "--machine", machine, "-o", &log, "--seed", &seed]);
                 logs.push(log);
             }
         }
         logs.sort();
         let mut words = vec!["train"];
         words.extend(logs.iter().map(String::as_str));
-        words.extend(["--machine", "ballscrew", "--predictor", predictor, "-o", "machine.model"]);
+        words.extend(["--machine", machine, "--predictor", predictor, "-o", "machine.model"]);
         self.figures(&words);
         self.path("machine.model")
     }

@@ -1,11 +1,11 @@
 //! Pre-compensation in one shot (Paper D, section IV).
 
-use motion::contour::{ContourError, ContourEstimator, SplineSearch};
+use motion::contour::{ContourError, SplineSearch};
 use motion::{DesiredPath, Trajectory, Vec3};
 
-use crate::{CompensationError, CompensationLaw, move_tips};
+use crate::{CompensationError, CompensationLaw, PoseErrors, Shift, move_poses, pose_errors};
 
-/// `P_new = P_k + η (P_k − R_k)`, with `R_k` the point of the predicted path nearest to `P_k` (Paper D, eq. 21-24).
+/// `P_new = P_k + η (P_k − R_k)`, with `R_k` the point of the predicted path nearest to `P_k` (Paper D, eq. 21-24); the tool axis likewise.
 pub struct OneShot {
     /// Share of the contour error that is taken off, 1 in the paper.
     pub eta: f64,
@@ -29,10 +29,11 @@ impl CompensationLaw for OneShot {
         reference: &Trajectory,
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
-        let actual = desired.tips_of(actual)?;
-        let errors = self.estimator.estimate(&desired.tips(), &actual)?;
-        let shifts: Vec<Vec3> = errors.iter().map(|error| across(error) * self.eta).collect();
-        move_tips(desired, reference, &shifts)
+        let PoseErrors { contour, mut shifts, .. } = pose_errors(desired, actual, &mut self.estimator)?;
+        for (shift, error) in shifts.iter_mut().zip(&contour) {
+            *shift = Shift { tip: across(error), ..*shift }.times(self.eta);
+        }
+        move_poses(desired, reference, &shifts)
     }
 }
 

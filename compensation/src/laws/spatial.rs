@@ -3,7 +3,7 @@
 use motion::contour::{ContourEstimator, HermiteFootPoint};
 use motion::{DesiredPath, Trajectory, Vec3};
 
-use crate::{CompensationError, CompensationLaw, LowPass, move_tips};
+use crate::{CompensationError, CompensationLaw, LowPass, PoseErrors, Shift, move_poses, pose_errors};
 
 /// How the learning gain changes from run to run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ impl Gain {
 }
 
 /// `x_r,i = x_r,i−1 + Q ε_i`, `x_r,0 = x_d`, with `ε` from the actual curve to the desired sample (Paper A, eq. 21-23; in space
-/// Paper B, eq. 11).
+/// Paper B, eq. 11; of tool tip and tool axis Paper C, eq. 19-20, whose learning rate `α` is the gain).
 pub struct SpatialIlc {
     gain: Gain,
     low_pass: Option<LowPass>,
@@ -83,32 +83,38 @@ impl CompensationLaw for SpatialIlc {
         reference: &Trajectory,
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
-        let actual = desired.tips_of(actual)?;
-        let tips = desired.tips();
-        let errors = self.estimator.estimate(&tips, &actual)?;
+        let PoseErrors { shifts: errors, actual, .. } = pose_errors(desired, actual, self.estimator.as_mut())?;
         let gain = self.gain.at(self.updates);
-        let mut shifts: Vec<Vec3> = errors.iter().map(|error| error.vector * gain).collect();
+        let mut shifts: Vec<Shift> = errors.into_iter().map(|error| error.times(gain)).collect();
         if let Some(turn_s) = self.turn_s {
             let reach = (turn_s / desired.trajectory().period_s()).round() as usize;
-            for (k, (shift, share)) in shifts.iter_mut().zip(turns(&tips, reach)).enumerate() {
-                *shift = shift.lerp(&((tips[k] - actual[k]) * gain), share);
+            let shares = turns(&desired.tips(), reach);
+            for ((shift, share), (wanted, actual)) in shifts.iter_mut().zip(shares).zip(desired.poses().iter().zip(&actual)) {
+                let in_time = Shift { tip: wanted.tip - actual.tip, tool: wanted.tool - actual.tool };
+                *shift = shift.lerp(in_time.times(gain), share);
             }
         }
         if let Some(filter) = &self.low_pass {
-            smooth(&mut shifts, filter);
+            smooth(&mut shifts, filter, desired.kinematics().turns());
         }
         self.updates += 1;
-        move_tips(desired, reference, &shifts)
+        move_poses(desired, reference, &shifts)
     }
 }
 
-/// Filters each coordinate of the shifts.
-fn smooth(shifts: &mut [Vec3], filter: &LowPass) {
-    for axis in 0..3 {
-        let column: Vec<f64> = shifts.iter().map(|shift| shift[axis]).collect();
-        for (shift, value) in shifts.iter_mut().zip(filter.zero_phase(&column)) {
-            shift[axis] = value;
+/// Filters each coordinate of the shifts; those of the tool only where it turns.
+fn smooth(shifts: &mut [Shift], filter: &LowPass, turns: bool) {
+    let mut pass = |of: fn(&mut Shift) -> &mut Vec3| {
+        for axis in 0..3 {
+            let column: Vec<f64> = shifts.iter_mut().map(|shift| of(shift)[axis]).collect();
+            for (shift, value) in shifts.iter_mut().zip(filter.zero_phase(&column)) {
+                of(shift)[axis] = value;
+            }
         }
+    };
+    pass(|shift| &mut shift.tip);
+    if turns {
+        pass(|shift| &mut shift.tool);
     }
 }
 

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use motion::curves::Line;
-use motion::{Axis, Cartesian, Kinematics, Limits, Piece, PlanSettings, ToolPath, Trajectory, Vec3, plan};
+use motion::{
+    Axis, Cartesian, Kinematics, Limits, MM_PER_RAD, Piece, PlanSettings, RotaryPath, ToolPath, Trajectory, Turning, Vec3, plan,
+};
 use rand::{Rng, RngExt};
 
 use crate::DatasetError;
@@ -31,22 +33,23 @@ pub(super) struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// `None` where the machine has no axis x, y or z.
+    /// `None` where the machine has none of the axes x, y, z, a, b, c.
     pub fn play<R: Rng>(
         &self,
         rng: &mut R,
         mut position: impl FnMut(&mut R, usize) -> f64,
     ) -> Result<Option<Trajectory>, DatasetError> {
-        let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(self.axes.to_vec()));
-        // The axes that move the tool in x, y, z.
+        // The axes that lines know, each with its place among x, y, z, a, b, c.
         let moved: Vec<(usize, usize)> = (0..self.axes.len())
-            .filter_map(|axis| ["x", "y", "z"].iter().position(|name| *name == self.axes[axis].name).map(|slot| (axis, slot)))
+            .filter_map(|axis| SLOTS.iter().position(|name| *name == self.axes[axis].name).map(|slot| (axis, slot)))
             .collect();
         if moved.is_empty() {
             return Ok(None);
         }
+        let turns = moved.iter().any(|(_, slot)| *slot >= 3);
         let limits = self.axis_limits_only(&moved);
-        let home = kinematics.forward(self.home).tip;
+        let mut home = [0.0; 6];
+        moved.iter().for_each(|&(axis, slot)| home[slot] = self.home[axis]);
         let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
         loop {
             let last = planned_s >= self.seconds - 2.0 * self.rest_s;
@@ -57,17 +60,18 @@ impl Lines<'_> {
             } else if !last {
                 moved.iter().for_each(|&(axis, slot)| end[slot] = position(rng, axis));
             }
-            let length = (end - at).norm();
+            let way: [f64; 6] = std::array::from_fn(|slot| (end[slot] - at[slot]) * way_mm(slot));
+            let length = way.iter().map(|step| step * step).sum::<f64>().sqrt();
             if length > 1e-3 {
-                let speed = self.speed_share * self.top_speed(&moved, &((end - at) / length));
+                let speed = self.speed_share * self.top_speed(&moved, &way.map(|step| step / length));
                 let feed_mm_s = speed * if rng.random_bool(FULL) { 1.0 } else { rng.random_range(SLOWEST..1.0) };
                 let stop_after = rng.random_bool(STOPS);
                 let dwell_s = if stop_after { rng.random_range(0.0..LONGEST_DWELL_S) } else { 0.0 };
-                path.push(Piece {
-                    stop_after,
-                    dwell_s: if last { 0.0 } else { dwell_s },
-                    ..Piece::whole(Arc::new(Line { start: at, end }), feed_mm_s)
-                });
+                let line = Line { start: linear(&at), end: linear(&end) };
+                let piece =
+                    Piece { stop_after, dwell_s: if last { 0.0 } else { dwell_s }, ..Piece::whole(Arc::new(line), feed_mm_s) };
+                let turning = Turning::Axes(RotaryPath::linear(rotary(&at), rotary(&end)));
+                path.push(if turns { piece.turning(turning) } else { piece });
                 planned_s += length / feed_mm_s + dwell_s + 0.05;
                 at = end;
             }
@@ -81,6 +85,7 @@ impl Lines<'_> {
             rest_s: self.rest_s,
             ..PlanSettings::default()
         };
+        let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(self.axes.to_vec()));
         let planned = plan(&path, &kinematics, &limits, &settings)?.desired.trajectory().clone();
         let mut columns = planned.columns().to_vec();
         for (axis, column) in columns.iter_mut().enumerate() {
@@ -94,7 +99,8 @@ impl Lines<'_> {
     /// The limits with those of the path out of the way.
     fn axis_limits_only(&self, moved: &[(usize, usize)]) -> Limits {
         let norm = |of: fn(&motion::AxisLimits) -> f64| {
-            moved.iter().map(|(axis, _)| of(&self.limits.axes[*axis]).powi(2)).sum::<f64>().sqrt()
+            let linear = moved.iter().filter(|(_, slot)| *slot < 3);
+            linear.map(|(axis, _)| of(&self.limits.axes[*axis]).powi(2)).sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
         };
         let acceleration = norm(|axis| axis.acceleration);
         Limits {
@@ -107,10 +113,26 @@ impl Lines<'_> {
     }
 
     /// Speed along `direction` at which the first axis reaches its limit, mm/s.
-    fn top_speed(&self, moved: &[(usize, usize)], direction: &Vec3) -> f64 {
+    fn top_speed(&self, moved: &[(usize, usize)], direction: &[f64; 6]) -> f64 {
         moved
             .iter()
-            .map(|&(axis, slot)| self.limits.axes[axis].velocity / direction[slot].abs().max(1e-9))
+            .map(|&(axis, slot)| self.limits.axes[axis].velocity * way_mm(slot) / direction[slot].abs().max(1e-9))
             .fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The axes that lines know.
+const SLOTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
+
+/// Way of a unit of an axis, mm.
+fn way_mm(slot: usize) -> f64 {
+    if slot < 3 { 1.0 } else { MM_PER_RAD }
+}
+
+fn linear(at: &[f64; 6]) -> Vec3 {
+    Vec3::new(at[0], at[1], at[2])
+}
+
+fn rotary(at: &[f64; 6]) -> Vec3 {
+    Vec3::new(at[3], at[4], at[5])
 }

@@ -99,7 +99,7 @@ impl Stage<'_> {
         let home: Vec<f64> = self.travel.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
         match self.run.shape {
             Shape::Splines => self.splines_and_dwells(&home),
-            // A machine without axes x, y, z has no lines in space.
+            // A machine whose axes have other names, such as an arm's joints, has no lines.
             Shape::Lines => match self.lines(&home)? {
                 Some(run) => Ok(run),
                 None => self.splines_and_dwells(&home),

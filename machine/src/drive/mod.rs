@@ -1,4 +1,6 @@
 //! One simulated drive: the controller's loops, the motor, the mechanics and their friction.
+//!
+//! Lengths are called mm and m; a rotary drive runs on the same code with mrad and rad, forces then being torques.
 
 mod friction;
 mod loops;

@@ -3,8 +3,9 @@
 use motion::{Axis, AxisKind, AxisLimits};
 use serde::{Deserialize, Serialize};
 
-use super::DriveSpec;
-use super::check::positive;
+use super::check::{Names, positive, within};
+use super::rotary_drive::MRAD;
+use super::{DriveSpec, RotaryDriveSpec};
 use crate::MachineError;
 
 /// An axis: `kind = "linear"` or `"rotary"`.
@@ -29,6 +30,9 @@ pub struct LinearAxis {
     pub acceleration_mm_s2: f64,
     /// Largest jerk, mm/s³.
     pub jerk_mm_s3: f64,
+    /// Lowest and highest position, mm; unlimited where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub travel_mm: Option<[f64; 2]>,
     /// The drive of a simulated axis; a real machine has none here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Box<DriveSpec>>,
@@ -46,6 +50,12 @@ pub struct RotaryAxis {
     pub acceleration_rad_s2: f64,
     /// Largest jerk, rad/s³.
     pub jerk_rad_s3: f64,
+    /// Lowest and highest position, degrees; unlimited where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub travel_deg: Option<[f64; 2]>,
+    /// The drive of a simulated axis; a real machine has none here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Box<RotaryDriveSpec>>,
 }
 
 impl AxisSpec {
@@ -81,12 +91,38 @@ impl AxisSpec {
         }
     }
 
-    /// The drive, where the axis is a simulated one.
+    /// Lowest and highest position, mm or rad, where they are limited.
+    #[must_use]
+    pub fn travel(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Linear(axis) => axis.travel_mm,
+            Self::Rotary(axis) => axis.travel_deg.map(|travel| travel.map(f64::to_radians)),
+        }
+    }
+
+    /// The drive of a linear axis, where it is a simulated one.
     #[must_use]
     pub fn drive(&self) -> Option<&DriveSpec> {
         match self {
             Self::Linear(axis) => axis.drive.as_deref(),
             Self::Rotary(_) => None,
+        }
+    }
+
+    /// The drive of a rotary axis, where it is a simulated one.
+    #[must_use]
+    pub fn rotary_drive(&self) -> Option<&RotaryDriveSpec> {
+        match self {
+            Self::Linear(_) => None,
+            Self::Rotary(axis) => axis.drive.as_deref(),
+        }
+    }
+
+    /// The drive to simulate, in mm or mrad, with how many of these are one unit (mm, rad) of a trajectory.
+    pub(crate) fn simulated(&self) -> Option<(DriveSpec, f64)> {
+        match self {
+            Self::Linear(axis) => axis.drive.as_deref().map(|drive| (drive.clone(), 1.0)),
+            Self::Rotary(axis) => axis.drive.as_deref().map(|drive| (drive.in_mrad(), MRAD)),
         }
     }
 
@@ -103,9 +139,19 @@ impl AxisSpec {
         for (key, value) in keys.into_iter().zip([limits.velocity, limits.acceleration, limits.jerk]) {
             positive(&format!("axes.{name}.{key}"), value)?;
         }
-        match self.drive() {
-            Some(drive) => drive.check(&format!("axes.{name}.drive"), sampling_period_ms),
-            None => Ok(()),
+        let (key, travel) = match self {
+            Self::Linear(axis) => ("travel_mm", axis.travel_mm),
+            Self::Rotary(axis) => ("travel_deg", axis.travel_deg),
+        };
+        if let Some([low, high]) = travel {
+            within(&format!("axes.{name}.{key}[0]"), low, true, "finite")?;
+            within(&format!("axes.{name}.{key}[1]"), high, low < high, &format!("finite and above {low}; write [low, high]"))?;
+        }
+        let at = format!("axes.{name}.drive");
+        match self {
+            Self::Linear(LinearAxis { drive: Some(drive), .. }) => drive.check(&at, Names::LINEAR, sampling_period_ms),
+            Self::Rotary(RotaryAxis { drive: Some(drive), .. }) => drive.check(&at, sampling_period_ms),
+            _ => Ok(()),
         }
     }
 }

@@ -4,10 +4,12 @@ use super::MachineSpec;
 use crate::MachineError;
 
 /// Name and description of every built-in machine; the first is the default.
-pub const BUILTIN_MACHINES: [(&str, &str); 3] = [
+pub const BUILTIN_MACHINES: [(&str, &str); 5] = [
     ("ballscrew", include_str!("../../machines/ballscrew.toml")),
     ("maxwell", include_str!("../../machines/maxwell.toml")),
     ("worn", include_str!("../../machines/worn.toml")),
+    ("bc", include_str!("../../machines/bc.toml")),
+    ("xyzac", include_str!("../../machines/xyzac.toml")),
 ];
 
 impl MachineSpec {

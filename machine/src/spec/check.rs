@@ -2,6 +2,20 @@
 
 use crate::MachineError;
 
+/// What a file calls the values of a drive, as pairs of a linear drive's key and the key in its place; keys that are the same are left out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Names(pub(super) &'static [(&'static str, &'static str)]);
+
+impl Names {
+    /// The keys of a linear drive.
+    pub(super) const LINEAR: Self = Self(&[]);
+
+    /// The file's key for `key`.
+    pub(super) fn of(self, key: &str) -> &str {
+        self.0.iter().find(|(linear, _)| *linear == key).map_or(key, |(_, own)| own)
+    }
+}
+
 /// Refuses `value` unless it is positive and finite.
 pub(super) fn positive(key: &str, value: f64) -> Result<(), MachineError> {
     within(key, value, value > 0.0, "positive and finite")

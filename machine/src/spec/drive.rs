@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{multiple, not_negative, positive, within};
+use super::check::{Names, multiple, not_negative, positive, within};
 use super::friction::FrictionSpec;
 use crate::MachineError;
 
@@ -48,7 +48,7 @@ pub struct LoopSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotorSpec {
-    /// Inertia of motor and screw, kg·m².
+    /// Inertia of the motor and of what turns with it (screw, worm), kg·m².
     pub inertia_kg_m2: f64,
     /// Viscous friction, N·m·s/rad.
     pub viscous_n_m_s_rad: f64,
@@ -132,9 +132,9 @@ pub(crate) struct Rates {
 }
 
 impl DriveSpec {
-    /// Refuses values out of range; `at` is the drive's place in the file.
-    pub(super) fn check(&self, at: &str, sampling_period_ms: f64) -> Result<(), MachineError> {
-        let key = |name: &str| format!("{at}.{name}");
+    /// Refuses values out of range; `at` is the drive's place in the file, `names` what its keys are called there.
+    pub(super) fn check(&self, at: &str, names: Names, sampling_period_ms: f64) -> Result<(), MachineError> {
+        let key = |name: &str| format!("{at}.{}", names.of(name));
         let (loops, motor, screw, table) = (&self.loops, &self.motor, &self.screw, &self.table);
         for (name, value) in [
             ("loops.position_gain_1_s", loops.position_gain_1_s),
@@ -174,7 +174,7 @@ impl DriveSpec {
             let wave = Harmonic { amplitude: wave.amplitude_n_m, per_turn: wave.per_turn, phase_rad: wave.phase_rad };
             wave.check(&key(&format!("motor.cogging[{i}]")))?;
         }
-        self.friction.check(&key("friction"))?;
+        self.friction.check(&|name| key(&format!("friction.{name}")))?;
         self.rates(at, sampling_period_ms)?;
         self.check_step(&key("loops.integration_step_us"))
     }
@@ -205,7 +205,7 @@ impl DriveSpec {
             key,
             self.loops.integration_step_us,
             (0.5e-6..=largest).contains(&step_s),
-            &format!("at least 0.5 µs and at most {:.3} µs for this stiffness, damping and mass", largest * 1e6),
+            &format!("at least 0.5 µs and at most {:.3} µs for these stiffnesses, damping and masses or inertias", largest * 1e6),
         )
     }
 }

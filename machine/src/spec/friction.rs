@@ -87,11 +87,10 @@ pub struct Patch {
 }
 
 impl FrictionSpec {
-    /// Refuses values out of range; `at` is the friction's place in the file.
-    pub(super) fn check(&self, at: &str) -> Result<(), MachineError> {
-        let key = |name: &str| format!("{at}.{name}");
+    /// Refuses values out of range; `key` makes the full key of a value from its name.
+    pub(super) fn check(&self, key: &dyn Fn(&str) -> String) -> Result<(), MachineError> {
         not_negative(&key("coulomb_n"), self.coulomb_n)?;
-        within(&key("static_n"), self.static_n, self.static_n >= self.coulomb_n, "at least `coulomb_n`")?;
+        within(&key("static_n"), self.static_n, self.static_n >= self.coulomb_n, &format!("at least `{}`", key("coulomb_n")))?;
         positive(&key("stribeck_mm_s"), self.stribeck_mm_s)?;
         share(&key("motor_share"), self.motor_share)?;
         for (name, value) in
@@ -108,7 +107,7 @@ impl FrictionSpec {
             lowest -= wave.amplitude.abs();
         }
         for (i, wave) in self.screw_waves.iter().enumerate() {
-            wave.check(&key(&format!("screw_waves[{i}]")))?;
+            wave.check(&format!("{}[{i}]", key("screw_waves")))?;
             lowest -= wave.amplitude.abs();
         }
         for (i, patch) in self.patches.iter().enumerate() {
@@ -118,12 +117,12 @@ impl FrictionSpec {
             lowest += patch.amplitude.min(0.0);
         }
         within(
-            &key("waves, screw_waves and patches: lowest level"),
+            &format!("lowest level of `{}`, `{}` and `{}`", key("waves"), key("screw_waves"), key("patches")),
             lowest,
             lowest > 0.05,
             "above 0.05 of the mean; lower their amplitudes",
         )?;
-        self.presliding.check(&key("presliding"))
+        self.presliding.check(&|name| key(&format!("presliding.{name}")))
     }
 
     /// Largest stiffness that friction adds on one side, N/m.
@@ -138,29 +137,31 @@ impl FrictionSpec {
 }
 
 impl PreslidingSpec {
-    fn check(&self, at: &str) -> Result<(), MachineError> {
+    fn check(&self, key: &dyn Fn(&str) -> String) -> Result<(), MachineError> {
         match self {
             Self::Lugre { stiffness_n_m, damping_n_s_m } => {
-                positive(&format!("{at}.stiffness_n_m"), *stiffness_n_m)?;
-                not_negative(&format!("{at}.damping_n_s_m"), *damping_n_s_m)
+                positive(&key("stiffness_n_m"), *stiffness_n_m)?;
+                not_negative(&key("damping_n_s_m"), *damping_n_s_m)
             }
             Self::Maxwell { shares, slip_um, damping_n_s_m } => {
-                not_negative(&format!("{at}.damping_n_s_m"), *damping_n_s_m)?;
+                not_negative(&key("damping_n_s_m"), *damping_n_s_m)?;
                 for (i, value) in shares.iter().enumerate() {
-                    positive(&format!("{at}.shares[{i}]"), *value)?;
+                    positive(&format!("{}[{i}]", key("shares")), *value)?;
                 }
                 for (i, value) in slip_um.iter().enumerate() {
-                    positive(&format!("{at}.slip_um[{i}]"), *value)?;
+                    positive(&format!("{}[{i}]", key("slip_um")), *value)?;
                 }
                 if shares.len() != slip_um.len() || shares.is_empty() {
                     return Err(MachineError::BadDescription(format!(
-                        "`{at}` has {} `shares` and {} `slip_um`; give one of each for every element, at least one element",
+                        "`{}` has {} values and `{}` has {}; give one of each for every element, at least one element",
+                        key("shares"),
                         shares.len(),
+                        key("slip_um"),
                         slip_um.len()
                     )));
                 }
                 let sum: f64 = shares.iter().sum();
-                within(&format!("{at}.shares: sum"), sum, (sum - 1.0).abs() < 1e-6, "1")
+                within(&format!("{}: sum", key("shares")), sum, (sum - 1.0).abs() < 1e-6, "1")
             }
         }
     }

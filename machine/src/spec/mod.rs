@@ -5,7 +5,9 @@ mod builtin;
 mod check;
 mod drive;
 mod friction;
+mod kinematics;
 mod read;
+mod rotary_drive;
 
 use std::sync::Arc;
 
@@ -14,7 +16,11 @@ pub use builtin::BUILTIN_MACHINES;
 pub(crate) use drive::Rates;
 pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
 pub use friction::{FrictionSpec, Patch, PreslidingSpec, Wave};
-use motion::{Axis, Cartesian, Kinematics, Limits};
+pub use kinematics::{FiveAxisSpec, KinematicsSpec, Mount, ProgramWords, RotaryJointSpec};
+use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, RotaryJoint, RotaryMount, Vec3};
+pub use rotary_drive::{
+    GearSpec, RotaryDriveSpec, RotaryFrictionSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
@@ -52,15 +58,6 @@ pub struct PathSpec {
     pub jerk_mm_s3: f64,
     /// Largest acceleration across the path, mm/s².
     pub centripetal_mm_s2: f64,
-}
-
-/// How the axes place the tool.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-pub enum KinematicsSpec {
-    /// Perpendicular linear axes, upright tool.
-    #[default]
-    Cartesian,
 }
 
 /// What a controller reads: how a compensated program is written for it.
@@ -113,10 +110,38 @@ impl MachineSpec {
     }
 
     /// How the axes place the tool.
-    #[must_use]
-    pub fn kinematics(&self) -> Arc<dyn Kinematics> {
-        match self.kinematics {
+    ///
+    /// # Errors
+    /// When the rotary axes cannot turn the tool in two ways.
+    pub fn kinematics(&self) -> Result<Arc<dyn Kinematics>, MachineError> {
+        Ok(match &self.kinematics {
             KinematicsSpec::Cartesian => Arc::new(Cartesian::new(self.motion_axes())),
+            KinematicsSpec::FiveAxis(spec) => Arc::new(self.five_axis(spec)?),
+        })
+    }
+
+    fn five_axis(&self, spec: &FiveAxisSpec) -> Result<FiveAxis, MachineError> {
+        let travel = |name: &str| self.axes.iter().find(|axis| axis.name() == name).and_then(AxisSpec::travel);
+        let joints = spec.rotary.iter().map(|joint| RotaryJoint {
+            axis: joint.axis.clone(),
+            mount: match joint.mount {
+                Mount::Table => RotaryMount::Table,
+                Mount::Head => RotaryMount::Head,
+            },
+            direction: Vec3::from(joint.direction),
+            pivot_mm: Vec3::from(joint.pivot_mm),
+            travel_rad: travel(&joint.axis),
+        });
+        FiveAxis::new(self.motion_axes(), joints.collect(), spec.tool_length_mm, ["x", "y", "z"].map(travel))
+            .map_err(|error| MachineError::BadDescription(format!("`kinematics`: {error}")))
+    }
+
+    /// What the words of a program mean while it does not say so itself.
+    #[must_use]
+    pub fn program_words(&self) -> ProgramWords {
+        match &self.kinematics {
+            KinematicsSpec::Cartesian => ProgramWords::Axes,
+            KinematicsSpec::FiveAxis(spec) => spec.programs,
         }
     }
 
@@ -155,7 +180,8 @@ impl MachineSpec {
             }
             axis.check(self.sampling_period_ms)?;
         }
-        Ok(())
+        self.kinematics.check(&self.axes)?;
+        self.kinematics().map(drop)
     }
 }
 

@@ -6,18 +6,23 @@ use super::MachineSpec;
 use crate::MachineError;
 
 impl MachineSpec {
-    /// Reads a machine file. A top-level `[drive]` holds values common to all linear axes; an axis's own `drive` overrides them key by key.
+    /// Reads a machine file. A top-level `[drive]` holds values common to all linear axes, `[rotary_drive]` those common to all rotary
+    /// axes; an axis's own `drive` overrides them key by key.
     ///
     /// # Errors
     /// When the text is not TOML, a key is unknown or missing, or a value is out of range.
     pub fn from_toml(text: &str) -> Result<Self, MachineError> {
         let bad = |error: toml::de::Error| MachineError::BadDescription(error.to_string());
         let mut file: Table = text.parse().map_err(bad)?;
-        match file.remove("drive") {
-            None => {}
-            Some(Value::Table(common)) => share_out(&common, &mut file),
-            Some(_) => {
-                return Err(MachineError::BadDescription("`drive` is not a table; write `[drive]` and its keys below".into()));
+        for (key, kind) in [("drive", "linear"), ("rotary_drive", "rotary")] {
+            match file.remove(key) {
+                None => {}
+                Some(Value::Table(common)) => share_out(&common, kind, &mut file),
+                Some(_) => {
+                    return Err(MachineError::BadDescription(format!(
+                        "`{key}` is not a table; write `[{key}]` and its keys below"
+                    )));
+                }
             }
         }
         let spec: Self = file.try_into().map_err(bad)?;
@@ -34,11 +39,11 @@ impl MachineSpec {
     }
 }
 
-/// Puts the common drive below the own drive of every linear axis.
-fn share_out(common: &Table, file: &mut Table) {
+/// Puts the common drive below the own drive of every axis of `kind`.
+fn share_out(common: &Table, kind: &str, file: &mut Table) {
     let axes = file.get_mut("axes").and_then(Value::as_array_mut);
     for axis in axes.into_iter().flatten().filter_map(Value::as_table_mut) {
-        if axis.get("kind").and_then(Value::as_str) != Some("linear") {
+        if axis.get("kind").and_then(Value::as_str) != Some(kind) {
             continue;
         }
         match axis.get_mut("drive") {

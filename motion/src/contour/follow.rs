@@ -1,7 +1,7 @@
 //! Where on the desired path a run is that does not keep its time: a re-planned, compensated or recorded program.
 
 use super::local::hermite;
-use crate::{MotionError, Vec3};
+use crate::{MotionError, Pose, Vec3};
 
 /// Share of its own step by which a place is corrected towards the foot of the perpendicular, at most.
 const CORRECTION: f64 = 0.5;
@@ -57,6 +57,15 @@ pub fn at_places(desired: &[Vec3], places: &[f64]) -> Vec<Vec3> {
             hermite(desired, segment, place - segment as f64).0
         })
         .collect()
+}
+
+/// The poses of a path at these places, tip and tool axis alike.
+#[must_use]
+pub fn poses_at_places(desired: &[Pose], places: &[f64]) -> Vec<Pose> {
+    let column = |of: fn(&Pose) -> Vec3| at_places(&desired.iter().map(of).collect::<Vec<_>>(), places);
+    let tools = column(|pose| pose.tool);
+    let tips = column(|pose| pose.tip);
+    tips.into_iter().zip(tools).map(|(tip, tool)| Pose { tip, tool: tool.try_normalize(0.0).unwrap_or(tool) }).collect()
 }
 
 /// A place on the polyline of the samples.

@@ -88,7 +88,7 @@ impl ContourEstimator for HermiteFootPoint {
 
 /// Segment and share of the foot of the perpendicular on the chords at sample `nearest`: the nearer one where both have one, the sample
 /// itself where neither has.
-fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
+pub(super) fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
     let chords = [nearest.checked_sub(1), (nearest + 1 < to.len()).then_some(nearest)];
     let feet = chords.into_iter().flatten().filter_map(|segment| {
         let (a, b) = (&to[segment], &to[segment + 1]);

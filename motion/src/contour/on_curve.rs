@@ -64,6 +64,14 @@ impl ExactOnCurve {
         }
     }
 
+    /// Share of the way from a sample to the next that lies before a position; `None` where there is none. Positions themselves are no measure of
+    /// it: pieces differ in length.
+    fn share(&self, positions: &[f64], segment: usize, position: f64) -> Option<f64> {
+        let arc = |position: f64| self.cut.pieces.arc_at(position);
+        let (start, end) = (arc(positions[segment]), arc(*positions.get(segment + 1)?));
+        (end > start).then(|| ((arc(position) - start) / (end - start)).clamp(0.0, 1.0))
+    }
+
     /// Foot point of `p`: its position and the error, sought where it is `due`.
     fn nearest(&self, road: &Timed, due: &Due, p: &Vec3) -> (f64, ContourError) {
         let pieces = road.pieces();
@@ -139,8 +147,9 @@ impl ContourEstimator for ExactOnCurve {
             let (position, mut error) = self.nearest(&road, &due, sample);
             let index = index_of(&positions, due.moved_on, position);
             follower.found(matched, index);
-            error.location.segment = (index as usize).min(to.len().saturating_sub(2));
-            error.location.fraction = index - error.location.segment as f64;
+            let segment = (index as usize).min(to.len().saturating_sub(2));
+            error.location.segment = segment;
+            error.location.fraction = self.share(&positions, segment, position).unwrap_or(index - segment as f64);
             out.push(error);
         }
         Ok(())

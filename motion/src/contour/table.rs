@@ -1,6 +1,6 @@
 //! Paper D's table I: every estimator on the same pair of paths.
 
-use super::{ContourError, ContourEstimator, Exact, HermiteFootPoint, OsculatingCircle, SplineSearch, Tangent};
+use super::{ContourError, ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent};
 
 /// One row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,7 @@ pub fn sample_estimators() -> Vec<Box<dyn ContourEstimator>> {
         Box::new(HermiteFootPoint::default()),
         Box::new(OsculatingCircle::default()),
         Box::new(Tangent::default()),
+        Box::new(MovingWindow::default()),
         Box::new(Exact::default()),
     ]
 }

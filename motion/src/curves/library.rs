@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use super::{Curve, Nurbs, jet::Jet};
+use super::{Curve, Nurbs, OnSaddle, jet::Jet};
 use crate::{MotionError, Vec3};
 
 /// A curve given by formulas for its three coordinates.
@@ -84,8 +84,19 @@ pub const CIRCLE: Formula =
     Formula { name: "circle", domain: (0.0, 2.0 * PI), coordinates: |u| polar(Jet::constant(20.0), u, Jet::constant(0.0)) };
 
 /// Every curve that [`by_name`] knows, random ones aside.
-pub const NAMES: [&str; 9] =
-    ["crown", "spiral", "flower", "flat-flower", "five-petals", "ellipse", "circle", "butterfly", "eight"];
+pub const NAMES: [&str; 11] = [
+    "crown",
+    "spiral",
+    "flower",
+    "flat-flower",
+    "five-petals",
+    "ellipse",
+    "circle",
+    "butterfly",
+    "eight",
+    "saddle",
+    "saddle-butterfly",
+];
 
 /// The test curve called `name`: one of [`NAMES`], or `nurbs-N` for the random NURBS with seed `N`.
 ///
@@ -100,6 +111,8 @@ pub fn by_name(name: &str) -> Result<Arc<dyn Curve>, MotionError> {
     match name {
         "butterfly" => return Ok(Arc::new(butterfly()?)),
         "eight" => return Ok(Arc::new(eight()?)),
+        "saddle" => return Ok(Arc::new(saddle())),
+        "saddle-butterfly" => return Ok(Arc::new(saddle_butterfly()?)),
         _ => {}
     }
     match name.strip_prefix("nurbs-").and_then(|seed| seed.parse().ok()) {
@@ -135,8 +148,12 @@ pub fn random_nurbs(points: usize, sigma_mm: f64, dimensions: usize, seed: u64) 
 /// # Errors
 /// None for this table; the type says so because every NURBS is checked.
 pub fn butterfly() -> Result<Nurbs, MotionError> {
-    /// Middle of the box around the curve as printed.
-    const CENTRE: (f64, f64) = (54.5, 36.2);
+    // Middle of the box around the curve as printed, rounded.
+    butterfly_about((54.5, 36.2), 1.0)
+}
+
+/// The butterfly moved so that `centre` (mm, as printed) is the origin, then scaled.
+fn butterfly_about(centre: (f64, f64), scale: f64) -> Result<Nurbs, MotionError> {
     #[rustfmt::skip]
     const POINTS: [(f64, f64); 51] = [
         (54.493, 52.139), (55.507, 52.139), (56.082, 49.615), (56.780, 44.971), (69.575, 51.358),
@@ -165,7 +182,7 @@ pub fn butterfly() -> Result<Nurbs, MotionError> {
     {
         weights[index] = weight;
     }
-    Nurbs::new(3, &POINTS.map(|(x, y)| Vec3::new(x - CENTRE.0, y - CENTRE.1, 0.0)), &weights, &KNOTS)
+    Nurbs::new(3, &POINTS.map(|(x, y)| Vec3::new((x - centre.0) * scale, (y - centre.1) * scale, 0.0)), &weights, &KNOTS)
 }
 
 /// The horizontal eight of Nie et al. (table 6).
@@ -180,4 +197,28 @@ pub fn eight() -> Result<Nurbs, MotionError> {
         &[1.0, 25.0, 25.0, 1.0, 25.0, 25.0, 1.0],
         &[0.0, 0.0, 0.0, 0.0, 0.354, 0.5, 0.646, 1.0, 1.0, 1.0, 1.0],
     )
+}
+
+/// Circle of 40 mm radius on the saddle, `x = 40 cos u`, `y = 40 sin u`, the tool along the surface's normal; after Paper C,
+/// figure 8, which prints no formula.
+#[must_use]
+pub fn saddle() -> OnSaddle<Formula> {
+    OnSaddle(Formula {
+        name: "saddle",
+        domain: (0.0, 2.0 * PI),
+        coordinates: |u| polar(Jet::constant(40.0), u, Jet::constant(0.0)),
+    })
+}
+
+/// The [`butterfly`], its box centred and its largest coordinate scaled to 40 mm, laid on the saddle with the tool along the
+/// surface's normal (Paper C).
+///
+/// # Errors
+/// None for this table; the type says so because every NURBS is checked.
+pub fn saddle_butterfly() -> Result<OnSaddle<Nurbs>, MotionError> {
+    /// Middle of the box around the curve as printed, mm.
+    const CENTRE: (f64, f64) = (54.501794, 36.224703);
+    /// Half the width of that box, mm.
+    const HALF_WIDTH: f64 = 48.580959;
+    Ok(OnSaddle(butterfly_about(CENTRE, 40.0 / HALF_WIDTH)?))
 }

@@ -4,10 +4,12 @@ mod basic;
 mod jet;
 pub mod library;
 mod nurbs;
+mod saddle;
 
 pub use basic::{Arc, Bezier, Line};
 pub use jet::Jet;
 pub use nurbs::Nurbs;
+pub use saddle::OnSaddle;
 
 use crate::Vec3;
 
@@ -22,5 +24,10 @@ pub trait Curve: std::fmt::Debug + Send + Sync {
     /// Position at `u`, mm.
     fn point(&self, u: f64) -> Vec3 {
         self.derivatives(u)[0]
+    }
+
+    /// Unit vector along the tool at `u`, from the tip towards the spindle; upright unless the curve says otherwise.
+    fn tool(&self, _u: f64) -> Vec3 {
+        Vec3::z()
     }
 }

@@ -1,7 +1,8 @@
 //! A stretch of path over its arc length.
 
-use super::Piece;
-use crate::{Curve, Vec3};
+use super::piece::{MM_PER_RAD, Way, slot};
+use super::{Piece, Turning};
+use crate::{AxisKind, Kinematics, MotionError, Vec3};
 
 /// Longest step between grid nodes, mm.
 const STEP_MM: f64 = 0.25;
@@ -15,55 +16,68 @@ const DEPTH: u32 = 14;
 /// A grid node: the path and its derivatives with respect to arc length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
-    /// Arc length from the start of the stretch, mm.
+    /// Way from the start of the stretch, mm.
     pub s: f64,
     u: f64,
     /// `du/ds`, `d²u/ds²`.
     du: [f64; 2],
-    /// `r′, r″, r‴` with respect to arc length.
-    pub derivatives: [Vec3; 3],
+    /// `r′, r″` of the point X, Y, Z with respect to the way.
+    pub point: [Vec3; 2],
+    /// `q′, q″, q‴` of the axes X, Y, Z, A, B, C, mm or rad, with respect to the way.
+    pub axes: [[f64; 6]; 3],
     /// Index into the stretch's pieces.
-    piece: usize,
-}
-
-/// A point of the stretch.
-pub(super) struct Place {
-    pub point: Vec3,
-    /// Index of the piece in the whole path.
     pub piece: usize,
 }
 
-/// A stretch between two rests, on a grid of arc length.
+/// A point of the stretch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Index into the stretch's pieces.
+    pub piece: usize,
+    /// Parameter of its curve.
+    pub u: f64,
+}
+
+/// A stretch between two rests, on a grid of its way: arc length, where a degree of a rotary axis counts as a millimetre.
 pub(super) struct Stretch<'a> {
-    pieces: &'a [Piece],
+    pub pieces: &'a [Piece],
     index: &'a [usize],
     pub nodes: Vec<Node>,
 }
 
 impl<'a> Stretch<'a> {
     /// Lays the grid; at every joint of pieces there are two nodes, so that jumps of curvature are kept.
-    /// `None` when the pieces have no length.
-    pub fn new(pieces: &'a [Piece], index: &'a [usize]) -> Option<Self> {
+    /// `None` when the pieces have no length. `near` are the axis positions before it.
+    pub fn new(
+        pieces: &'a [Piece],
+        index: &'a [usize],
+        kinematics: &dyn Kinematics,
+        near: &[f64],
+    ) -> Result<Option<Self>, MotionError> {
         let mut nodes: Vec<Node> = Vec::new();
         let mut s = 0.0;
         for (number, piece) in pieces.iter().enumerate() {
-            let curve = piece.curve.as_ref();
             let mut parameters = vec![piece.range.0];
-            let length = length_between(curve, piece.range.0, piece.range.1);
-            let straight = curve.derivatives(piece.range.0)[2..].iter().all(|d| *d == Vec3::zeros());
+            let length = length_between(piece, piece.range.0, piece.range.1);
+            let straight = piece.derivatives(piece.range.0)[2..].iter().all(|d| *d == Way::zeros()) && !bends(piece, kinematics);
             let coarse = if straight { 1 } else { (length / COARSE_MM).clamp(2.0, 512.0) as usize };
             let at = |i: usize| piece.range.0 + (piece.range.1 - piece.range.0) * i as f64 / coarse as f64;
             for i in 0..coarse {
-                refine(curve, (at(i), at(i + 1)), DEPTH, &mut parameters);
+                refine(piece, (at(i), at(i + 1)), DEPTH, &mut parameters);
             }
             let mut last = piece.range.0;
             for u in parameters {
-                s += length_between(curve, last, u);
+                s += length_between(piece, last, u);
                 last = u;
-                nodes.push(node(curve, u, s, number));
+                nodes.push(node(piece, u, s, number));
             }
         }
-        (nodes.last()?.s > 0.0).then_some(Self { pieces, index, nodes })
+        if nodes.last().is_none_or(|node| node.s <= 0.0) {
+            return Ok(None);
+        }
+        let mut stretch = Self { pieces, index, nodes };
+        stretch.bend_axes(kinematics, near)?;
+        Ok(Some(stretch))
     }
 
     /// Length of the stretch, mm.
@@ -76,18 +90,99 @@ impl<'a> Stretch<'a> {
         self.nodes.iter().map(|node| (self.index[node.piece], node.s))
     }
 
+    /// Index in the whole path of a piece of the stretch.
+    pub fn index_of(&self, piece: usize) -> usize {
+        self.index[piece]
+    }
+
     /// Programmed feed at a node, mm/s.
     pub fn feed_mm_s(&self, node: &Node) -> f64 {
         self.pieces[node.piece].feed_mm_s
     }
 
-    /// The point at arc length `s`, clamped to the stretch.
+    /// The place after the way `s`, clamped to the stretch.
     pub fn at(&self, s: f64) -> Place {
         let after = self.nodes.partition_point(|node| node.s < s).clamp(1, self.nodes.len() - 1);
         let (a, b) = (&self.nodes[after - 1], &self.nodes[after]);
         let u = if a.piece == b.piece { hermite(a, b, s.clamp(a.s, b.s)) } else { b.u };
-        Place { point: self.pieces[b.piece].curve.point(u), piece: self.index[b.piece] }
+        Place { piece: b.piece, u }
     }
+
+    /// Axis positions every sample of `motion`, from `near` on; one column an axis.
+    pub fn columns(
+        &self,
+        motion: impl Iterator<Item = f64>,
+        kinematics: &dyn Kinematics,
+        near: &[f64],
+        columns: &mut [Vec<f64>],
+    ) -> Result<(), MotionError> {
+        let mut near = near.to_vec();
+        for s in motion {
+            let place = self.at(s);
+            near = self.pieces[place.piece]
+                .joints(place.u, kinematics, &near)
+                .map_err(|error| error.on_piece(self.index[place.piece], s))?;
+            for (column, position) in columns.iter_mut().zip(&near) {
+                column.push(*position);
+            }
+        }
+        Ok(())
+    }
+
+    /// Derivatives of the axes where they do not follow from the way itself: differences over the curve's parameter.
+    fn bend_axes(&mut self, kinematics: &dyn Kinematics, near: &[f64]) -> Result<(), MotionError> {
+        let mut near = near.to_vec();
+        let mut before: Option<(f64, Vec<f64>)> = None;
+        for node in &mut self.nodes {
+            let piece = &self.pieces[node.piece];
+            if !bends(piece, kinematics) {
+                before = None;
+                continue;
+            }
+            let index = self.index[node.piece];
+            // Some micrometres of way: far above rounding, far below any feature.
+            let (first, last) = piece.curve.domain();
+            let h = 5e-3 * (0.5 * (last - first)).min(node.du[0]);
+            let at = |u: f64, near: &[f64]| piece.joints(u, kinematics, near).map_err(|error| error.on_piece(index, node.s));
+            // One-sided at the ends of the curve: beyond them it is clamped.
+            let middle = node.u.clamp(first + h, last - h);
+            near = at(node.u, &near)?;
+            let [a, b, c] = [middle - h, middle, middle + h].map(|u| at(u, &near));
+            let (a, b, c) = (a?, b?, c?);
+            for (axis, place) in kinematics.axes().iter().enumerate() {
+                let Some(slot) = slot(&place.name) else { continue };
+                let first = (c[axis] - a[axis]) / (2.0 * h);
+                let second = (c[axis] - 2.0 * b[axis] + a[axis]) / (h * h);
+                node.axes[0][slot] = first * node.du[0];
+                node.axes[1][slot] = second * node.du[0] * node.du[0] + first * node.du[1];
+                node.axes[2][slot] = 0.0;
+                let jump = before.as_ref().map_or(0.0, |(_, before)| (near[axis] - before[axis]).abs());
+                if place.kind == AxisKind::Rotary && (jump > POLE_RAD || node.axes[0][slot].abs() > POLE_RAD_MM) {
+                    return Err(MotionError::Infeasible {
+                        piece: index,
+                        position_mm: node.s,
+                        what: format!(
+                            "near a pole of the machine, where the tool stands along the axis it turns about, axis {} would have to turn by {:.0}° \
+                             at once; tilt the workpiece or the tool so that the path passes further away",
+                            place.name,
+                            jump.max(node.axes[0][slot].abs() * STEP_MM).to_degrees()
+                        ),
+                    });
+                }
+            }
+            before = Some((node.s, near.clone()));
+        }
+        Ok(())
+    }
+}
+
+/// Turn of a rotary axis from one node to the next, rad, and on a mm of way, rad/mm, that only a pole asks for.
+const POLE_RAD: f64 = 1.2;
+const POLE_RAD_MM: f64 = 12.0;
+
+/// Whether axes move otherwise than the way: a tip in the workpiece frame on a machine that turns it.
+fn bends(piece: &Piece, kinematics: &dyn Kinematics) -> bool {
+    kinematics.turns() && !matches!(piece.turning, Turning::Axes(_))
 }
 
 /// `u(s)` between two nodes by the quintic that meets values and two derivatives at both: the point stays on the curve.
@@ -107,32 +202,34 @@ fn hermite(a: &Node, b: &Node, s: f64) -> f64 {
     u.clamp(a.u, b.u)
 }
 
-fn node(curve: &dyn Curve, u: f64, s: f64, piece: usize) -> Node {
-    let [_, c1, c2, c3] = curve.derivatives(u);
+fn node(of: &Piece, u: f64, s: f64, piece: usize) -> Node {
+    let [_, c1, c2, c3] = of.derivatives(u);
     let speed = c1.norm().max(1e-12);
     let slope = c1.dot(&c2) / speed;
     let bend = (c2.dot(&c2) + c1.dot(&c3) - slope * slope) / speed;
     let u1 = 1.0 / speed;
     let u2 = -slope * u1.powi(3);
     let u3 = (3.0 * slope * slope * u1 - bend) * u1.powi(4);
-    Node {
-        s,
-        u,
-        du: [u1, u2],
-        derivatives: [c1 * u1, c2 * (u1 * u1) + c1 * u2, c3 * (u1 * u1 * u1) + c2 * (3.0 * u1 * u2) + c1 * u3],
-        piece,
-    }
+    let way = [c1 * u1, c2 * (u1 * u1) + c1 * u2, c3 * (u1 * u1 * u1) + c2 * (3.0 * u1 * u2) + c1 * u3];
+    let axes = way.map(|d| std::array::from_fn(|slot| if slot < 3 { d[slot] } else { d[slot] / MM_PER_RAD }));
+    let point = [way[0], way[1]].map(|d| Vec3::new(d[0], d[1], d[2]));
+    Node { s, u, du: [u1, u2], point, axes, piece }
+}
+
+/// Angle between two directions of the way, rad; exact for small ones.
+pub(super) fn angle(a: &Way, b: &Way) -> f64 {
+    let (a, b) = (a / a.norm().max(1e-300), b / b.norm().max(1e-300));
+    2.0 * (a - b).norm().atan2((a + b).norm())
 }
 
 /// Appends the end parameters of sub-intervals that are short and turn little.
-fn refine(curve: &dyn Curve, (from, to): (f64, f64), depth: u32, out: &mut Vec<f64>) {
+fn refine(piece: &Piece, (from, to): (f64, f64), depth: u32, out: &mut Vec<f64>) {
     let middle = 0.5 * (from + to);
-    let [a, m, b] = [from, middle, to].map(|u| curve.derivatives(u)[1]);
+    let [a, m, b] = [from, middle, to].map(|u| piece.derivatives(u)[1]);
     let long = (to - from) * m.norm() > STEP_MM;
-    let angle = |p: Vec3, q: Vec3| p.cross(&q).norm().atan2(p.dot(&q));
-    if depth > 0 && (long || angle(a, m) + angle(m, b) > STEP_RAD) {
-        refine(curve, (from, middle), depth - 1, out);
-        refine(curve, (middle, to), depth - 1, out);
+    if depth > 0 && (long || angle(&a, &m) + angle(&m, &b) > STEP_RAD) {
+        refine(piece, (from, middle), depth - 1, out);
+        refine(piece, (middle, to), depth - 1, out);
     } else {
         out.push(to);
     }
@@ -147,17 +244,17 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// Length of the curve between two parameters, mm; negative when `to` lies before `from`.
-pub(super) fn length_between(curve: &dyn Curve, from: f64, to: f64) -> f64 {
-    GAUSS.iter().map(|(node, weight)| weight * curve.derivatives(from + (to - from) * node)[1].norm()).sum::<f64>() * (to - from)
+/// Way between two parameters, mm; negative when `to` lies before `from`.
+pub(super) fn length_between(piece: &Piece, from: f64, to: f64) -> f64 {
+    GAUSS.iter().map(|(node, weight)| weight * piece.derivatives(from + (to - from) * node)[1].norm()).sum::<f64>() * (to - from)
 }
 
 /// The parameter `length_mm` after (or, negative, before) `u`, for lengths that are short against the curve's features.
-pub(super) fn parameter_after(curve: &dyn Curve, u: f64, length_mm: f64) -> f64 {
-    let mut end = u + length_mm / curve.derivatives(u)[1].norm();
+pub(super) fn parameter_after(piece: &Piece, u: f64, length_mm: f64) -> f64 {
+    let mut end = u + length_mm / piece.derivatives(u)[1].norm();
     for _ in 0..8 {
-        let miss = length_mm - length_between(curve, u, end);
-        end += miss / curve.derivatives(end)[1].norm();
+        let miss = length_mm - length_between(piece, u, end);
+        end += miss / piece.derivatives(end)[1].norm();
     }
     end
 }

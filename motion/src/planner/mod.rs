@@ -1,7 +1,7 @@
 //! Feed planning: from a path of curves to positions sampled every period, every limit held.
 //!
 //! The plan of a stretch between two rests is made in four steps, a file each:
-//! 1. `geometry`: the stretch on a grid of arc length, with `r′`, `r″`, `r‴`; corners are rounded within the tolerance before;
+//! 1. `geometry`: the stretch on a grid of its way, with the axes' `q′`, `q″`, `q‴`; corners are rounded within the tolerance before;
 //! 2. `profile`: the fastest speed over arc length under the limits (centripetal and axis limits pointwise, acceleration by
 //!    a forward and a backward pass over the whole stretch, so look-ahead is unlimited);
 //! 3. `smooth`: sampled in time and smoothed by two moving averages, which bounds jerk;
@@ -10,14 +10,16 @@
 mod corner;
 mod geometry;
 mod path;
+mod piece;
 mod profile;
 mod smooth;
 
-pub use path::{Piece, ToolPath};
+pub use path::ToolPath;
+pub use piece::{MM_PER_RAD, Piece, RotaryPath, Turning};
 
 use std::sync::Arc;
 
-use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Pose, Trajectory, Vec3};
+use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
 use geometry::Stretch;
 use profile::SpeedLimit;
 
@@ -45,7 +47,7 @@ impl Default for PlanSettings {
 pub struct PathSample {
     /// Index of the piece of the [`ToolPath`].
     pub piece: usize,
-    /// Arc length from the start of the whole path, mm.
+    /// Way from the start of the whole path, mm: arc length, where a degree of a rotary axis that [`Turning`] states counts as a millimetre.
     pub position_mm: f64,
 }
 
@@ -56,7 +58,7 @@ pub struct Plan {
     pub desired: DesiredPath,
     /// One a sample.
     pub samples: Vec<PathSample>,
-    /// Arc length from the start of the path at which each piece of the [`ToolPath`] ends, mm; a rounded corner is shared by half.
+    /// Way from the start of the path at which each piece of the [`ToolPath`] ends, mm; a rounded corner is shared by half.
     pub piece_ends_mm: Vec<f64>,
 }
 
@@ -73,44 +75,51 @@ pub fn plan(
     check(settings, limits, kinematics.as_ref())?;
     let period = settings.period_s;
     let rest = (settings.rest_s / period).round() as usize;
-    let mut tips: Vec<Vec3> = Vec::new();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
     let mut samples: Vec<PathSample> = Vec::new();
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
     for pieces in path.stretches(settings.corner_tolerance_mm) {
+        let near: Vec<f64> = columns.iter().map(|column| column.last().copied().unwrap_or(0.0)).collect();
         // Pieces without length have nowhere to go; only their dwell counts.
-        if let Some(stretch) = Stretch::new(&pieces.pieces, &pieces.first_index) {
-            let motion = plan_stretch(&stretch, kinematics, limits, settings, offset_mm)?;
-            let mut push = |s: f64| {
-                let place = stretch.at(s);
-                tips.push(place.point);
-                samples.push(PathSample { piece: place.piece, position_mm: offset_mm + s });
-            };
+        let stretch = Stretch::new(&pieces.pieces, &pieces.first_index, kinematics.as_ref(), &near);
+        if let Some(stretch) = stretch.map_err(|error| error.further(offset_mm))? {
+            let motion = plan_stretch(&stretch, kinematics, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
             // Consecutive stretches share the sample at which the first one comes to rest.
             let first = usize::from(offset_mm > 0.0);
-            (0..rest * (1 - first)).for_each(|_| push(0.0));
-            motion.iter().skip(first).for_each(|s| push(*s));
+            let motion = std::iter::repeat_n(0.0, rest * (1 - first)).chain(motion.into_iter().skip(first));
+            let motion: Vec<f64> = motion.collect();
+            stretch
+                .columns(motion.iter().copied(), kinematics.as_ref(), &near, &mut columns)
+                .map_err(|error| error.further(offset_mm))?;
+            samples.extend(
+                motion.iter().map(|s| PathSample { piece: stretch.index_of(stretch.at(*s).piece), position_mm: offset_mm + s }),
+            );
             for (piece, end) in stretch.piece_ends() {
                 piece_ends_mm[piece] = offset_mm + end;
             }
             offset_mm += stretch.length_mm();
         }
-        let dwell = (pieces.dwell_s / period).round() as usize;
-        if let (Some(tip), Some(sample)) = (tips.last().copied(), samples.last().copied()) {
-            tips.extend(std::iter::repeat_n(tip, dwell));
-            samples.extend(std::iter::repeat_n(sample, dwell));
-        }
+        stand(&mut columns, &mut samples, (pieces.dwell_s / period).round() as usize);
     }
-    if let (Some(tip), Some(sample)) = (tips.last().copied(), samples.last().copied()) {
-        tips.extend(std::iter::repeat_n(tip, rest));
-        samples.extend(std::iter::repeat_n(sample, rest));
-    }
-    let desired = DesiredPath::new(joints(&tips, kinematics.as_ref(), period)?, Arc::clone(kinematics))?;
+    stand(&mut columns, &mut samples, rest);
+    let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
+    let desired = DesiredPath::new(trajectory, Arc::clone(kinematics))?;
     // Pieces without length end where the one before them does.
     for piece in 1..piece_ends_mm.len() {
         piece_ends_mm[piece] = piece_ends_mm[piece].max(piece_ends_mm[piece - 1]);
     }
     Ok(Plan { desired, samples, piece_ends_mm })
+}
+
+/// Repeats the last sample `count` times.
+fn stand(columns: &mut [Vec<f64>], samples: &mut Vec<PathSample>, count: usize) {
+    if let Some(last) = samples.last().copied() {
+        samples.extend(std::iter::repeat_n(last, count));
+        for column in columns {
+            column.extend(std::iter::repeat_n(column[column.len() - 1], count));
+        }
+    }
 }
 
 /// Plans one smooth curve at `feed_mm_s` on an x-y-z machine: the test curves' way.
@@ -123,10 +132,24 @@ pub fn plan_curve(
     limits: &Limits,
     settings: &PlanSettings,
 ) -> Result<DesiredPath, MotionError> {
+    let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(crate::Axis::xyz()));
+    plan_curve_on(curve, feed_mm_s, &kinematics, limits, settings)
+}
+
+/// Plans one smooth curve at `feed_mm_s` of the tool tip on a machine with `kinematics`, which turns the tool as the curve says.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_curve_on(
+    curve: Arc<dyn Curve>,
+    feed_mm_s: f64,
+    kinematics: &Arc<dyn Kinematics>,
+    limits: &Limits,
+    settings: &PlanSettings,
+) -> Result<DesiredPath, MotionError> {
     let mut path = ToolPath::default();
     path.push(Piece::whole(Arc::clone(&curve), feed_mm_s));
-    let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(crate::Axis::xyz()));
-    Ok(plan(&path, &kinematics, limits, settings)?.desired.with_curve(curve))
+    Ok(plan(&path, kinematics, limits, settings)?.desired.with_curve(curve))
 }
 
 fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn Kinematics) -> Result<(), MotionError> {
@@ -163,33 +186,36 @@ fn plan_stretch(
     kinematics: &Arc<dyn Kinematics>,
     limits: &Limits,
     settings: &PlanSettings,
-    offset_mm: f64,
+    near: &[f64],
 ) -> Result<Vec<f64>, MotionError> {
     let period = settings.period_s;
-    let mut speed = SpeedLimit::new(stretch, limits, period);
+    let mut speed = SpeedLimit::new(stretch, kinematics.axes(), limits, period);
     let windows = [
         ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
     ];
     let spread_s = windows.iter().sum::<usize>() as f64 * period;
-    let mut worst = String::new();
+    let mut worst = (0.0, String::new());
     for _ in 0..ROUNDS {
         let motion = smooth::sample(&speed.fastest(), period, windows);
-        let tips: Vec<Vec3> = motion.iter().map(|s| stretch.at(*s).point).collect();
-        let trajectory = joints(&tips, kinematics.as_ref(), period)?;
+        let mut columns = vec![Vec::with_capacity(motion.len()); kinematics.axes().len()];
+        stretch.columns(motion.iter().copied(), kinematics.as_ref(), near, &mut columns)?;
+        let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
         let excess = excess(&trajectory, limits);
         let Some(top) = excess.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)) else {
             return Ok(motion);
         };
-        worst = format!(
+        let what = format!(
             "axis {} would reach {:.4} times its {} limit",
             kinematics.axes()[top.axis],
             top.ratio,
             ["velocity", "acceleration", "jerk"][top.order - 1]
         );
+        worst = (motion[top.sample], what);
         speed.lower(&motion, &excess, spread_s, period);
     }
-    Err(MotionError::Infeasible { position_mm: offset_mm, what: worst })
+    let (position_mm, what) = worst;
+    Err(MotionError::Infeasible { piece: stretch.index_of(stretch.at(position_mm).piece), position_mm, what })
 }
 
 /// A sample at which an axis exceeds a limit.
@@ -228,17 +254,4 @@ fn excess(trajectory: &Trajectory, limits: &Limits) -> Vec<Excess> {
         }
     }
     found
-}
-
-fn joints(tips: &[Vec3], kinematics: &dyn Kinematics, period_s: f64) -> Result<Trajectory, MotionError> {
-    let axes = kinematics.axes().to_vec();
-    let mut columns = vec![Vec::with_capacity(tips.len()); axes.len()];
-    let mut near = vec![0.0; axes.len()];
-    for tip in tips {
-        near = kinematics.inverse(&Pose::upright(*tip), &near)?;
-        for (column, position) in columns.iter_mut().zip(&near) {
-            column.push(*position);
-        }
-    }
-    Trajectory::new(period_s, axes, columns)
 }

@@ -1,37 +1,6 @@
 //! The tool path that is planned: pieces of curves, one after the other.
 
-use std::sync::Arc;
-
-use super::corner;
-use crate::Curve;
-
-/// A stretch of one curve, run through at one programmed feed.
-#[derive(Debug, Clone)]
-pub struct Piece {
-    /// The curve.
-    pub curve: Arc<dyn Curve>,
-    /// Parameter range that is run through, forwards.
-    pub range: (f64, f64),
-    /// Programmed feed, mm/s; infinite for as fast as the limits allow (a rapid).
-    pub feed_mm_s: f64,
-    /// Come to rest at the end, even where the next piece goes on smoothly.
-    pub stop_after: bool,
-    /// Rest at the end, s; implies a stop when positive.
-    pub dwell_s: f64,
-}
-
-impl Piece {
-    /// The whole of a curve at one feed (mm/s).
-    #[must_use]
-    pub fn whole(curve: Arc<dyn Curve>, feed_mm_s: f64) -> Self {
-        let range = curve.domain();
-        Self { curve, range, feed_mm_s, stop_after: false, dwell_s: 0.0 }
-    }
-
-    fn stops(&self) -> bool {
-        self.stop_after || self.dwell_s > 0.0
-    }
-}
+use super::{Piece, corner};
 
 /// A tool path: every piece starts where the one before it ends.
 #[derive(Debug, Clone, Default)]

@@ -2,7 +2,8 @@
 
 use super::Excess;
 use super::geometry::{Node, Stretch};
-use crate::Limits;
+use super::piece::slot;
+use crate::{Axis, AxisLimits, Limits};
 
 /// A part of the profile with constant acceleration.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +22,8 @@ const CRAWL_MM_S: f64 = 1e-3;
 pub(super) struct SpeedLimit<'a> {
     nodes: &'a [Node],
     limits: &'a Limits,
+    /// Limits of the axes that have a place among X, Y, Z, A, B, C, with that place.
+    axes: Vec<(usize, AxisLimits)>,
     /// Cap on the squared speed at every node, mm²/s².
     cap: Vec<f64>,
     /// Factor, at most 1, on the acceleration in the interval that ends at the node.
@@ -30,28 +33,30 @@ pub(super) struct SpeedLimit<'a> {
 }
 
 impl<'a> SpeedLimit<'a> {
-    pub fn new(stretch: &'a Stretch<'a>, limits: &'a Limits, period_s: f64) -> Self {
+    pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &'a Limits, period_s: f64) -> Self {
         let nodes = &stretch.nodes;
+        let axes: Vec<(usize, AxisLimits)> =
+            axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((slot(&axis.name)?, *limit))).collect();
         let mut cap: Vec<f64> = nodes
             .iter()
             .map(|node| {
-                let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s);
-                pointwise(node, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
+                let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0].norm());
+                pointwise(node, &axes, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
             })
             .collect();
         // A jump of curvature is a jump of acceleration, to be taken within one period.
         for k in 1..nodes.len() {
             if nodes[k].s - nodes[k - 1].s <= 0.0 {
-                let jump = nodes[k].derivatives[1] - nodes[k - 1].derivatives[1];
-                for (axis, limit) in limits.axes.iter().enumerate().take(3) {
-                    let most = limit.jerk * period_s / jump[axis].abs();
+                for (slot, limit) in &axes {
+                    let jump = nodes[k].axes[1][*slot] - nodes[k - 1].axes[1][*slot];
+                    let most = limit.jerk * period_s / jump.abs();
                     for node in [k - 1, k] {
                         cap[node] = cap[node].min(most.max(CRAWL_MM_S * CRAWL_MM_S));
                     }
                 }
             }
         }
-        Self { nodes, limits, share: vec![1.0; cap.len()], squared: Vec::new(), cap }
+        Self { nodes, limits, axes, share: vec![1.0; cap.len()], squared: Vec::new(), cap }
     }
 
     /// The fastest profile from rest to rest.
@@ -89,12 +94,13 @@ impl<'a> SpeedLimit<'a> {
 
     /// Acceleration along the path that the axes leave room for at node `at`, mm/s².
     fn acceleration(&self, k: usize, at: usize, squared: f64) -> f64 {
-        let [tangent, normal, _] = &self.nodes[at].derivatives;
-        let mut most = self.limits.path_acceleration_mm_s2;
-        for (axis, limit) in self.limits.axes.iter().enumerate().take(3) {
-            let share = tangent[axis].abs();
+        let Node { point, axes: [tangent, normal, _], .. } = &self.nodes[at];
+        // Along a turn on the spot the path has no acceleration of its own.
+        let mut most = self.limits.path_acceleration_mm_s2 / point[0].norm().max(1e-3);
+        for (slot, limit) in &self.axes {
+            let share = tangent[*slot].abs();
             if share > 1e-9 {
-                most = most.min((limit.acceleration - normal[axis].abs() * squared).max(0.0) / share);
+                most = most.min((limit.acceleration - normal[*slot].abs() * squared).max(0.0) / share);
             }
         }
         // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
@@ -128,14 +134,14 @@ impl<'a> SpeedLimit<'a> {
 }
 
 /// Cap on the squared speed at one place: feed aside, everything that does not depend on acceleration along the path.
-fn pointwise(node: &Node, limits: &Limits) -> f64 {
-    let [tangent, normal, third] = &node.derivatives;
-    let mut most = limits.centripetal_mm_s2 / normal.norm();
-    for (axis, limit) in limits.axes.iter().enumerate().take(3) {
+fn pointwise(node: &Node, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
+    let [tangent, normal, third] = &node.axes;
+    let mut most = limits.centripetal_mm_s2 / node.point[1].norm();
+    for (slot, limit) in axes {
         most = most
-            .min((limit.velocity / tangent[axis].abs()).powi(2))
-            .min(limit.acceleration / normal[axis].abs())
-            .min((limit.jerk / third[axis].abs()).powf(2.0 / 3.0));
+            .min((limit.velocity / tangent[*slot].abs()).powi(2))
+            .min(limit.acceleration / normal[*slot].abs())
+            .min((limit.jerk / third[*slot].abs()).powf(2.0 / 3.0));
     }
     most
 }

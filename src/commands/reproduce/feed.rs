@@ -47,7 +47,7 @@ impl Reproduce {
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let settings = TrainSettings::of(input::recipe("staged")?, self.common.seed);
         let bundle = training_run::train(&logs, Some(&spec), &settings)?.bundle;
-        let limits = Frame::of(&spec).limits;
+        let limits = Frame::of(&spec)?.limits;
         let mut rows = Vec::new();
         for (feed, corner, printed) in ROWS {
             let desired = planned(&spec, feed / 60.0, corner.map(|corner| corner / 60.0), &corners)?;
@@ -99,7 +99,7 @@ fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
 /// The flower at one feed, its corners at another.
 fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners: &[(f64, f64)]) -> Result<DesiredPath> {
     let curve = library::by_name("five-petals")?;
-    let frame = Frame::of(spec);
+    let frame = Frame::of(spec)?;
     let (mut at, end) = curve.domain();
     let mut path = ToolPath::default();
     let mut stretch = |from: f64, to: f64, feed_mm_s: f64| {

@@ -2,6 +2,7 @@
 
 mod estimators;
 mod feed;
+mod five_axis;
 mod pre_compensation;
 mod prediction;
 mod raster;
@@ -64,6 +65,8 @@ enum TableName {
     Feed,
     /// Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, single axes to contour
     Raster,
+    /// Paper C, tables I to III: five axes, spatial and tracking-error ILC, and the compensated first run
+    FiveAxis,
 }
 
 impl Reproduce {
@@ -81,6 +84,7 @@ impl Reproduce {
                 TableName::Spatial => self.spatial(&printer)?,
                 TableName::Feed => self.feed(&printer)?,
                 TableName::Raster => self.raster(&printer)?,
+                TableName::FiveAxis => self.five_axis(&printer)?,
             });
         }
         write_json(self.common.json.as_deref(), &json!({ "tables": figures }))

@@ -25,7 +25,7 @@ const PRINTED: [[Printed; 3]; 4] = [
 impl Reproduce {
     pub(super) fn table_5(&self, printer: &Printer) -> Result<Vec<Value>> {
         let spec = input::machine(&self.machine.machine)?;
-        let frame = Frame::of(&spec);
+        let frame = Frame::of(&spec)?;
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };

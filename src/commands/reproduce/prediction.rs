@@ -112,7 +112,7 @@ impl Reproduce {
             let logs =
                 record(&spec, self.seconds, TRAVEL_MM, seed)?.iter().map(|log| only(log, 0)).collect::<Result<Vec<_>>>()?;
             let bundle = trained(&logs, &spec, predictor, features, seed)?;
-            let path = Input::curve("butterfly", 80.0, &Frame::of(&spec))?;
+            let path = Input::curve("butterfly", 80.0, &Frame::of(&spec)?)?;
             let actual = input::simulated(&spec, seed.wrapping_add(500))?.run(path.desired.trajectory())?;
             let run = only(&Log::new("butterfly", path.desired.trajectory().clone(), actual)?, 0)?;
             let (rms, max) = rms_max(&misses(&bundle, &run)?[0]);
@@ -123,7 +123,7 @@ impl Reproduce {
 
     /// Prediction errors of x, y, z and of the contour error, on one curve.
     fn predicted(&self, spec: &MachineSpec, bundle: &Bundle, curve: &str, seed: u64) -> Result<[Figures; 4]> {
-        let path = Input::curve(curve, 80.0, &Frame::of(spec))?;
+        let path = Input::curve(curve, 80.0, &Frame::of(spec)?)?;
         let reference = path.desired.trajectory();
         let actual = input::simulated(spec, seed.wrapping_add(500))?.run(reference)?;
         let run = Log::new(curve, reference.clone(), actual)?;

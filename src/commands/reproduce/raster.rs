@@ -87,7 +87,7 @@ fn across(desired: &Trajectory, actual: &Trajectory) -> Result<f64> {
 
 /// Lines to and fro at one speed, with instant turns, which no axis can follow.
 fn raster(spec: &MachineSpec) -> Result<DesiredPath> {
-    let frame = Frame::of(spec);
+    let frame = Frame::of(spec)?;
     let step_mm = 40.0 * frame.period_s;
     let (mut points, mut at, mut direction) = (vec![[0.0, 0.0]; REST], [0.0, 0.0], 1.0);
     'scan: loop {

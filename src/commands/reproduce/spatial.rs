@@ -33,13 +33,13 @@ impl Reproduce {
         let spec = input::machine(&self.machine.machine)?;
         let mut rows: Vec<(String, Option<[f64; 4]>, Runs)> = Vec::new();
         for (curve, updates, printed) in CURVES {
-            let desired = Input::curve(curve, FEED_MM_S, &Frame::of(&spec))?.desired;
+            let desired = Input::curve(curve, FEED_MM_S, &Frame::of(&spec)?)?.desired;
             for gain in GAINS {
                 let printed = (gain == 0.8).then_some(printed);
                 rows.push((format!("{curve}, spatial, Q = {gain}"), printed, self.learned(&spec, &desired, gain, updates)?));
             }
         }
-        let desired = Input::curve("ellipse", FEED_MM_S, &Frame::of(&spec))?.desired;
+        let desired = Input::curve("ellipse", FEED_MM_S, &Frame::of(&spec)?)?.desired;
         let laws: [(&str, Box<dyn CompensationLaw>); 2] = [
             ("spatial", Box::new(SpatialIlc::new(Gain::Constant(0.8), None)?)),
             ("tracking error", Box::new(TrackingIlc::new(Gain::Constant(0.8), None))),
@@ -65,7 +65,7 @@ impl Reproduce {
         let mut points = desired.trajectory().clone();
         let mut runs = Runs::new();
         for _ in 0..=REPLANNED_RUNS {
-            let command = planned(&desired.tips_of(&points)?, &Frame::of(spec))?;
+            let command = planned(&desired.tips_of(&points)?, &Frame::of(spec)?)?;
             let actual = machine.run(&command)?;
             // The law sees the run sample by sample beside the points, as if it had kept their time.
             let actual = resized(&actual, points.len())?;

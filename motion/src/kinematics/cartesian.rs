@@ -1,21 +1,7 @@
-//! From axis positions to tool poses and back.
+//! Three-axis machines.
 
+use super::{Kinematics, rotary_index};
 use crate::{Axis, MotionError, Pose, Vec3};
-
-/// How a machine's axes place its tool.
-pub trait Kinematics: std::fmt::Debug + Send + Sync {
-    /// The axes, in the order of every position slice below.
-    fn axes(&self) -> &[Axis];
-
-    /// Pose in the workpiece frame of the axis positions `joints` (mm, rad; one a machine axis).
-    fn forward(&self, joints: &[f64]) -> Pose;
-
-    /// Axis positions (mm, rad) of `pose`, of all solutions the one nearest to `near`.
-    ///
-    /// # Errors
-    /// When the pose cannot be reached.
-    fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError>;
-}
 
 /// Up to three perpendicular linear axes and an upright tool. Axes that are neither `x`, `y` nor `z` do not move the tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +38,19 @@ impl Kinematics for Cartesian {
     fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError> {
         Ok(self.slots.iter().zip(near).map(|(slot, near)| slot.map_or(*near, |slot| pose.tip[slot])).collect())
     }
+
+    fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError> {
+        let position = |((axis, slot), near): ((&Axis, &Option<usize>), &f64)| match slot {
+            Some(slot) => tip[*slot],
+            None => rotary_index(&axis.name).map_or(*near, |index| rotary[index]),
+        };
+        Ok(self.axes.iter().zip(&self.slots).zip(near).map(position).collect())
+    }
+
+    fn jacobian(&self, _joints: &[f64]) -> Vec<[Vec3; 2]> {
+        let column = |slot: &Option<usize>| slot.map_or(Vec3::zeros(), |slot| Vec3::ith(slot, 1.0));
+        self.slots.iter().map(|slot| [column(slot), Vec3::zeros()]).collect()
+    }
 }
 
 #[cfg(test)]
@@ -65,5 +64,19 @@ mod tests {
         let pose = machine.forward(&joints);
         assert_eq!(pose.tip, Vec3::new(2.0, 0.0, 1.0));
         assert_eq!(machine.inverse(&pose, &joints).unwrap(), joints);
+    }
+
+    #[test]
+    fn words_go_to_their_axes() {
+        let machine = Cartesian::new(["z", "c", "x", "u"].map(Axis::named).to_vec());
+        let placed = machine.place(&Vec3::new(1.0, 2.0, 3.0), &[0.1, 0.2, 0.3], &[9.0; 4]).unwrap();
+        assert_eq!(placed, [3.0, 0.3, 1.0, 9.0]);
+        let columns = machine.jacobian(&placed);
+        assert_eq!(
+            columns.iter().map(|column| column[0]).collect::<Vec<_>>(),
+            [Vec3::z(), Vec3::zeros(), Vec3::x(), Vec3::zeros()]
+        );
+        assert!(columns.iter().all(|column| column[1] == Vec3::zeros()));
+        assert!(!machine.turns() && machine.pole_distance_rad(&placed).is_none() && machine.travel(0).is_none());
     }
 }

@@ -1,0 +1,138 @@
+//! How the axes place the tool, as it stands in a machine file.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::AxisSpec;
+use super::check::{not_negative, within};
+use crate::MachineError;
+
+/// How the axes place the tool: `kind = "cartesian"` or `"five-axis"`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum KinematicsSpec {
+    /// Perpendicular linear axes, upright tool.
+    #[default]
+    #[serde(deserialize_with = "nothing_more")]
+    Cartesian,
+    /// Linear axes `x`, `y`, `z` and one or two rotary axes that tilt the tool against the workpiece.
+    FiveAxis(FiveAxisSpec),
+}
+
+/// Linear axes `x`, `y`, `z` with one or two rotary axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FiveAxisSpec {
+    /// From the spindle nose to the tool tip, mm.
+    pub tool_length_mm: f64,
+    /// What the words of a program mean while no G43.4 is active.
+    #[serde(default)]
+    pub programs: ProgramWords,
+    /// The rotary axes, from the bed outwards: of two in the table the first carries the second, likewise in the head.
+    #[serde(default)]
+    pub rotary: Vec<RotaryJointSpec>,
+}
+
+/// What the words of a program mean while no G43.4 is active.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ProgramWords {
+    /// Positions of the axes.
+    #[default]
+    Axes,
+    /// Tool tip in the workpiece, and positions of the rotary axes.
+    Tip,
+}
+
+/// How a rotary axis is mounted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RotaryJointSpec {
+    /// Name of a rotary axis of the machine.
+    pub axis: String,
+    /// What the axis turns.
+    pub mount: Mount,
+    /// Direction of the axis in the machine frame, all rotary axes at 0; its length does not matter. A positive angle turns the tool
+    /// right-handed about it as the workpiece sees it (ISO 841), so a table itself turns left-handed; reverse it for a control that
+    /// counts the other way.
+    pub direction: [f64; 3],
+    /// A point on the axis, all rotary axes at 0, machine frame, mm: of a table's axis from workpiece zero, of a head's from the spindle
+    /// nose.
+    pub pivot_mm: [f64; 3],
+}
+
+/// What a rotary axis turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mount {
+    /// The workpiece.
+    Table,
+    /// The tool.
+    Head,
+}
+
+/// Refuses every key: on its own `deny_unknown_fields` lets a variant without fields pass over those of another.
+fn nothing_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Nothing {}
+    Nothing::deserialize(deserializer).map(|Nothing {}| ())
+}
+
+impl KinematicsSpec {
+    /// Refuses what does not fit `axes`.
+    pub(super) fn check(&self, axes: &[AxisSpec]) -> Result<(), MachineError> {
+        match self {
+            Self::Cartesian => Ok(()),
+            Self::FiveAxis(spec) => spec.check(axes),
+        }
+    }
+}
+
+impl FiveAxisSpec {
+    fn check(&self, axes: &[AxisSpec]) -> Result<(), MachineError> {
+        let refuse = |fault: String| Err(MachineError::BadDescription(fault));
+        not_negative("kinematics.tool_length_mm", self.tool_length_mm)?;
+        for name in ["x", "y", "z"] {
+            if !axes.iter().any(|axis| axis.name() == name && matches!(axis, AxisSpec::Linear(_))) {
+                return refuse(format!(
+                    "`kinematics.kind` is `five-axis`, but there is no linear axis `{name}`; describe `x`, `y` and `z` in `[[axes]]`"
+                ));
+            }
+        }
+        if self.rotary.is_empty() || self.rotary.len() > 2 {
+            return refuse(format!(
+                "`kinematics.rotary` has {} axes; give one or two `[[kinematics.rotary]]`, or `kind = \"cartesian\"` for none",
+                self.rotary.len()
+            ));
+        }
+        for (i, joint) in self.rotary.iter().enumerate() {
+            let name = &joint.axis;
+            if !axes.iter().any(|axis| axis.name() == name && matches!(axis, AxisSpec::Rotary(_))) {
+                return refuse(format!(
+                    "`kinematics.rotary[{i}].axis` is `{name}`; it must be the name of an axis of `kind = \"rotary\"` in `[[axes]]`"
+                ));
+            }
+            if self.rotary[..i].iter().any(|other| other.axis == *name) {
+                return refuse(format!("`kinematics.rotary` names axis `{name}` twice; mount every axis once"));
+            }
+            joint.check(&format!("kinematics.rotary[{i}]"))?;
+        }
+        Ok(())
+    }
+}
+
+impl RotaryJointSpec {
+    fn check(&self, at: &str) -> Result<(), MachineError> {
+        for (key, values) in [("direction", self.direction), ("pivot_mm", self.pivot_mm)] {
+            for (i, value) in values.into_iter().enumerate() {
+                within(&format!("{at}.{key}[{i}]"), value, true, "finite")?;
+            }
+        }
+        if self.direction == [0.0; 3] {
+            return Err(MachineError::BadDescription(format!(
+                "`{at}.direction` is zero; give the direction of the axis, such as [0.0, 1.0, 0.0] for an axis along Y"
+            )));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,79 @@
+//! Tool-orientation contour error (Paper C, section II-B).
+
+use super::ContourError;
+use super::local::hermite;
+use crate::{Pose, Vec3};
+
+/// The orientation error of one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientationError {
+    /// From the tool axis at the tip's foot point to the sample's: both unit vectors, workpiece frame.
+    pub vector: Vec3,
+    /// Angle between the two, rad in `[0, π]` (Paper C, eq. 4).
+    pub angle_rad: f64,
+}
+
+/// Orientation errors of the poses `from`, whose tips' contour errors against `to` are `errors`: each against the tool axis of `to` at the foot
+/// point, `O_c ∝ O_j + λ (O_{j+1} − O_j)` (Paper C, eq. 3, with the sign that interpolates), here on the cubic through four tool axes.
+///
+/// One for each of `errors`; none where `to` is empty.
+#[must_use]
+pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -> Vec<OrientationError> {
+    if to.is_empty() {
+        return Vec::new();
+    }
+    let tools: Vec<Vec3> = to.iter().map(|pose| pose.tool).collect();
+    errors
+        .iter()
+        .zip(from)
+        .map(|(error, pose)| {
+            let segment = error.location.segment.min(tools.len() - 1);
+            let foot = hermite(&tools, segment, error.location.fraction).0;
+            let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
+            OrientationError { vector: pose.tool - foot.tool, angle_rad: pose.angle_to(&foot) }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::{ContourEstimator, Exact};
+
+    /// A circle of 40 mm whose tool leans outwards by 0.4 rad, `lag` of a sample late.
+    fn cone(lag: f64, lean: f64) -> Vec<Pose> {
+        (0..600)
+            .map(|k| {
+                let (sin, cos) = ((f64::from(k) - lag) * 2e-3).sin_cos();
+                let tool = Vec3::new(lean.sin() * cos, lean.sin() * sin, lean.cos());
+                Pose { tip: Vec3::new(40.0 * cos, 40.0 * sin, 0.0), tool }
+            })
+            .collect()
+    }
+
+    fn tips(poses: &[Pose]) -> Vec<Vec3> {
+        poses.iter().map(|pose| pose.tip).collect()
+    }
+
+    #[test]
+    fn a_run_that_is_only_late_has_no_orientation_error() {
+        let (desired, actual) = (cone(0.0, 0.4), cone(3.7, 0.4));
+        let errors = Exact::default().estimate(&tips(&desired), &tips(&actual)).unwrap();
+        let found = orientation_errors(&errors, &desired, &actual);
+        let worst = found[10..590].iter().fold(0.0_f64, |worst, error| worst.max(error.angle_rad));
+        assert!(worst < 1e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn a_steeper_tool_is_off_by_its_angle_and_points_back() {
+        let (desired, actual) = (cone(0.0, 0.4), cone(2.2, 0.4003));
+        let errors = Exact::default().estimate(&tips(&desired), &tips(&actual)).unwrap();
+        for (error, pose) in orientation_errors(&errors, &desired, &actual).iter().zip(&desired).skip(10).take(580) {
+            assert!((error.angle_rad - 3e-4).abs() < 1e-10, "{:e}", error.angle_rad);
+            assert!((error.vector.norm() - 3e-4).abs() < 1e-9);
+            // The actual tool leans further out, so the way back points inwards.
+            assert!(error.vector.dot(&Vec3::new(pose.tip.x, pose.tip.y, 0.0)) < 0.0);
+        }
+        assert!(orientation_errors(&errors, &desired, &[]).is_empty());
+    }
+}

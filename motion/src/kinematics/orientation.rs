@@ -1,0 +1,125 @@
+//! Which angles of one or two rotary joints turn the tool a given way.
+//!
+//! At zero angles the tool points along `+Z`. `outer` is the joint nearer to the workpiece, `inner` the one nearer to the tool, so
+//! that the tool axis in the workpiece frame is `o = R(outer, α)·R(inner, β)·z`, all turns right-handed. This is the second of
+//! the Paden-Kahan subproblems. It is solved here on the spherical triangle of `inner`, `outer` and `v = R(inner, β)·z`, whose
+//! sides are known, with half-angle formulas: those keep all digits near the poles, where the usual `acos` loses half of them.
+
+use std::f64::consts::PI;
+
+use crate::Vec3;
+
+/// Directions closer than this to what the joints can reach count as reached, rad.
+pub(super) const REACH_RAD: f64 = 1e-9;
+
+/// A tool closer than this to the outer joint's direction leaves that joint's angle free, rad.
+const POLE_RAD: f64 = 1e-12;
+
+/// The angles of two joints; the outer one is `None` where it may take any.
+pub(super) type Branch = (Option<f64>, f64);
+
+/// Angle between two vectors, rad in `[0, π]`.
+pub(super) fn angle(a: &Vec3, b: &Vec3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+/// Angle by which the unit vector `axis` turns `from` towards `to`, seen along the axis, rad in `[-π, π]`.
+fn turn(axis: &Vec3, from: &Vec3, to: &Vec3) -> f64 {
+    // Both brought into the plane across the axis first: differences of products would cancel near the axis.
+    let (from, to) = (axis.cross(from), axis.cross(to));
+    axis.dot(&from.cross(&to)).atan2(from.dot(&to))
+}
+
+/// Angle of a lone joint about unit vector `axis` that points the tool along unit vector `tool`, `None` where any does; or by
+/// how much it misses, rad.
+pub(super) fn one_joint(axis: &Vec3, tool: &Vec3) -> Result<Option<f64>, f64> {
+    let miss = (angle(axis, tool) - angle(axis, &Vec3::z())).abs();
+    if miss > REACH_RAD {
+        return Err(miss);
+    }
+    let free = axis.cross(&Vec3::z()).norm() < POLE_RAD;
+    Ok((!free).then(|| turn(axis, &Vec3::z(), tool)))
+}
+
+/// The two solutions for a pair of joints about unit vectors `outer` and `inner` and the tool along unit vector `tool`; or by
+/// how much they miss, rad.
+pub(super) fn two_joints(outer: &Vec3, inner: &Vec3, tool: &Vec3) -> Result<[Branch; 2], f64> {
+    let z = Vec3::z();
+    let free = outer.cross(tool).norm() < POLE_RAD;
+    let reached = match angle(outer, tool) {
+        angle if free => (angle / PI).round() * PI,
+        angle => angle,
+    };
+    let (tool_side, joint_side) = (angle(inner, &z), angle(inner, outer));
+    // Negative where the three sides do not close to a triangle. The brackets keep a small third side's digits.
+    let margins = [
+        reached + (joint_side - tool_side),
+        reached + (tool_side - joint_side),
+        tool_side + joint_side - reached,
+        2.0 * PI - tool_side - joint_side - reached,
+    ];
+    let miss = -margins.iter().fold(f64::INFINITY, |least, margin| least.min(*margin));
+    if miss > REACH_RAD {
+        return Err(miss);
+    }
+    let [a, b, c, d] = margins.map(|margin| (0.5 * margin).max(0.0).sin());
+    let corner = 2.0 * (a * b).max(0.0).sqrt().atan2((c * d).max(0.0).sqrt());
+    // The inner angle at which the tool comes nearest to the outer joint's direction.
+    let nearest = turn(inner, &z, outer);
+    Ok([corner, -corner].map(|corner| {
+        let inner_angle = nearest + corner;
+        let before = nalgebra::Rotation3::from_scaled_axis(inner * inner_angle) * z;
+        ((!free).then(|| turn(outer, &before, tool)), inner_angle)
+    }))
+}
+
+/// `angle` plus the number of whole turns that brings it nearest to `near` within `travel`, rad; `None` where no number does.
+pub(super) fn unwound(angle: f64, near: f64, travel: Option<[f64; 2]>) -> Option<f64> {
+    let turns = ((near - angle) / (2.0 * PI)).round();
+    let turns = match travel {
+        None => turns,
+        Some([low, high]) => {
+            let least = ((low - REACH_RAD - angle) / (2.0 * PI)).ceil();
+            let most = ((high + REACH_RAD - angle) / (2.0 * PI)).floor();
+            if least > most {
+                return None;
+            }
+            turns.clamp(least, most)
+        }
+    };
+    Some(angle + turns * (2.0 * PI))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_tilts_keep_their_digits() {
+        for tilt in [1e-3, 1e-6, 1e-9, 1e-11] {
+            let tool = Vec3::new(0.6 * f64::sin(tilt), 0.8 * f64::sin(tilt), f64::cos(tilt));
+            let [(c, b), _] = two_joints(&Vec3::z(), &Vec3::y(), &tool).unwrap();
+            assert!((b - tilt).abs() < 1e-15 * tilt + 1e-25, "{tilt}: {b}");
+            assert!((c.unwrap() - 0.8_f64.atan2(0.6)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_nutating_head_reaches_as_far_as_its_cone() {
+        // A joint at 45° below a turning one reaches from upright to level and no further.
+        let inner = Vec3::new(0.0, 1.0, 1.0).normalize();
+        let level = two_joints(&Vec3::z(), &inner, &Vec3::x()).unwrap();
+        assert!((level[0].1.abs() - PI).abs() < 1e-7);
+        let miss = two_joints(&Vec3::z(), &inner, &Vec3::new(0.1_f64.cos(), 0.0, -0.1_f64.sin())).unwrap_err();
+        assert!((miss - 0.1).abs() < 1e-12);
+        assert_eq!(two_joints(&Vec3::z(), &inner, &Vec3::z()).unwrap()[0].0, None);
+    }
+
+    #[test]
+    fn whole_turns_follow_travel_first_then_nearness() {
+        assert_eq!(unwound(0.5, 4.0 * PI + 1.0, None), Some(0.5 + 4.0 * PI));
+        assert_eq!(unwound(0.5, 4.0 * PI, Some([-PI, PI])), Some(0.5));
+        assert_eq!(unwound(0.5, 0.0, Some([1.0, 6.0])), None);
+        assert_eq!(unwound(-0.5, 0.0, Some([1.0, 6.0])), Some(2.0 * PI - 0.5));
+    }
+}
