@@ -241,9 +241,9 @@ impl<B: Backend, const N: usize> Backward<B, N> for Layer {
         let d_output = values::<B>(grads.consume::<B>(&ops.node));
         let Saved { shape, x, weight_ih, weight_hh, bias, mut memory, device } = Arc::unwrap_or_clone(ops.state);
         let weights = Weights { kind: self.0, input: &weight_ih, hidden: &weight_hh, bias: &bias };
-        let pass = Pass { weights, shape, x: &x, tape: &mut memory.tape };
+        let pass = Pass { weights, shape, x: &x, tape: &memory.tape };
         let want_x = ops.parents[0].is_some();
-        let made = kernel::backward(Level::detect(), pass, &d_output, want_x, &mut memory.work);
+        let made = kernel::backward(Level::detect(), &pass, &d_output, want_x, &mut memory.work);
         let rows = self.0.gates() * shape.hidden;
         let parts: [(Vec<f32>, Vec<usize>); 6] = [
             (made.x, vec![shape.steps, shape.batch, shape.input]),

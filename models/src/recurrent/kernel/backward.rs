@@ -5,7 +5,7 @@ use super::{
     buffer::Buffer,
     cells::{GruBackward, LstmBackward},
     level::Level,
-    product::{Packed, Product, transpose},
+    product::{Left, Packed, Product, transpose},
 };
 
 /// Rows of a block of steps.
@@ -35,7 +35,11 @@ pub struct Work {
     to_state: Packed,
     /// Input weights, for the gradient at the input.
     to_input: Packed,
-    gates: Packed,
+    /// Gradients at a block's gates.
+    gates: Buffer,
+    /// They again, for the weights' products with what the gates were `fed`.
+    packed: Packed,
+    fed: Packed,
     input: Buffer,
     hidden: Buffer,
     bias: Buffer,
@@ -50,18 +54,17 @@ pub struct Pass<'a> {
     pub shape: Shape,
     /// The input, `[steps][batch][input]`.
     pub x: &'a [f32],
-    /// The forward pass's tape; its gates are used up.
-    pub tape: &'a mut Tape,
+    /// The forward pass's tape.
+    pub tape: &'a Tape,
 }
 
 /// Gradients of a layer, given those at its outputs (`[steps][batch][hidden]`); `want_x`: the one at the input, too.
 ///
 /// Goes back through time block by block of steps; each block's products follow at once, while the gradients at its gates are
 /// still in the cache.
-pub fn backward(level: Level, mut pass: Pass<'_>, d_output: &[f32], want_x: bool, work: &mut Work) -> Gradients {
-    let Pass { weights, shape, .. } = pass;
+pub fn backward(level: Level, pass: &Pass<'_>, d_output: &[f32], want_x: bool, work: &mut Work) -> Gradients {
+    let &Pass { weights, shape, .. } = pass;
     let (n, features, kind) = (shape.hidden, shape.input, weights.kind);
-    let units = kind.gates() * n;
     let cells = if kind == Kind::Lstm { shape.state() } else { 0 };
     let mut out = Gradients {
         x: vec![0.0; if want_x { pass.x.len() } else { 0 }],
@@ -73,16 +76,18 @@ pub fn backward(level: Level, mut pass: Pass<'_>, d_output: &[f32], want_x: bool
     };
     work.to_state.rows(level, &[weights.hidden], n, n);
     work.to_input.rows(level, &kind.input_parts(weights.input), features, features);
+    let units = kind.gates() * n;
     work.input.zeros(features * units);
     work.hidden.zeros(n * units);
     work.bias.zeros(4 * n);
     let together = ROWS.div_ceil(shape.batch.max(1));
+    work.gates.resize(together * shape.batch * 4 * n);
     for block in (0..shape.steps.div_ceil(together)).rev() {
         let steps = block * together..((block + 1) * together).min(shape.steps);
         for step in steps.clone().rev() {
-            step_back(level, &mut pass, d_output, step, work, &mut out);
+            step_back(level, pass, d_output, step, step - steps.start, work, &mut out);
         }
-        block_products(level, &pass, steps, want_x, work, &mut out);
+        block_products(level, pass, steps, work);
     }
     match kind {
         Kind::Lstm => transpose(&work.input, units, units, &mut out.input),
@@ -98,94 +103,76 @@ pub fn backward(level: Level, mut pass: Pass<'_>, d_output: &[f32], want_x: bool
     out
 }
 
-/// One step back: turns the tape's gates into the gradients at the gates' inputs, and `out`'s state from after to before the step.
-fn step_back(level: Level, pass: &mut Pass<'_>, d_output: &[f32], step: usize, work: &Work, out: &mut Gradients) {
+/// One step back, the `index`-th of its block: makes the gradients at the gates' inputs and at `x`, and turns `out`'s state from
+/// after to before the step.
+fn step_back(level: Level, pass: &Pass<'_>, d_output: &[f32], step: usize, index: usize, work: &mut Work, out: &mut Gradients) {
     let n = pass.shape.hidden;
     let state = pass.shape.state();
-    let here = step * state..(step + 1) * state;
-    let tape = &mut *pass.tape;
-    let gates = &mut tape.gates[step * 4 * state..(step + 1) * 4 * state];
+    let (before, after) = (step * state..(step + 1) * state, (step + 1) * state..(step + 2) * state);
+    let Tape { gates, outputs, cells, .. } = pass.tape;
+    let gates = &gates[4 * before.start..4 * before.end];
+    let d_gates = &mut work.gates[index * 4 * state..][..4 * state];
+    let (d_output, d_bias) = (&d_output[before.clone()], &mut work.bias);
     let kind = pass.weights.kind;
     match kind {
         Kind::Lstm => level.run(LstmBackward {
             hidden: n,
-            gates: &mut *gates,
-            cell_before: &tape.cells[here.clone()],
-            cell: &tape.cells[here.start + state..here.end + state],
-            d_output: &d_output[here],
+            gates,
+            cell_before: &cells[before],
+            output: &outputs[after],
+            d_output,
+            d_gates,
+            d_bias,
             d_hidden: &mut out.h0,
             d_cell: &mut out.c0,
         }),
         Kind::Gru => level.run(GruBackward {
             hidden: n,
-            gates: &mut *gates,
-            output_before: &tape.outputs[here.clone()],
-            d_output: &d_output[here],
+            gates,
+            output_before: &outputs[before],
+            d_output,
+            d_gates,
+            d_bias,
             d_hidden: &mut out.h0,
         }),
     }
     level.run(Product {
-        a: &gates[kind.hidden_column(n)..],
-        a_stride: 4 * n,
-        turned: false,
+        a: Left::Rows(&d_gates[kind.hidden_column(n)..], 4 * n),
         m: pass.shape.batch,
         b: &work.to_state,
         c: &mut out.h0,
         c_stride: n,
         add: true,
     });
-}
-
-/// What the gradients at a block of steps' gates give: the gradient at the input, and shares of the weights' and biases'.
-fn block_products(
-    level: Level,
-    pass: &Pass<'_>,
-    steps: std::ops::Range<usize>,
-    want_x: bool,
-    work: &mut Work,
-    out: &mut Gradients,
-) {
-    let (n, features, kind) = (pass.shape.hidden, pass.shape.input, pass.weights.kind);
-    let (width, units, start) = (4 * n, kind.gates() * n, kind.hidden_column(n));
-    let rows = steps.start * pass.shape.batch..steps.end * pass.shape.batch;
-    let gates = &pass.tape.gates[rows.start * width..rows.end * width];
-    if want_x {
+    if !out.x.is_empty() {
+        let features = pass.shape.input;
+        let rows = step * pass.shape.batch * features..(step + 1) * pass.shape.batch * features;
         level.run(Product {
-            a: gates,
-            a_stride: width,
-            turned: false,
-            m: rows.len(),
+            a: Left::Rows(d_gates, 4 * n),
+            m: pass.shape.batch,
             b: &work.to_input,
-            c: &mut out.x[rows.start * features..rows.end * features],
+            c: &mut out.x[rows],
             c_stride: features,
             add: false,
         });
     }
-    for row in gates.chunks_exact(width) {
-        for (sum, &d) in work.bias.iter_mut().zip(row) {
-            *sum += d;
-        }
-    }
-    work.gates.rows(level, &[gates], width, units);
-    let x = &pass.x[rows.start * features..rows.end * features];
-    outer(level, x, features, &work.gates, &mut work.input);
-    if start > 0 {
-        work.gates.rows(level, &[&gates[start..]], width, units);
-    }
-    let before = &pass.tape.outputs[rows.start * n..rows.end * n];
-    outer(level, before, n, &work.gates, &mut work.hidden);
 }
 
-/// `sum += leftᵀ·gates` over a block of rows; `left` has rows of `columns`.
-fn outer(level: Level, left: &[f32], columns: usize, gates: &Packed, sum: &mut [f32]) {
-    level.run(Product {
-        a: left,
-        a_stride: columns,
-        turned: true,
-        m: columns,
-        b: gates,
-        c_stride: sum.len() / columns,
-        c: sum,
-        add: true,
-    });
+/// Adds what the gradients at a block of steps' gates give to the weights' gradients.
+fn block_products(level: Level, pass: &Pass<'_>, steps: std::ops::Range<usize>, work: &mut Work) {
+    let (n, features, kind) = (pass.shape.hidden, pass.shape.input, pass.weights.kind);
+    let (width, units, start) = (4 * n, kind.gates() * n, kind.hidden_column(n));
+    let rows = steps.start * pass.shape.batch..steps.end * pass.shape.batch;
+    let gates = &work.gates[..rows.len() * width];
+    let outer = |fed: &Packed, gates: &Packed, sum: &mut [f32]| {
+        level.run(Product { a: Left::Turned(fed), m: sum.len() / units, b: gates, c: sum, c_stride: units, add: true });
+    };
+    work.packed.rows(level, &[gates], width, units);
+    work.fed.turned(&pass.x[rows.start * features..rows.end * features], features);
+    outer(&work.fed, &work.packed, &mut work.input);
+    if start > 0 {
+        work.packed.rows(level, &[&gates[start..]], width, units);
+    }
+    work.fed.turned(&pass.tape.outputs[rows.start * n..rows.end * n], n);
+    outer(&work.fed, &work.packed, &mut work.hidden);
 }

@@ -117,14 +117,17 @@ impl WithSimd for LstmForward<'_> {
     }
 }
 
-/// LSTM backwards: turns the gates' values into the gradients at their inputs. `d_hidden` comes in as what later steps send
-/// to `h` (without `d_output`) and leaves as zero, for the hidden product to be added; `d_cell` goes from `c` to `c'`.
+/// LSTM backwards: makes of the gates' values the gradients at their inputs, `d_gates`, and adds them to
+/// `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves as zero, for the hidden product
+/// to be added; `d_cell` goes from `c` to `c'`.
 pub(crate) struct LstmBackward<'a> {
     pub hidden: usize,
-    pub gates: &'a mut [f32],
+    pub gates: &'a [f32],
     pub cell_before: &'a [f32],
-    pub cell: &'a [f32],
+    pub output: &'a [f32],
     pub d_output: &'a [f32],
+    pub d_gates: &'a mut [f32],
+    pub d_bias: &'a mut [f32],
     pub d_hidden: &'a mut [f32],
     pub d_cell: &'a mut [f32],
 }
@@ -136,19 +139,22 @@ impl WithSimd for LstmBackward<'_> {
         let n = self.hidden;
         let one = simd.splat_f32s(1.0);
         let slope = |s| simd.mul_f32s(s, simd.sub_f32s(one, s));
-        let saved = self.cell_before.chunks_exact(n).zip(self.cell.chunks_exact(n));
-        let rows = saved.zip(self.d_output.chunks_exact(n));
+        let saved = self.cell_before.chunks_exact(n).zip(self.output.chunks_exact(n));
+        let rows = self.gates.chunks_exact(4 * n).zip(saved.zip(self.d_output.chunks_exact(n)));
         let carried = self.d_hidden.chunks_exact_mut(n).zip(self.d_cell.chunks_exact_mut(n));
-        let changed = self.gates.chunks_exact_mut(4 * n).zip(carried);
-        for (((before, cell), d_output), (gates, (d_hidden, d_cell))) in rows.zip(changed) {
-            let [i, f, g, o] = blocks_mut(gates, n);
+        let made = self.d_gates.chunks_exact_mut(4 * n).zip(carried);
+        let [bi, bf, bg, bo] = blocks_mut(self.d_bias, n);
+        for ((gates, ((before, output), d_output)), (d_gates, (d_hidden, d_cell))) in rows.zip(made) {
+            let [i, f, g, o] = blocks(gates, n);
+            let [di, df, dg, d_o] = blocks_mut(d_gates, n);
             over(
                 simd,
-                [before, cell, d_output],
-                [i, f, g, o, d_hidden, d_cell],
+                [i, f, g, o, before, output, d_output],
+                [d_hidden, d_cell, di, df, dg, d_o, &mut *bi, &mut *bf, &mut *bg, &mut *bo],
                 #[inline(always)]
-                |[before, cell, d_output], [i, f, g, o, d_hidden, d_cell]| {
-                    let tanh_cell = activation::tanh(simd, cell);
+                |[i, f, g, o, before, output, d_output], [d_hidden, d_cell, _, _, _, _, bi, bf, bg, bo]| {
+                    // Cheaper than another exponential; `o` is never zero.
+                    let tanh_cell = simd.div_f32s(output, o);
                     let d_h = simd.add_f32s(d_output, d_hidden);
                     let steep = simd.negate_mul_add_e_f32s(tanh_cell, tanh_cell, one);
                     let d_c = simd.mul_add_e_f32s(simd.mul_f32s(d_h, o), steep, d_cell);
@@ -157,7 +163,9 @@ impl WithSimd for LstmBackward<'_> {
                     let d_g = simd.mul_f32s(d_c, i);
                     let d_g = simd.mul_f32s(d_g, simd.negate_mul_add_e_f32s(g, g, one));
                     let d_o = simd.mul_f32s(simd.mul_f32s(d_h, tanh_cell), slope(o));
-                    [d_i, d_f, d_g, d_o, simd.splat_f32s(0.0), simd.mul_f32s(d_c, f)]
+                    let [bi, bf] = [simd.add_f32s(bi, d_i), simd.add_f32s(bf, d_f)];
+                    let [bg, bo] = [simd.add_f32s(bg, d_g), simd.add_f32s(bo, d_o)];
+                    [simd.splat_f32s(0.0), simd.mul_f32s(d_c, f), d_i, d_f, d_g, d_o, bi, bf, bg, bo]
                 },
             );
         }
@@ -203,13 +211,15 @@ impl WithSimd for GruForward<'_> {
     }
 }
 
-/// GRU backwards: turns the gates' values into the gradients at their inputs (at `q`: at the hidden product). `d_hidden` comes in
-/// as what later steps send to `h` (without `d_output`) and leaves as `z·d_h`, for the hidden product to be added.
+/// GRU backwards: makes of the gates' values the gradients at their inputs (at `q`: at the hidden product), `d_gates`, and adds them to `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves
+/// as `z·d_h`, for the hidden product to be added.
 pub(crate) struct GruBackward<'a> {
     pub hidden: usize,
-    pub gates: &'a mut [f32],
+    pub gates: &'a [f32],
     pub output_before: &'a [f32],
     pub d_output: &'a [f32],
+    pub d_gates: &'a mut [f32],
+    pub d_bias: &'a mut [f32],
     pub d_hidden: &'a mut [f32],
 }
 
@@ -221,21 +231,27 @@ impl WithSimd for GruBackward<'_> {
         let one = simd.splat_f32s(1.0);
         let slope = |s| simd.mul_f32s(s, simd.sub_f32s(one, s));
         let rows = self.output_before.chunks_exact(width).zip(self.d_output.chunks_exact(width));
-        let changed = self.gates.chunks_exact_mut(4 * width).zip(self.d_hidden.chunks_exact_mut(width));
-        for ((before, d_output), (gates, d_hidden)) in rows.zip(changed) {
-            let [n, r, z, q] = blocks_mut(gates, width);
+        let rows = self.gates.chunks_exact(4 * width).zip(rows);
+        let made = self.d_gates.chunks_exact_mut(4 * width).zip(self.d_hidden.chunks_exact_mut(width));
+        let [bn, br, bz, bq] = blocks_mut(self.d_bias, width);
+        for ((gates, (before, d_output)), (d_gates, d_hidden)) in rows.zip(made) {
+            let [n, r, z, q] = blocks(gates, width);
+            let [dn, dr, dz, dq] = blocks_mut(d_gates, width);
             over(
                 simd,
-                [before, d_output],
-                [n, r, z, q, d_hidden],
+                [n, r, z, q, before, d_output],
+                [d_hidden, dn, dr, dz, dq, &mut *bn, &mut *br, &mut *bz, &mut *bq],
                 #[inline(always)]
-                |[before, d_output], [n, r, z, q, d_hidden]| {
+                |[n, r, z, q, before, d_output], [d_hidden, _, _, _, _, bn, br, bz, bq]| {
                     let d_h = simd.add_f32s(d_output, d_hidden);
                     let d_z = simd.mul_f32s(simd.mul_f32s(d_h, simd.sub_f32s(before, n)), slope(z));
                     let d_n = simd.mul_f32s(d_h, simd.sub_f32s(one, z));
                     let d_n = simd.mul_f32s(d_n, simd.negate_mul_add_e_f32s(n, n, one));
                     let d_r = simd.mul_f32s(simd.mul_f32s(d_n, q), slope(r));
-                    [d_n, d_r, d_z, simd.mul_f32s(d_n, r), simd.mul_f32s(d_h, z)]
+                    let d_q = simd.mul_f32s(d_n, r);
+                    let [bn, br] = [simd.add_f32s(bn, d_n), simd.add_f32s(br, d_r)];
+                    let [bz, bq] = [simd.add_f32s(bz, d_z), simd.add_f32s(bq, d_q)];
+                    [simd.mul_f32s(d_h, z), d_n, d_r, d_z, d_q, bn, br, bz, bq]
                 },
             );
         }

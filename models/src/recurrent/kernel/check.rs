@@ -54,10 +54,10 @@ impl Case {
     }
 
     fn gradients(&self, level: Level, shape: Shape) -> (Vec<f32>, [Vec<f32>; 6]) {
-        let mut tape = self.run(level, shape);
+        let tape = self.run(level, shape);
         let outputs = tape.outputs().to_vec();
-        let pass = Pass { weights: self.weights(), shape, x: &self.values[0], tape: &mut tape };
-        let made = backward(level, pass, &self.loss, true, &mut Work::default());
+        let pass = Pass { weights: self.weights(), shape, x: &self.values[0], tape: &tape };
+        let made = backward(level, &pass, &self.loss, true, &mut Work::default());
         (outputs, [made.x, made.input, made.hidden, made.bias, made.h0, made.c0])
     }
 }

@@ -5,7 +5,7 @@ use super::{
     buffer::Buffer,
     cells::{GruForward, LstmForward},
     level::Level,
-    product::{Packed, Product},
+    product::{Left, Packed, Product},
 };
 
 /// Rows whose input product is made at once: many enough to be efficient, few enough to be in the cache when their steps come.
@@ -109,9 +109,7 @@ pub fn forward(layer: &PackedLayer, shape: Shape, x: &[f32], h0: &[f32], c0: &[f
             }
         }
         layer.level.run(Product {
-            a: &x[rows.start * shape.input..rows.end * shape.input],
-            a_stride: shape.input,
-            turned: false,
+            a: Left::Rows(&x[rows.start * shape.input..rows.end * shape.input], shape.input),
             m: rows.len(),
             b: &layer.input,
             c: &mut tape.sums,
@@ -132,9 +130,7 @@ fn advance(layer: &PackedLayer, shape: Shape, step: usize, index: usize, tape: &
     let gates = &mut tape.gates[step * 4 * state..(step + 1) * 4 * state];
     let (before, output) = tape.outputs[step * state..(step + 2) * state].split_at_mut(state);
     layer.level.run(Product {
-        a: before,
-        a_stride: n,
-        turned: false,
+        a: Left::Rows(before, n),
         m: shape.batch,
         b: &layer.hidden,
         c: &mut sums[layer.kind.hidden_column(n)..],

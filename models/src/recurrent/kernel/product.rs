@@ -3,16 +3,23 @@
 //! `B` is a weight matrix that is used at every time step, so packing it once a sequence pays, and the small products of a
 //! step (32 × 128 × 512, say) run from the second-level cache without being repacked.
 
+use std::ops::Range;
+
 use pulp::{Simd, WithSimd};
 
 use super::{buffer::Buffer, level::Level};
 
 /// Vectors in a panel's row.
 const VECTORS: usize = 4;
-/// Rows of a panel that are multiplied before the next panel's turn: they fit the first-level cache.
-const DEPTH: usize = 128;
+/// Rows of a panel that are multiplied before the next panel's turn. Each turn writes `C`, and from the second on reads it, which
+/// costs more than a panel that comes from the second-level cache.
+const DEPTH: usize = 512;
 /// Rows of `A` that stay in the second-level cache meanwhile.
 const ROWS: usize = 128;
+
+/// Width of a turned `A`'s panels, one cache line: read straight from the matrix, a few columns would touch a page for every row
+/// or two, more than the first-level translation buffer holds.
+const TURNED: usize = 16;
 
 /// A matrix `k × n` cut into panels of a few vectors' width, each stored row by row; the last one is padded with zeros.
 #[derive(Debug, Clone, Default)]
@@ -24,9 +31,9 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Sizes the panels for a matrix `rows × columns`.
-    fn reshape(&mut self, level: Level, rows: usize, columns: usize) {
-        self.width = VECTORS * level.lanes();
+    /// Sizes panels of a `width` for a matrix `rows × columns`.
+    fn reshape(&mut self, width: usize, rows: usize, columns: usize) {
+        self.width = width;
         self.rows = rows;
         self.columns = columns;
         let panel = rows * self.width;
@@ -40,8 +47,8 @@ impl Packed {
     /// Packs the transpose of the matrix whose rows, each `k` long, are those of `parts` one after the other.
     pub fn transposed(&mut self, level: Level, parts: &[&[f32]], k: usize) {
         let n = parts.iter().map(|part| part.len()).sum::<usize>() / k.max(1);
-        self.reshape(level, k, n);
-        let width = self.width;
+        let width = VECTORS * level.lanes();
+        self.reshape(width, k, n);
         let rows = parts.iter().flat_map(|part| part.chunks_exact(k));
         for (column, row) in rows.enumerate() {
             let panel = &mut self.data[column / width * k * width..][..k * width];
@@ -53,9 +60,18 @@ impl Packed {
 
     /// Packs the first `n` columns of the rows of `parts`, which are `stride` apart.
     pub fn rows(&mut self, level: Level, parts: &[&[f32]], stride: usize, n: usize) {
+        self.cut(VECTORS * level.lanes(), parts, stride, n);
+    }
+
+    /// Packs a matrix, rows of `n` one after the other, to be the turned `A` of a product.
+    pub fn turned(&mut self, matrix: &[f32], n: usize) {
+        self.cut(TURNED, &[matrix], n, n);
+    }
+
+    /// Packs the first `n` columns of the rows of `parts`, which are `stride` apart, into panels of a `width`.
+    fn cut(&mut self, width: usize, parts: &[&[f32]], stride: usize, n: usize) {
         let k = parts.iter().map(|part| part.len().div_ceil(stride)).sum();
-        self.reshape(level, k, n);
-        let width = self.width;
+        self.reshape(width, k, n);
         let rows = parts.iter().flat_map(|part| part.chunks(stride));
         for (index, row) in rows.enumerate() {
             for (panel, piece) in row[..n].chunks(width).enumerate() {
@@ -65,12 +81,18 @@ impl Packed {
     }
 }
 
-/// `C = A·B`, or `C += A·B` with `add`: `A` is `m × k` and `C` `m × n`, rows `a_stride` and `c_stride` apart. With `turned`, what
-/// lies in memory is the transpose of `A`.
+/// The left factor of a product.
+#[derive(Clone, Copy)]
+pub(crate) enum Left<'a> {
+    /// The matrix, its rows so far apart.
+    Rows(&'a [f32], usize),
+    /// What [`Packed::turned`] made of its transpose.
+    Turned(&'a Packed),
+}
+
+/// `C = A·B`, or `C += A·B` with `add`: `A` is `m × k` and `C` `m × n`, its rows `c_stride` apart.
 pub(crate) struct Product<'a> {
-    pub a: &'a [f32],
-    pub a_stride: usize,
-    pub turned: bool,
+    pub a: Left<'a>,
     pub m: usize,
     pub b: &'a Packed,
     pub c: &'a mut [f32],
@@ -98,24 +120,27 @@ impl WithSimd for Product<'_> {
 impl Product<'_> {
     /// Rows `rows` of `C` at one panel, for the terms `terms` of the sum.
     #[inline(always)]
-    fn panel<S: Simd>(&mut self, simd: S, rows: std::ops::Range<usize>, terms: std::ops::Range<usize>, column: usize) {
+    fn panel<S: Simd>(&mut self, simd: S, rows: Range<usize>, terms: Range<usize>, column: usize) {
         let width = self.b.width;
         let panel = &self.b.data[column * self.b.rows..][..self.b.rows * width];
         let (panel, _) = S::as_simd_f32s(&panel[terms.start * width..terms.end * width]);
+        let (panel, _) = panel.as_chunks::<VECTORS>();
+        let most = if S::REGISTER_COUNT >= 32 { 6 } else { 2 };
+        let together = if let Left::Turned(_) = self.a { TURNED } else { ROWS };
         let mut row = rows.start;
-        // As many rows at once as the registers hold; few rows need several sums each to keep the units busy.
-        if S::REGISTER_COUNT >= 32 {
-            while row + 6 <= rows.end {
-                self.tile::<S, 6, 1>(simd, row, terms.start, column, panel);
-                row += 6;
+        while row < rows.end {
+            // As many rows at once as the registers hold, shared out evenly: tiles of few rows would leave the units idle.
+            let left = rows.end.min((row / together + 1) * together) - row;
+            let height = left.div_ceil(left.div_ceil(most));
+            match height {
+                6 => self.tile::<S, 6, 1>(simd, row, terms.start, column, panel),
+                5 => self.tile::<S, 5, 1>(simd, row, terms.start, column, panel),
+                4 => self.tile::<S, 4, 1>(simd, row, terms.start, column, panel),
+                3 => self.tile::<S, 3, 1>(simd, row, terms.start, column, panel),
+                2 => self.tile::<S, 2, 1>(simd, row, terms.start, column, panel),
+                _ => self.tile::<S, 1, 2>(simd, row, terms.start, column, panel),
             }
-        }
-        while row + 2 <= rows.end {
-            self.tile::<S, 2, 1>(simd, row, terms.start, column, panel);
-            row += 2;
-        }
-        if row < rows.end {
-            self.tile::<S, 1, 2>(simd, row, terms.start, column, panel);
+            row += height;
         }
     }
 
@@ -127,24 +152,26 @@ impl Product<'_> {
         row: usize,
         term: usize,
         column: usize,
-        panel: &[S::f32s],
+        panel: &[[S::f32s; VECTORS]],
     ) {
-        let (panel, _) = panel.as_chunks::<VECTORS>();
-        let sums = if self.turned {
-            let a = self.a[term * self.a_stride..].chunks(self.a_stride);
-            multiply_turned::<S, R>(simd, a, row, panel)
-        } else {
-            let mut a: [&[f32]; R] = [&[]; R];
-            for (r, a) in a.iter_mut().enumerate() {
-                *a = &self.a[(row + r) * self.a_stride + term..][..panel.len()];
+        let columns = self.b.width.min(self.b.columns - column);
+        let sums = match self.a {
+            Left::Turned(a) => {
+                let (first, column) = (row / TURNED * TURNED * a.rows + term * TURNED, row % TURNED);
+                let (a, _) = a.data[first..][..panel.len() * TURNED].as_chunks::<TURNED>();
+                multiply_turned::<S, R>(simd, a, column, panel)
             }
-            multiply::<S, R, U>(simd, a, panel)
+            Left::Rows(matrix, stride) => {
+                let mut a: [&[f32]; R] = [&[]; R];
+                for (r, a) in a.iter_mut().enumerate() {
+                    *a = &matrix[(row + r) * stride + term..][..panel.len()];
+                }
+                multiply::<S, R, U>(simd, a, panel)
+            }
         };
         let add = self.add || term > 0;
-        let columns = self.b.width.min(self.b.columns - column);
         for (r, sums) in sums.into_iter().enumerate() {
-            let c = &mut self.c[(row + r) * self.c_stride + column..][..columns];
-            store(simd, c, sums, add);
+            store(simd, &mut self.c[(row + r) * self.c_stride + column..][..columns], sums, add);
         }
     }
 }
@@ -196,14 +223,14 @@ fn multiply<S: Simd, const R: usize, const U: usize>(
 
 /// `aᵀ·panel` for `R` columns of `a`, from `column` on.
 #[inline(always)]
-fn multiply_turned<'a, S: Simd, const R: usize>(
+fn multiply_turned<S: Simd, const R: usize>(
     simd: S,
-    a: impl Iterator<Item = &'a [f32]>,
+    a: &[[f32; TURNED]],
     column: usize,
     panel: &[[S::f32s; VECTORS]],
 ) -> [[S::f32s; VECTORS]; R] {
     let mut sums = [[simd.splat_f32s(0.0); VECTORS]; R];
-    for (row, vectors) in a.zip(panel) {
+    for (row, vectors) in a.iter().zip(panel) {
         let row = &row[column..column + R];
         for r in 0..R {
             let factor = simd.splat_f32s(row[r]);
