@@ -90,7 +90,10 @@ pub enum DialectName {
 /// How a compensated program is written.
 #[derive(Debug, Clone, Args)]
 pub struct CarrierArgs {
-    /// How points carry their time; the machine's controller profile decides when left out
+    /// Profile of the control: linuxcnc, fanuc, siemens, grbl, generic, or a TOML file; the machine's own when left out
+    #[arg(long, value_name = "NAME|TOML")]
+    pub controller: Option<String>,
+    /// How points carry their time; the controller's profile decides when left out
     #[arg(long, value_enum)]
     pub carrier: Option<Carrier>,
     /// Decimals of coordinates in mm (one more in inch programs)

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
 use gcode::{Dialect, Options};
-use machine::{MachineSpec, ProgramWords, SimulatedMachine};
+use machine::{ControllerSpec, MachineSpec, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve_on};
@@ -131,6 +131,24 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
     }
     let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {machine}"))?;
     MachineSpec::from_toml(&text).map_err(|error| Refusal(format!("{machine}: {error}")).into())
+}
+
+/// The controller profile called or described by `controller`: a built-in name or a TOML file.
+///
+/// # Errors
+/// When there is no such profile, or it is not sound.
+pub fn controller(controller: &str) -> Result<ControllerSpec> {
+    if machine::BUILTIN_CONTROLLERS.iter().any(|(name, _)| *name == controller) {
+        return Ok(ControllerSpec::builtin(controller)?);
+    }
+    let path = PathBuf::from(controller);
+    if !path.is_file() {
+        let names: Vec<&str> = machine::BUILTIN_CONTROLLERS.iter().map(|(name, _)| *name).collect();
+        let names = names.join(", ");
+        return Err(Usage(format!("there is no controller file {controller}, and the built-in ones are {names}")).into());
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {controller}"))?;
+    ControllerSpec::from_toml(&text).map_err(|error| Refusal(format!("{controller}: {error}")).into())
 }
 
 /// The recipe called or described by `predictor`: a built-in name or a TOML file.

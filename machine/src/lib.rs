@@ -31,8 +31,8 @@ pub use error::MachineError;
 use motion::Trajectory;
 pub use simulated::{Interpolation, Run, Sensor, SimulatedMachine, SimulationOptions};
 pub use spec::{
-    AxisSpec, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec, Harmonic,
-    KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec, ProgramWords,
+    AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec,
+    Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec, ProgramWords,
     RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec,
     RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
 };

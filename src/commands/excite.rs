@@ -7,7 +7,8 @@ use anyhow::Result;
 use clap::Args;
 use datasets::{ExcitationPlan, excite, write_reference};
 use gcode::format_number;
-use motion::Trajectory;
+use machine::ProgramWords;
+use motion::{Trajectory, poses_of};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs};
@@ -60,7 +61,7 @@ impl Excite {
         std::fs::create_dir_all(&self.out)?;
         for (name, reference) in &runs {
             write_reference(&self.out.join(format!("{name}.csv")), reference)?;
-            let program = program(reference, self.spacing * 1e-3)?;
+            let program = program(&in_words(reference, &frame)?, self.spacing * 1e-3)?;
             write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
             seconds += reference.duration_s();
             names.push(name.clone());
@@ -68,6 +69,22 @@ impl Excite {
         printer.line(format!("{} runs, {seconds:.1} s, in {}", runs.len(), self.out.display()));
         write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds }))
     }
+}
+
+/// The positions that the words of a program have to state: on a control whose words are the tool tip's, those of the tip.
+fn in_words(reference: &Trajectory, frame: &input::Frame) -> Result<Trajectory> {
+    if frame.words == ProgramWords::Axes {
+        return Ok(reference.clone());
+    }
+    let mut columns = reference.columns().to_vec();
+    for (k, pose) in poses_of(reference, frame.kinematics.as_ref())?.iter().enumerate() {
+        for (slot, name) in ["x", "y", "z"].iter().enumerate() {
+            if let Some(axis) = reference.axes().iter().position(|axis| axis.name == *name) {
+                columns[axis][k] = pose.tip[slot];
+            }
+        }
+    }
+    Ok(reference.with_columns(columns)?)
 }
 
 /// A reference as a program of short lines in inverse time.

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::cli::{Common, LogArgs, MachineArgs, ProgramArgs};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
-use crate::measurement::{self, Fit, Measurement, Segment};
+use crate::measurement::{self, Fit, Measurement, Readback, Segment};
 use crate::output::{Printer, Refusal, table, um, write_json};
 
 /// Tracking and contour error of a recorded run
@@ -25,6 +25,7 @@ use crate::output::{Printer, Refusal, table, um, write_json};
 #[command(after_help = "Examples:
   precomp measure run.csv
   precomp measure run.csv --desired part.nc --machine mill.toml
+  precomp measure run.csv --desired compensated.nc --readback
   precomp measure today.csv --model mill.model
   precomp measure circle.csv --desired curve:circle --feed 50")]
 pub struct Measure {
@@ -39,6 +40,9 @@ pub struct Measure {
     /// The path that the part needs, where the log's command is a compensated one: program, reference or test curve (`curve:NAME`)
     #[arg(long, value_name = "INPUT")]
     desired: Option<PathBuf>,
+    /// Judge the control instead of the machine: what it commanded against what the program --desired, the one that ran, was to make of it
+    #[arg(long, requires = "desired")]
+    readback: bool,
     /// Say whether this model still fits the machine: its prediction beside what the log shows
     #[arg(short, long, value_name = "MODEL")]
     model: Option<PathBuf>,
@@ -88,6 +92,11 @@ impl Measure {
         if cut_s[0] + cut_s[1] > 0.0 {
             printer.line(format!("the way to the path and from it was left out: {:.3} s and {:.3} s", cut_s[0], cut_s[1]));
         }
+        if self.readback {
+            let found = measurement::readback(&log, &desired, self.estimator.estimator().as_mut())?;
+            say_readback(&printer, &found);
+            return write_json(self.common.json.as_deref(), &readback_json(&found));
+        }
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;
         let mut figures = figures(&log, &measured)?;
@@ -126,6 +135,35 @@ impl Measure {
             }
         }
     }
+}
+
+fn say_readback(printer: &Printer, found: &Readback) {
+    let [space, time] = found.is_faithful();
+    printer.line(format!(
+        "commanded path beside the planned one: {} µm RMS, {} µm MAX; {:.3} s planned, {:.3} s commanded, at most {:.1} ms apart",
+        um(found.path.rms_mm),
+        um(found.path.max_mm),
+        found.intended_s,
+        found.commanded_s,
+        found.largest_delay_s * 1e3
+    ));
+    printer.line(match (space, time) {
+        (true, true) => "the carrier is faithful: the control commands what the program means",
+        (true, false) => "the path is kept, its time is not: run slower, or write the points' time (--carrier g93)",
+        (false, _) => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
+    });
+}
+
+fn readback_json(found: &Readback) -> Value {
+    let [space, time] = found.is_faithful();
+    json!({
+        "readback_um": evaluate::contour_json(&found.path),
+        "planned_s": found.intended_s,
+        "commanded_s": found.commanded_s,
+        "largest_delay_ms": found.largest_delay_s * 1e3,
+        "path_is_kept": space,
+        "time_is_kept": time,
+    })
 }
 
 /// Segments and reversals that are printed; the JSON figures hold all.

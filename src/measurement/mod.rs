@@ -2,6 +2,7 @@
 
 mod fit;
 mod matching;
+mod readback;
 mod reversals;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use crate::evaluate::{self, OrientationSummary, summary_of_feed_moves};
 use crate::input::Input;
 pub use fit::{Fit, fits};
 pub use matching::{Match, in_path_time, match_run, without_approach};
+pub use readback::{Readback, readback};
 pub use reversals::{Reversal, reversals};
 
 /// Worst places that are shown, and how far apart they have to be, s.

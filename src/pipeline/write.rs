@@ -9,6 +9,7 @@ use motion::Trajectory;
 
 use super::{Carrier, Part, RefitSettings, refit, verify};
 use crate::cli::CarrierArgs;
+use crate::input;
 use crate::output::{Refusal, Usage, write_file};
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
@@ -38,7 +39,7 @@ pub fn write_program(
     max_shift_mm: f64,
     out: &Path,
 ) -> Result<Written> {
-    let profile = spec.controller;
+    let profile = wanted.controller.as_deref().map(input::controller).transpose()?.or(spec.controller);
     let carrier = wanted.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
         Some(machine::Carrier::G93) => Carrier::G93,
         Some(machine::Carrier::G94) => Carrier::G94,

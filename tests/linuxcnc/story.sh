@@ -48,6 +48,7 @@ done
 for program in "${programs[@]}"; do
   for run in "$program" "$program-c"; do
     "$precomp" measure "$run.log" --desired "$program.ngc" --machine "$here"/sim.toml --json "$run.json" > "$run.txt"
+    echo "$run: $("$precomp" measure "$run.log" --desired "$run.ngc" --machine "$here"/sim.toml --readback | tail -n 2 | head -n 1)"
   done
 done
 python3 - "${programs[@]}" << 'PYTHON'

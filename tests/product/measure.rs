@@ -124,3 +124,26 @@ fn a_program_gets_lines_and_another_program_is_refused() {
         assert!((number(&by, "contour_um", "rms") - number(&figures, "contour_um", "rms")).abs() < 3.0, "{estimator}: {by}");
     }
 }
+
+#[test]
+fn readback_tells_a_control_that_keeps_path_and_time_from_others() {
+    let folder = Folder::new();
+    let part = "G21 G90 G17\nG0 X0 Y0 Z0\nG4 P0.3\nG1 X20 F1200\nG3 X20 Y20 J10\nG1 X0\nM2\n";
+    std::fs::write(folder.path("part.nc"), part).unwrap();
+    std::fs::write(folder.path("slow.nc"), part.replace("F1200", "F900")).unwrap();
+    std::fs::write(folder.path("off.nc"), part.replace("X20 F1200", "X20 Y0.004 F1200")).unwrap();
+    folder.figures(&["simulate", "part.nc", "-o", "run.csv"]);
+    let kept = |program: &str| {
+        let figures = folder.figures(&["measure", "run.csv", "--desired", program, "--readback"]);
+        println!("{program}: {figures}");
+        (figures["path_is_kept"].as_bool().unwrap(), figures["time_is_kept"].as_bool().unwrap(), figures)
+    };
+    let (path, time, figures) = kept("part.nc");
+    assert!(path && time, "{figures}");
+    assert!(number(&figures, "readback_um", "max") < 0.01 && figures["largest_delay_ms"].as_f64().unwrap() < 2.5, "{figures}");
+    let (path, time, figures) = kept("slow.nc");
+    assert!(path && !time, "{figures}");
+    let (path, _, figures) = kept("off.nc");
+    assert!(!path, "{figures}");
+    folder.fails(2, &["measure", "run.csv", "--readback"]);
+}

@@ -1,6 +1,6 @@
-//! Machines that come with the crate.
+//! Machines and controller profiles that come with the crate.
 
-use super::MachineSpec;
+use super::{ControllerSpec, MachineSpec};
 use crate::MachineError;
 
 /// Name and description of every built-in machine; the first is the default.
@@ -11,6 +11,44 @@ pub const BUILTIN_MACHINES: [(&str, &str); 5] = [
     ("bc", include_str!("../../machines/bc.toml")),
     ("xyzac", include_str!("../../machines/xyzac.toml")),
 ];
+
+/// Name and text of every built-in controller profile.
+pub const BUILTIN_CONTROLLERS: [(&str, &str); 5] = [
+    ("linuxcnc", include_str!("../../controllers/linuxcnc.toml")),
+    ("fanuc", include_str!("../../controllers/fanuc.toml")),
+    ("siemens", include_str!("../../controllers/siemens.toml")),
+    ("grbl", include_str!("../../controllers/grbl.toml")),
+    ("generic", include_str!("../../controllers/generic.toml")),
+];
+
+impl ControllerSpec {
+    /// Reads a controller profile: the keys of a machine file's `[controller]`, at top level.
+    ///
+    /// # Errors
+    /// When the text is not TOML, a key is unknown or missing, or a value is out of range.
+    pub fn from_toml(text: &str) -> Result<Self, MachineError> {
+        let spec: Self = toml::from_str(text).map_err(|error| MachineError::BadDescription(error.to_string()))?;
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// The built-in profile called `name`.
+    ///
+    /// # Errors
+    /// When there is none of that name; the error lists the names.
+    pub fn builtin(name: &str) -> Result<Self, MachineError> {
+        match BUILTIN_CONTROLLERS.iter().find(|(other, _)| *other == name) {
+            Some((_, text)) => Self::from_toml(text),
+            None => {
+                let names: Vec<&str> = BUILTIN_CONTROLLERS.iter().map(|(name, _)| *name).collect();
+                Err(MachineError::BadDescription(format!(
+                    "there is no built-in controller `{name}`; there are {}",
+                    names.join(", ")
+                )))
+            }
+        }
+    }
+}
 
 impl MachineSpec {
     /// The built-in machine called `name`.
@@ -28,5 +66,22 @@ impl MachineSpec {
                 )))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Carrier;
+
+    #[test]
+    fn every_profile_is_sound_and_others_are_refused() {
+        for (name, _) in BUILTIN_CONTROLLERS {
+            ControllerSpec::builtin(name).unwrap();
+        }
+        assert_eq!(ControllerSpec::builtin("linuxcnc").unwrap().carrier, Carrier::G93);
+        assert!(ControllerSpec::builtin("abacus").unwrap_err().to_string().contains("grbl"));
+        assert!(ControllerSpec::from_toml("decimals = 40\ncarrier = \"keep\"\npoint_spacing_ms = 4.0\n").is_err());
+        assert!(ControllerSpec::from_toml("decimals = 4\n").is_err());
     }
 }

@@ -12,7 +12,7 @@ mod rotary_drive;
 use std::sync::Arc;
 
 pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
-pub use builtin::BUILTIN_MACHINES;
+pub use builtin::{BUILTIN_CONTROLLERS, BUILTIN_MACHINES};
 pub(crate) use drive::Rates;
 pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
 pub use friction::{FrictionSpec, Patch, PreslidingSpec, Wave};
@@ -70,6 +70,19 @@ pub struct ControllerSpec {
     pub carrier: Carrier,
     /// Time between the points of a program, ms.
     pub point_spacing_ms: f64,
+}
+
+impl ControllerSpec {
+    fn check(&self) -> Result<(), MachineError> {
+        positive("controller.point_spacing_ms", self.point_spacing_ms)?;
+        if self.decimals > 12 {
+            return Err(MachineError::BadDescription(format!(
+                "`controller.decimals` is {}; it must be 12 or less",
+                self.decimals
+            )));
+        }
+        Ok(())
+    }
 }
 
 /// How a point of a program carries its time.
@@ -160,13 +173,7 @@ impl MachineSpec {
             positive(key, value)?;
         }
         if let Some(controller) = &self.controller {
-            positive("controller.point_spacing_ms", controller.point_spacing_ms)?;
-            if controller.decimals > 12 {
-                return Err(MachineError::BadDescription(format!(
-                    "`controller.decimals` is {}; it must be 12 or less",
-                    controller.decimals
-                )));
-            }
+            controller.check()?;
         }
         if self.axes.is_empty() {
             return Err(MachineError::BadDescription("there is no `[[axes]]`; describe at least one axis".into()));

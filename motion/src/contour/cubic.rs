@@ -211,19 +211,71 @@ impl Cubic {
         best
     }
 
+    /// Where the distance from `p` has its only minimum within the piece; `Some(None)` where the nearest place is an end; `None` where it may bend
+    /// several times.
+    ///
+    /// `(C − p)·C′` is a polynomial of degree five, which changes its sign at most as often as its Bernstein coefficients do.
+    fn bends(&self, p: &Vec3) -> Option<Option<f64>> {
+        let (leaving, arriving) = (self.slope(0.0), self.slope(1.0));
+        let (start, end) = (self.point(0.0) - p, self.point(1.0) - p);
+        let gap = [start, start + leaving / 3.0, end - arriving / 3.0, end];
+        let slope = [leaving, 3.0 * (gap[2] - gap[1]), arriving];
+        let [a, b, c, d] = gap.map(|gap| slope.map(|slope| gap.dot(&slope)));
+        let signs = [
+            a[0],
+            2.0 * a[1] + 3.0 * b[0],
+            a[2] + 6.0 * b[1] + 3.0 * c[0],
+            3.0 * b[2] + 6.0 * c[1] + d[0],
+            3.0 * c[2] + 2.0 * d[1],
+            d[2],
+        ];
+        let changes = signs.windows(2).filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0)).count();
+        match changes {
+            0 => Some(None),
+            1 if signs[0] < 0.0 => Some(Some(self.only_minimum(p))),
+            1 => Some(None),
+            _ => None,
+        }
+    }
+
+    /// The minimum of a distance that falls and then grows: Newton within a bracket.
+    fn only_minimum(&self, p: &Vec3) -> f64 {
+        let (mut low, mut high, mut t) = (0.0, 1.0, 0.5);
+        for _ in 0..60 {
+            let (gap, slope) = (self.point(t) - p, self.slope(t));
+            let bend = 2.0 * self.c[2] + 6.0 * self.c[3] * (t - 0.5);
+            let along = gap.dot(&slope);
+            if along > 0.0 {
+                high = t;
+            } else {
+                low = t;
+            }
+            let convexity = slope.norm_squared() + gap.dot(&bend);
+            let newton = t - along / convexity;
+            let next = if convexity > 0.0 && newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = (next - t).abs() * slope.norm();
+            t = next;
+            if moved < 1e-2 * TOLERANCE_MM {
+                break;
+            }
+        }
+        t
+    }
+
     fn branch_part(&self, part: &Self, p: &Vec3, (from, to): (f64, f64), least: &mut f64, best: &mut Option<Near>) {
         let width = to - from;
         if part.lower_bound(p) >= least.sqrt() - TOLERANCE_MM || width < 1e-13 {
             return;
         }
-        let convex = part.is_convex_to(p);
-        let t = if convex { part.newton(p, 0.5).t } else { 0.5 };
+        let bends = part.bends(p);
+        // The ends have been looked at.
+        let Some(t) = bends.unwrap_or(Some(0.5)) else { return };
         let near = self.place(from + width * t, p);
         if near.squared < *least {
             *least = near.squared;
             *best = Some(near);
         }
-        if convex || part.radius() < TOLERANCE_MM {
+        if bends.is_some() || part.radius() < TOLERANCE_MM {
             return;
         }
         let middle = 0.5 * (from + to);

@@ -29,6 +29,8 @@ struct Piece {
 /// Pieces there is room for at first.
 const FIRST_ROOM: usize = 64;
 
+/// Pieces above which it pays to look at their middles first.
+const MANY: usize = 8;
 /// Samples that a slope of the spline looks ahead or back.
 const SLOPE_REACH: usize = 2;
 
@@ -145,7 +147,7 @@ impl Pieces {
     /// equally near, the one that descent from `seed` (piece and parameter) leads to.
     #[inline]
     pub fn nearest(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> Place {
-        let (piece, t) = seed;
+        let (piece, t) = if high - low > MANY { self.coarse(low, high, seed, p) } else { seed };
         let convex = self.cubic(piece).is_convex_to(p);
         let mut best = (piece, self.cubic(piece).nearest_from(p, t, convex));
         let (mut seen_low, mut seen_high) = (piece, piece + 1);
@@ -163,6 +165,27 @@ impl Pieces {
         self.beyond(seen_low - low, |i| seen_low - 1 - i, 0, grows_low, p, &mut place);
         self.beyond(high - seen_high, |i| seen_high + i, 1, grows_high, p, &mut place);
         place
+    }
+
+    /// The piece of `low..high` whose middle is nearest to `p`, or `seed` if no middle is nearer: where a path hardly moves many short pieces lie
+    /// about a point, and each would be searched if the first were not near the best.
+    #[cold]
+    fn coarse(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> (usize, f64) {
+        let mut best = (seed, (self.cubic(seed.0).point(seed.1) - p).norm_squared());
+        let mut piece = low;
+        while piece < high {
+            let cubic = self.cubic(piece);
+            let squared = (cubic.point(0.5) - p).norm_squared();
+            if squared < best.1 {
+                best = ((piece, 0.5), squared);
+            }
+            piece += 1;
+            if cubic.is_point() && piece < high {
+                let here = self.arc(piece);
+                piece = first_where(piece..high, |piece| self.arc(piece + 1) > here);
+            }
+        }
+        best.0
     }
 
     /// Looks at `count` pieces, which go away from `place`, for a nearer one; the far end of piece `i` is the start of piece `i + far`.
