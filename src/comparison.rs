@@ -333,15 +333,14 @@ fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<evaluate::F
     let mean = reference.with_columns((0..reference.axes().len()).map(mean).collect())?;
     let path = DesiredPath::new(mean, Arc::clone(desired.kinematics()))?;
     let figures: Vec<evaluate::Figures> = runs.iter().map(|run| evaluate::figures(&path, None, run)).collect::<Result<_>>()?;
+    let mut floor = evaluate::Figures::mean(&figures).ok_or_else(|| anyhow::anyhow!("the floor needs runs"))?;
     // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
     let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
-    let over = |of: &dyn Fn(&evaluate::Figures) -> f64| unbias * figures.iter().map(of).sum::<f64>() / FLOOR_RUNS as f64;
-    let mut floor = figures[0];
-    floor.tip.rms_mm = over(&|f| f.tip.rms_mm);
-    floor.tip.max_mm = over(&|f| f.tip.max_mm);
+    floor.tip.rms_mm *= unbias;
+    floor.tip.max_mm *= unbias;
     if let Some(orientation) = &mut floor.orientation {
-        orientation.rms_rad = over(&|f| f.orientation.map_or(0.0, |o| o.rms_rad));
-        orientation.max_rad = over(&|f| f.orientation.map_or(0.0, |o| o.max_rad));
+        orientation.rms_rad *= unbias;
+        orientation.max_rad *= unbias;
     }
     Ok(floor)
 }

@@ -72,6 +72,24 @@ pub struct OrientationSummary {
     pub p95_rad: f64,
 }
 
+impl Figures {
+    /// Every RMS and MAX the mean over the runs; `None` where there is none.
+    #[must_use]
+    pub fn mean(runs: &[Self]) -> Option<Self> {
+        let over = |of: &dyn Fn(&Self) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
+        let mut mean = *runs.first()?;
+        mean.tip.rms_mm = over(&|run| run.tip.rms_mm);
+        mean.tip.max_mm = over(&|run| run.tip.max_mm);
+        mean.tip.p95_mm = over(&|run| run.tip.p95_mm);
+        if let Some(orientation) = &mut mean.orientation {
+            orientation.rms_rad = over(&|run| run.orientation.map_or(0.0, |o| o.rms_rad));
+            orientation.max_rad = over(&|run| run.orientation.map_or(0.0, |o| o.max_rad));
+            orientation.p95_rad = over(&|run| run.orientation.map_or(0.0, |o| o.p95_rad));
+        }
+        Some(mean)
+    }
+}
+
 /// Length at which an error of the tool's direction counts like one of its tip, mm: the depth of a side mill's cut.
 const LEVER_MM: f64 = 20.0;
 

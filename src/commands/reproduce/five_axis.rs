@@ -106,20 +106,8 @@ impl Reproduce {
             }
             push(FIRST_RUN, 0, evaluate::figures(desired, None, &machine.run(&first_run)?)?);
         }
-        Ok(found.into_iter().map(|(method, runs, all)| (method, runs, mean(&all))).collect())
+        Ok(found.into_iter().filter_map(|(method, runs, all)| Some((method, runs, Figures::mean(&all)?))).collect())
     }
-}
-
-fn mean(all: &[Figures]) -> Figures {
-    let over = |of: &dyn Fn(&Figures) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let mut mean = all[0];
-    mean.tip.rms_mm = over(&|f| f.tip.rms_mm);
-    mean.tip.max_mm = over(&|f| f.tip.max_mm);
-    if let Some(orientation) = &mut mean.orientation {
-        orientation.rms_rad = over(&|f| f.orientation.map_or(0.0, |o| o.rms_rad));
-        orientation.max_rad = over(&|f| f.orientation.map_or(0.0, |o| o.max_rad));
-    }
-    mean
 }
 
 fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
