@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use machine::MachineSpec;
 
 use crate::commands;
+use crate::input;
 use crate::output::Refusal;
 use crate::pipeline::Carrier;
 
@@ -60,10 +63,10 @@ pub struct ProgramArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_offset, default_value = "0,0,0", allow_hyphen_values = true)]
     pub work_offset: [f64; 3],
     /// How far the control may round corners off, mm; 0 plans a stop at every corner
-    #[arg(long, value_name = "MM", default_value_t = 0.002)]
+    #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
     pub corner_tolerance: f64,
     /// Feed of built-in test curves (`curve:crown`), mm/s
-    #[arg(long, value_name = "MM/S", default_value_t = 80.0)]
+    #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
     pub feed: f64,
 }
 
@@ -74,7 +77,7 @@ pub struct LogArgs {
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// Sampling period of logs without time stamps, ms
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = parse_positive)]
     pub period: Option<f64>,
 }
 
@@ -100,8 +103,35 @@ pub struct CarrierArgs {
     #[arg(long)]
     pub decimals: Option<usize>,
     /// Least time between points within one move, ms
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = parse_positive)]
     pub spacing: Option<f64>,
+}
+
+impl CarrierArgs {
+    /// The machine with the profile of the control that was asked for.
+    ///
+    /// # Errors
+    /// When there is no such profile, or it is not sound.
+    pub fn on(&self, spec: MachineSpec) -> Result<MachineSpec> {
+        let asked = self.controller.as_deref().map(input::controller).transpose()?;
+        Ok(MachineSpec { controller: asked.or(spec.controller), ..spec })
+    }
+}
+
+/// A positive, finite number.
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a positive number")),
+    }
+}
+
+/// A finite number, zero or more.
+pub fn parse_not_negative(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a number of zero or more")),
+    }
 }
 
 /// A length with its unit, in mm: `2um`, `2µm`, `0.002mm`, `0.0001in`.
@@ -120,7 +150,10 @@ pub fn parse_length(text: &str) -> Result<f64, String> {
 fn parse_offset(text: &str) -> Result<[f64; 3], String> {
     let values: Vec<f64> = text
         .split(',')
-        .map(|part| part.trim().parse::<f64>().map_err(|error| format!("`{part}`: {error}")))
+        .map(|part| match part.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("`{part}` is not a number")),
+        })
         .collect::<Result<_, _>>()?;
     values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())
 }

@@ -324,7 +324,10 @@ fn run_ilc(
 const FLOOR_RUNS: usize = 8;
 
 /// Contour distance of a run from the mean of runs: every figure the mean over the runs.
-fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<evaluate::Figures> {
+///
+/// # Errors
+/// When the machine does not run the path.
+pub fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<evaluate::Figures> {
     let reference = desired.trajectory();
     let runs: Vec<Trajectory> = (0..FLOOR_RUNS).map(|_| machine.run(reference)).collect::<Result<_, _>>()?;
     let mean = |axis: usize| -> Vec<f64> {

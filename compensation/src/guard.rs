@@ -36,8 +36,13 @@ impl Guard {
     /// Where the machine turns tool or workpiece its axes belong together: what one of them may not take, none takes.
     ///
     /// # Errors
-    /// When the two do not match.
+    /// When the two do not match, or a bound is negative or not finite.
     pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
+        for (name, value) in [("largest shift, mm,", self.max_shift), ("largest turn, rad,", self.max_turn_rad)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(CompensationError::BadSetting { name, value, remedy: "it must be finite and not negative" });
+            }
+        }
         let path = desired.trajectory();
         path.check_matches(reference)?;
         let turns = desired.kinematics().turns();
@@ -276,6 +281,16 @@ mod tests {
         let guard = Guard { max_shift: 0.02, ..Guard::default() };
         let bounded = correction(&path, &guard.apply(&path, &shifted(&path, |_| 5.0)).unwrap());
         assert!(bounded.iter().all(|c| c.abs() <= 0.02 + 1e-15));
+    }
+
+    #[test]
+    fn bounds_that_are_none_are_refused() {
+        let path = there_and_back();
+        for bad in [-1.0, f64::NAN, f64::INFINITY] {
+            let shift = Guard { max_shift: bad, ..Guard::default() };
+            let turn = Guard { max_turn_rad: bad, ..Guard::default() };
+            assert!(shift.apply(&path, path.trajectory()).is_err() && turn.apply(&path, path.trajectory()).is_err());
+        }
     }
 
     #[test]

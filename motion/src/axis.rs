@@ -41,6 +41,12 @@ impl Axis {
         Self { name, kind }
     }
 
+    /// Its place among X, Y, Z, A, B, C, where it has one.
+    #[must_use]
+    pub fn slot(&self) -> Option<usize> {
+        ["x", "y", "z", "a", "b", "c"].iter().position(|name| *name == self.name)
+    }
+
     /// The axes `x`, `y`, `z`.
     #[must_use]
     pub fn xyz() -> Vec<Self> {

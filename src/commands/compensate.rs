@@ -8,7 +8,7 @@ use datasets::write_reference;
 use models::Outside;
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, ProgramArgs, parse_length};
+use crate::cli::{CarrierArgs, Common, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
 use crate::input::{self, Frame, Input};
@@ -46,10 +46,10 @@ pub struct Compensate {
     #[arg(long, default_value_t = 4)]
     iterations: usize,
     /// Largest shift of an axis, or of the tool tip on a machine that turns tool or workpiece, mm
-    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
     max_shift: f64,
     /// Largest correction of the tool's direction on such a machine, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 0.5)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.5, value_parser = parse_not_negative)]
     max_turn: f64,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
@@ -73,6 +73,7 @@ impl Compensate {
             Some(machine) => input::machine(machine)?,
             None => input::machine_of(&bundle)?,
         };
+        let spec = self.carrier.on(spec)?;
         let frame = Frame::of(&spec)?;
         let mut path = Input::read(&self.input, &frame, &self.program)?;
         let same_kind = path.part.is_some() != input::is_reference(&self.out);

@@ -11,9 +11,9 @@ use machine::ProgramWords;
 use motion::{Trajectory, poses_of};
 use serde_json::json;
 
-use crate::cli::{Common, MachineArgs};
+use crate::cli::{Common, MachineArgs, parse_positive};
 use crate::input;
-use crate::output::{Printer, Usage, write_file, write_json};
+use crate::output::{Printer, write_file, write_json};
 use crate::recording::travel;
 
 /// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
@@ -33,13 +33,13 @@ pub struct Excite {
     #[arg(long, default_value_t = 60.0)]
     seconds: f64,
     /// Linear axes keep within ± this range, mm, and within their own travel
-    #[arg(long, value_name = "MM", default_value_t = 60.0)]
+    #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = parse_positive)]
     travel: f64,
     /// Rotary axes keep within ± this range, degrees, and within their own travel
-    #[arg(long, value_name = "DEG", default_value_t = 180.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
     turn: f64,
     /// Time between the points of the programs, ms
-    #[arg(long, value_name = "MS", default_value_t = 4.0)]
+    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = parse_positive)]
     spacing: f64,
 }
 
@@ -48,11 +48,6 @@ impl Excite {
         let spec = input::machine(&self.machine.machine)?;
         let frame = input::Frame::of(&spec)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        for (name, value) in [("--travel", self.travel), ("--turn", self.turn)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Usage(format!("{name} is {value}; it must be positive")).into());
-            }
-        }
         let travel = travel(&spec, self.travel, self.turn.to_radians());
         let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &travel, frame.period_s, self.common.seed)?;
         let printer = Printer::new(self.common.json.as_deref());

@@ -88,6 +88,13 @@ impl Measure {
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let desired = self.desired(&log)?;
+        let turned: Vec<&str> = log.axes().iter().filter(|axis| axis.slot() >= Some(3)).map(|axis| axis.name.as_str()).collect();
+        if !turned.is_empty() && !desired.desired.kinematics().turns() {
+            printer.line(format!(
+                "note: axes {} are taken to turn neither tool nor workpiece; say how they do with --machine",
+                turned.join(", ")
+            ));
+        }
         let (log, cut_s) = measurement::without_approach(&log, &desired.desired)?;
         if cut_s[0] + cut_s[1] > 0.0 {
             printer.line(format!("the way to the path and from it was left out: {:.3} s and {:.3} s", cut_s[0], cut_s[1]));

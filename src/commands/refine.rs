@@ -9,7 +9,7 @@ use compensation::{CompensationLaw, Guard, LowPass};
 use datasets::write_reference;
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs};
+use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs, parse_not_negative};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
@@ -56,7 +56,7 @@ pub struct Refine {
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     low_pass: f64,
     /// Largest shift of an axis, mm
-    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
     max_shift: f64,
     #[command(flatten)]
     columns: LogArgs,
@@ -77,7 +77,7 @@ impl Refine {
         check_not_input(&self.log, &self.out)?;
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
         let path = Input::read(&self.input, &frame, &self.program)?;
         if path.part.is_some() == input::is_reference(&self.out) {

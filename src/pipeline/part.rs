@@ -9,8 +9,7 @@ use gcode::{
 use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
 use motion::{
-    Axis, Curve, Kinematics, Limits, MM_PER_RAD, MotionError, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, Vec3,
-    Vec6,
+    Curve, Kinematics, Limits, MM_PER_RAD, MotionError, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, Vec3, Vec6,
 };
 
 use crate::input::Frame;
@@ -272,7 +271,9 @@ impl Builder<'_> {
         {
             let near = vec![0.0; self.kinematics.axes().len()];
             let joints = match self.words {
-                ProgramWords::Axes => self.kinematics.axes().iter().map(|axis| slot(axis).map_or(0.0, |slot| at[slot])).collect(),
+                ProgramWords::Axes => {
+                    self.kinematics.axes().iter().map(|axis| axis.slot().map_or(0.0, |slot| at[slot])).collect()
+                }
                 ProgramWords::Tip => self.kinematics.place(&linear(at), &rotary(at).into(), &near)?,
             };
             *at = stated(&joints, self.kinematics, words);
@@ -317,17 +318,12 @@ impl Builder<'_> {
     }
 }
 
-/// Index among X, Y, Z, A, B, C of an axis.
-fn slot(axis: &Axis) -> Option<usize> {
-    ["x", "y", "z", "a", "b", "c"].iter().position(|name| *name == axis.name)
-}
-
 /// Axis positions as words of this meaning state them, machine coordinates.
 #[must_use]
 pub fn stated(joints: &[f64], kinematics: &dyn Kinematics, words: ProgramWords) -> Vec6 {
     let mut out = Vec6::zeros();
     for (axis, position) in kinematics.axes().iter().zip(joints) {
-        if let Some(slot) = slot(axis) {
+        if let Some(slot) = axis.slot() {
             out[slot] = *position;
         }
     }

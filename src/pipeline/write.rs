@@ -9,7 +9,6 @@ use motion::Trajectory;
 
 use super::{Carrier, Part, RefitSettings, refit, verify};
 use crate::cli::CarrierArgs;
-use crate::input;
 use crate::output::{Refusal, Usage, write_file};
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
@@ -39,7 +38,7 @@ pub fn write_program(
     max_shift_mm: f64,
     out: &Path,
 ) -> Result<Written> {
-    let profile = wanted.controller.as_deref().map(input::controller).transpose()?.or(spec.controller);
+    let profile = spec.controller;
     let carrier = wanted.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
         Some(machine::Carrier::G93) => Carrier::G93,
         Some(machine::Carrier::G94) => Carrier::G94,
@@ -52,8 +51,8 @@ pub fn write_program(
         spacing_s: wanted.spacing.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
         chord_tolerance_mm: CHORD_TOLERANCE_MM,
     };
-    if !(settings.spacing_s.is_finite() && settings.spacing_s > 0.0) || settings.decimals > 12 {
-        return Err(Usage("--spacing must be positive and --decimals at most 12".into()).into());
+    if settings.decimals > 12 {
+        return Err(Usage("--decimals must be at most 12".into()).into());
     }
     let refitted = refit(part, reference, &settings)?;
     let bytes = edit(&part.program, &refitted.edits)?;

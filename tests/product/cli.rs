@@ -26,6 +26,16 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     assert!(folder.fails(2, &["demo", "--predictor", "crystal-ball"]).contains("lstm-paper"));
     std::fs::write(folder.path("r.toml"), "[staged]\nfoldz = 3\n").unwrap();
     assert!(folder.fails(1, &["demo", "--predictor", "r.toml"]).contains("foldz"));
+    for words in [
+        ["simulate", "curve:crown", "-o", "x.csv", "--feed", "nan"],
+        ["simulate", "curve:crown", "-o", "x.csv", "--feed", "0"],
+        ["simulate", "curve:crown", "-o", "x.csv", "--work-offset", "0,inf,0"],
+        ["compensate", "part.nc", "-m", "m.model", "-oo.nc", "--max-shift=nan"],
+        ["compensate", "part.nc", "-m", "m.model", "-oo.nc", "--max-shift=-1"],
+        ["compensate", "part.nc", "-m", "m.model", "-oo.nc", "--max-turn=inf"],
+    ] {
+        assert!(folder.fails(2, &words).contains("is not a"), "{words:?}");
+    }
     std::fs::write(folder.path("not.model"), b"PK nothing").unwrap();
     assert!(folder.fails(1, &["predict", "curve:crown", "-m", "not.model"]).contains("not a model"));
 }

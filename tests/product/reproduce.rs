@@ -18,6 +18,19 @@ fn contour_learning_beats_axis_learning_on_the_raster_scan() {
 }
 
 #[test]
+fn estimators_stand_in_paper_ds_order_where_its_setting_is_inferred() {
+    let folder = Folder::new();
+    let figures = folder.figures(&["reproduce", "table-1"]);
+    let table = figures["tables"].as_array().unwrap().last().unwrap();
+    let max = |name: &str| {
+        let row = table["rows"].as_array().unwrap().iter().find(|row| row["name"] == name).unwrap();
+        row["measured"]["max_um"].as_f64().unwrap()
+    };
+    assert!(max("spline-search") < max("circle") && max("circle") < max("tangent"), "{table}");
+    assert!(max("spline-search") < 5.5 && max("exact") < 0.01, "{table}");
+}
+
+#[test]
 fn spatial_learning_converges_below_a_gain_of_two_and_tracking_with_a_new_plan_does_not() {
     let folder = Folder::new();
     let figures = folder.figures(&["reproduce", "spatial"]);

@@ -40,9 +40,7 @@ impl Lines<'_> {
         mut position: impl FnMut(&mut R, usize) -> f64,
     ) -> Result<Option<Trajectory>, DatasetError> {
         // The axes that lines know, each with its place among x, y, z, a, b, c.
-        let moved: Vec<(usize, usize)> = (0..self.axes.len())
-            .filter_map(|axis| SLOTS.iter().position(|name| *name == self.axes[axis].name).map(|slot| (axis, slot)))
-            .collect();
+        let moved: Vec<(usize, usize)> = (0..self.axes.len()).filter_map(|axis| Some((axis, self.axes[axis].slot()?))).collect();
         if moved.is_empty() {
             return Ok(None);
         }
@@ -120,9 +118,6 @@ impl Lines<'_> {
             .fold(f64::INFINITY, f64::min)
     }
 }
-
-/// The axes that lines know.
-const SLOTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
 
 /// Way of a unit of an axis, mm.
 fn way_mm(slot: usize) -> f64 {

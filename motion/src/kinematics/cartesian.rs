@@ -1,6 +1,6 @@
 //! Three-axis machines.
 
-use super::{Kinematics, rotary_index};
+use super::Kinematics;
 use crate::{Axis, MotionError, Pose, Vec3};
 
 /// Up to three perpendicular linear axes and an upright tool. Axes that are neither `x`, `y` nor `z` do not move the tool.
@@ -42,7 +42,7 @@ impl Kinematics for Cartesian {
     fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError> {
         let position = |((axis, slot), near): ((&Axis, &Option<usize>), &f64)| match slot {
             Some(slot) => tip[*slot],
-            None => rotary_index(&axis.name).map_or(*near, |index| rotary[index]),
+            None => axis.slot().and_then(|slot| rotary.get(slot.checked_sub(3)?)).copied().unwrap_or(*near),
         };
         Ok(self.axes.iter().zip(&self.slots).zip(near).map(position).collect())
     }

@@ -1,6 +1,6 @@
 //! A stretch of path over its arc length.
 
-use super::piece::{MM_PER_RAD, Way, slot};
+use super::piece::{MM_PER_RAD, Way};
 use super::{Piece, Turning};
 use crate::{AxisKind, Kinematics, MotionError, Vec3};
 
@@ -150,7 +150,7 @@ impl<'a> Stretch<'a> {
             let [a, b, c] = [middle - h, middle, middle + h].map(|u| at(u, &near));
             let (a, b, c) = (a?, b?, c?);
             for (axis, place) in kinematics.axes().iter().enumerate() {
-                let Some(slot) = slot(&place.name) else { continue };
+                let Some(slot) = place.slot() else { continue };
                 let first = (c[axis] - a[axis]) / (2.0 * h);
                 let second = (c[axis] - 2.0 * b[axis] + a[axis]) / (h * h);
                 node.axes[0][slot] = first * node.du[0];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use crate::{AxisKind, Curve, Kinematics, MotionError, Pose, Vec3};
+use crate::{Axis, AxisKind, Curve, Kinematics, MotionError, Pose, Vec3};
 
 /// X, Y, Z in mm, and A, B, C with a degree counted as a millimetre, as controls do when they weigh one against the other.
 pub(super) type Way = SVector<f64, 6>;
@@ -124,9 +124,9 @@ impl Piece {
             Turning::Tip(path) => kinematics.place(&point, &path.at(u).into(), near),
             Turning::Axes(path) => {
                 let rotary = path.at(u);
-                let at = |name: &str, near: f64| slot(name).map_or(near, |slot| [point, rotary][slot / 3][slot % 3]);
+                let at = |axis: &Axis, near: f64| axis.slot().map_or(near, |slot| [point, rotary][slot / 3][slot % 3]);
                 let axes = kinematics.axes().iter().zip(near).enumerate();
-                axes.map(|(index, (axis, near))| within_travel(kinematics, index, at(&axis.name, *near))).collect()
+                axes.map(|(index, (axis, near))| within_travel(kinematics, index, at(axis, *near))).collect()
             }
         }
     }
@@ -148,9 +148,4 @@ fn within_travel(kinematics: &dyn Kinematics, index: usize, position: f64) -> Re
     };
     let (at, low, high) = (shown(position), shown(low), shown(high));
     Err(MotionError::Unreachable(format!("axis `{axis}` would stand at {at}, outside its travel from {low} to {high}")))
-}
-
-/// Index among X, Y, Z, A, B, C of the axis called so.
-pub(super) fn slot(name: &str) -> Option<usize> {
-    ["x", "y", "z", "a", "b", "c"].iter().position(|known| *known == name)
 }

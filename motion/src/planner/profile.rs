@@ -2,7 +2,6 @@
 
 use super::Excess;
 use super::geometry::{Node, Stretch};
-use super::piece::slot;
 use crate::{Axis, AxisLimits, Limits};
 
 /// A part of the profile with constant acceleration.
@@ -36,7 +35,7 @@ impl<'a> SpeedLimit<'a> {
     pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &'a Limits, period_s: f64) -> Self {
         let nodes = &stretch.nodes;
         let axes: Vec<(usize, AxisLimits)> =
-            axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((slot(&axis.name)?, *limit))).collect();
+            axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
         let mut cap: Vec<f64> = nodes
             .iter()
             .map(|node| {

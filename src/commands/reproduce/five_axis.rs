@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use training::Recipe;
 
 use super::Reproduce;
+use crate::comparison::floor;
 use crate::evaluate::{self, Figures};
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, Settings};
@@ -40,6 +41,7 @@ const SPATIAL_FILTERED: &str = "spatial ILC, low-pass 100 Hz";
 const TRACKING: &str = "tracking-error ILC";
 const TRACKING_FILTERED: &str = "tracking-error ILC, low-pass 100 Hz";
 const FIRST_RUN: &str = "first run, compensated by the model";
+const FLOOR: &str = "floor: a run around the mean of runs";
 
 struct Row {
     table: &'static str,
@@ -105,6 +107,7 @@ impl Reproduce {
                 }
             }
             push(FIRST_RUN, 0, evaluate::figures(desired, None, &machine.run(&first_run)?)?);
+            push(FLOOR, 0, floor(&mut machine, desired)?);
         }
         Ok(found.into_iter().filter_map(|(method, runs, all)| Some((method, runs, Figures::mean(&all)?))).collect())
     }
