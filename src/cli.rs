@@ -56,7 +56,7 @@ pub struct MachineArgs {
 /// How a part program is read and planned.
 #[derive(Debug, Clone, Args)]
 pub struct ProgramArgs {
-    /// Control that the program is written for; found from the program when left out
+    /// Control that the program is written for; the machine's profile says, or the program itself, when left out
     #[arg(long, value_enum)]
     pub dialect: Option<DialectName>,
     /// Machine minus program coordinates, mm: where the part lies on the machine

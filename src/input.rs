@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
 use gcode::{Dialect, Options};
-use machine::{ControllerSpec, MachineSpec, ProgramWords, SimulatedMachine};
+use machine::{ControllerSpec, MachineSpec, ProgramDialect, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve_on};
@@ -41,6 +41,8 @@ pub struct Frame {
     pub limits: Limits,
     /// Sampling period, s.
     pub period_s: f64,
+    /// What its control's programs are written in, where its profile says so.
+    pub dialect: Option<Dialect>,
 }
 
 impl Frame {
@@ -51,7 +53,11 @@ impl Frame {
     pub fn of(spec: &MachineSpec) -> Result<Self> {
         let kinematics = spec.kinematics().map_err(|error| Refusal(error.to_string()))?;
         let words = spec.program_words();
-        Ok(Self { kinematics, words, limits: spec.limits(), period_s: spec.sampling_period_s() })
+        let dialect = spec.controller.and_then(|controller| controller.dialect).map(|dialect| match dialect {
+            ProgramDialect::Fanuc => Dialect::Fanuc,
+            ProgramDialect::LinuxCnc => Dialect::LinuxCnc,
+        });
+        Ok(Self { kinematics, words, limits: spec.limits(), period_s: spec.sampling_period_s(), dialect })
     }
 }
 
@@ -81,12 +87,11 @@ impl Input {
             };
             return Ok(Self { name, desired: DesiredPath::new(reference, kinematics)?, part: None });
         }
-        let options = args.dialect.map(|dialect| {
-            Options::from(match dialect {
-                DialectName::Fanuc => Dialect::Fanuc,
-                DialectName::Linuxcnc => Dialect::LinuxCnc,
-            })
+        let asked = args.dialect.map(|dialect| match dialect {
+            DialectName::Fanuc => Dialect::Fanuc,
+            DialectName::Linuxcnc => Dialect::LinuxCnc,
         });
+        let options = asked.or(frame.dialect).map(Options::from);
         let part = Part::read(&name, read_file(input)?, options.as_ref(), Vec3::from(args.work_offset), frame, &settings)?;
         Ok(Self { name, desired: part.plan.desired.clone(), part: Some(part) })
     }

@@ -10,7 +10,6 @@ use crate::word::WordKind;
 /// | | `Fanuc` (and most others) | `LinuxCnc` |
 /// |---|---|---|
 /// | `G4 P` | milliseconds (`X`, `U`: seconds) | seconds |
-/// | `G80` beside `G0`-`G3` | allowed, cancels the cycle | refused: one motion group |
 /// | after `G80` | the last of `G0`-`G3` holds again | no motion code is active |
 /// | `G43` without a tool-axis word | the tool tip's coordinate stays | the coordinate jumps by the offset: unknown |
 /// | arc `P` | refused | number of turns |
@@ -98,8 +97,26 @@ impl Dialect {
                 _ => {}
             }
         }
+        for block in 0..program.blocks().len() {
+            linux_cnc += usize::from(states_tolerance(program, block)) + usize::from(dwells_in_fractions(program, block));
+        }
         if linux_cnc > fanuc { Self::LinuxCnc } else { Self::Fanuc }
     }
+}
+
+fn has_code(program: &Program, block: usize, code: f64) -> bool {
+    program.block_words(block).iter().any(|word| word.is(b'G') && word.value == code)
+}
+
+/// `G64 P0.01 Q0`: elsewhere `G64` takes no words.
+fn states_tolerance(program: &Program, block: usize) -> bool {
+    has_code(program, block, 64.0) && [b'P', b'Q'].iter().any(|letter| program.find(block, *letter).is_some())
+}
+
+/// `G4 P0.5`: milliseconds have no decimals.
+fn dwells_in_fractions(program: &Program, block: usize) -> bool {
+    has_code(program, block, 4.0)
+        && program.find(block, b'P').is_some_and(|index| program.text(program.words()[index].span).contains(&b'.'))
 }
 
 #[cfg(test)]
@@ -113,5 +130,8 @@ mod tests {
         assert_eq!(Dialect::detect(&parse("o100 sub\nG0 X1\no100 endsub\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("#<depth> = 3\nG0 X1\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("G0 X1\nM30")), Dialect::Fanuc);
+        assert_eq!(Dialect::detect(&parse("G21 G64 P0.001 Q0\nG1 X1 F100\nM2")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("G0 X1\nG4 P0.3\nM2")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("G64\nG0 X1\nG4 P300\nM2")), Dialect::Fanuc);
     }
 }

@@ -189,10 +189,8 @@ impl<'a> Interpreter<'a> {
 
     /// Two motion codes in one block contradict each other; unknown codes with axis words may be motion.
     fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
-        let dialect = self.options.dialect;
         let mut motions = words.g.iter().filter(|g| match g.code {
             Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion => true,
-            Code::CancelCycle => dialect == Dialect::LinuxCnc,
             _ => false,
         });
         if let (Some(first), Some(second)) = (motions.next(), motions.next())

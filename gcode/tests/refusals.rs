@@ -47,7 +47,7 @@ error: no circle: its radius is 8.0000 mm at the start and 10.1980 mm at the end
 fn each_fault_has_its_own_words() {
     let cases = [
         (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
-        (Dialect::LinuxCnc, "G0 G80 X1", "G80 contradicts G0 in the same block", "^^^"),
+        (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
         (Dialect::Fanuc, "G#1 X1", "this G code cannot be told", "^^^"),
         (Dialect::Fanuc, "G6.2 X1", "G6.2 moves the tool in a way that is not interpreted", "^^^^"),
         (Dialect::LinuxCnc, "G5.1 X1 I1 J1", "G5.1 moves the tool in a way", "^^^^"),

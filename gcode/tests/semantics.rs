@@ -203,6 +203,15 @@ fn moves_that_stay_as_they_are() {
 }
 
 #[test]
+fn a_cancelled_cycle_leaves_the_motion_beside_it_active() {
+    for dialect in [Dialect::Fanuc, Dialect::LinuxCnc] {
+        let path = read_as(dialect, "G21 G90 G1 X1 F100\nG80 G0 X2\nX3\nG1 G80 X4\nX5\n");
+        let feeds: Vec<bool> = path.moves.iter().map(|step| step.is_feed()).collect();
+        assert_eq!(feeds, [true, false, false, true, true], "{dialect:?}");
+    }
+}
+
+#[test]
 fn cycles_repeat_until_they_are_cancelled() {
     let path = read("G21 G90 G0 X0 Y0 Z10\nG98 G81 X1 Z-5 R2 F100\nX2\nM8\nG99 X3\nG91 X1 K3\nG90 G80\nX9\nG1 Z0 F1\n");
     let kinds: Vec<_> = path.moves.iter().map(|m| matches!(m.kind, MoveKind::Cycle(_))).collect();

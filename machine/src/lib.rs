@@ -32,9 +32,9 @@ use motion::Trajectory;
 pub use simulated::{Interpolation, Run, Sensor, SimulatedMachine, SimulationOptions};
 pub use spec::{
     AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec,
-    Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec, ProgramWords,
-    RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec,
-    RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
+    Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,
+    ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
+    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
 };
 
 /// What turns a commanded motion into an actual one.

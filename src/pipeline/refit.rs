@@ -4,7 +4,7 @@
 //! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
 
 use anyhow::Result;
-use gcode::{Edits, FeedMode, Move, MoveKind, Units, format_angle, format_coordinate, format_number};
+use gcode::{Dialect, Edits, FeedMode, Move, MoveKind, PathMode, Units, format_angle, format_coordinate, format_number};
 use motion::{Trajectory, Vec6};
 use serde::{Deserialize, Serialize};
 
@@ -34,6 +34,8 @@ pub struct RefitSettings {
     pub spacing_s: f64,
     /// Largest distance of a line between points from the corrected curve, mm.
     pub chord_tolerance_mm: f64,
+    /// Path tolerance that a stretch states, mm, where the control knows one; `None` keeps the program's own.
+    pub path_tolerance_mm: Option<f64>,
 }
 
 /// A program with its points moved.
@@ -67,7 +69,7 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
         if shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.iter().any(refed)) {
             let largest = samples.clone().map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
             out.largest_shift_mm = out.largest_shift_mm.max(largest);
-            Stretch { part, shifts: &shifts, settings, samples }.write(run, &mut out)?;
+            Stretch { part, shifts: &shifts, settings }.write(run, &mut out)?;
         }
     }
     Ok(out)
@@ -108,8 +110,6 @@ struct Stretch<'a> {
     part: &'a Part,
     shifts: &'a [Vec6],
     settings: &'a RefitSettings,
-    /// Samples of the plan that belong to it.
-    samples: std::ops::Range<usize>,
 }
 
 /// A point to be written, program coordinates: mm, rad.
@@ -126,10 +126,18 @@ impl Stretch<'_> {
         let first = self.owner(run[0]);
         let Some(last) = run.last().map(|piece| self.owner(*piece)) else { return Ok(()) };
         let mut writer = Writer::new(part, self.settings, &part.toolpath.moves[first]);
-        let mut before_s = self.time_at(part.plan.piece_ends_mm[run[0]].min(self.start_mm()));
+        let mut own_path = None;
         for piece in run {
             let owner = self.owner(*piece);
             let step = &part.toolpath.moves[owner];
+            let path = part.toolpath.modal(step).path;
+            if own_path != Some(path) {
+                if let Some([stated, _]) = self.tolerance(step)? {
+                    out.edits.insert_before(&part.program, step.block as usize, &[stated])?;
+                }
+                own_path = Some(path);
+            }
+            let mut before_s = self.departure(self.start_of(*piece));
             let targets = self.targets(*piece, step);
             let mut lines = Vec::with_capacity(targets.len());
             let mut way = 0.0;
@@ -138,6 +146,7 @@ impl Stretch<'_> {
                 (before_s, way) = (target.time_s, target.way);
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
+            self.drop_feed_modes(step.block as usize, out);
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
             // A line that leads nowhere has no piece of the path; left as it is, it would lead back to the point as programmed.
             if let Some(end) = targets.last() {
@@ -150,11 +159,50 @@ impl Stretch<'_> {
                 }
             }
         }
-        if let Some(line) = writer.restore(&part.toolpath.moves[last])? {
-            out.edits.insert_after(&part.program, part.toolpath.moves[last].block as usize, &[line])?;
-        }
+        let own_tolerance = self.tolerance(&part.toolpath.moves[last])?.map(|[_, own]| own).filter(|own| !own.is_empty());
+        let after: Vec<String> = writer.restore(&part.toolpath.moves[last])?.into_iter().chain(own_tolerance).collect();
+        out.edits.insert_after(&part.program, part.toolpath.moves[last].block as usize, &after)?;
         self.restore_motion_code(last, out);
         Ok(())
+    }
+
+    /// Takes away a block's own feed mode where its lines state another.
+    fn drop_feed_modes(&self, block: usize, out: &mut Refitted) {
+        let others: &[f64] = match self.settings.carrier {
+            Carrier::G93 => &[94.0, 95.0],
+            Carrier::G94 => &[93.0, 95.0],
+            Carrier::Keep => &[],
+        };
+        let words = self.part.program.block_words(block).iter();
+        for word in words.filter(|word| word.is(b'G') && others.contains(&word.value)) {
+            out.edits.replace(word.span, "");
+        }
+    }
+
+    /// The line that states the path tolerance before a move, and the one that puts the program's own back after it; `None` where the
+    /// program's own will do. Without merging: a control that merges points of nearly straight lines loses their times.
+    fn tolerance(&self, step: &Move) -> Result<Option<[String; 2]>> {
+        let Some(wanted_mm) = self.settings.path_tolerance_mm.filter(|_| self.part.options.dialect == Dialect::LinuxCnc) else {
+            return Ok(None);
+        };
+        let modal = self.part.toolpath.modal(step);
+        let length = |mm: f64| format_number(mm / modal.units.mm(), 6);
+        let own = match modal.path {
+            PathMode::Continuous { tolerance_mm: Some(own), merge_mm: Some(0.0) } if own <= wanted_mm => return Ok(None),
+            PathMode::Default => String::new(),
+            PathMode::ExactPath => "G61".to_owned(),
+            PathMode::ExactStop => "G61.1".to_owned(),
+            PathMode::Continuous { tolerance_mm, merge_mm } => {
+                let mut own = "G64".to_owned();
+                for (letter, value) in [('P', tolerance_mm), ('Q', merge_mm)] {
+                    if let Some(value) = value {
+                        own.push_str(&format!("{letter}{}", length(value)?));
+                    }
+                }
+                own
+            }
+        };
+        Ok(Some([format!("G64P{}Q0", length(wanted_mm)?), own]))
     }
 
     /// A move after the stretch that relies on a motion code which the stretch no longer leaves behind gets it stated.
@@ -185,8 +233,9 @@ impl Stretch<'_> {
         self.part.owners[piece].unwrap_or_default()
     }
 
-    fn start_mm(&self) -> f64 {
-        self.samples.start.checked_sub(1).map_or(0.0, |k| self.part.plan.samples[k].position_mm)
+    /// Arc length at which a piece begins, mm.
+    fn start_of(&self, piece: usize) -> f64 {
+        piece.checked_sub(1).map_or(0.0, |before| self.part.plan.piece_ends_mm[before])
     }
 
     /// Time at which the plan passes an arc length, s.
@@ -198,6 +247,13 @@ impl Stretch<'_> {
         let Some(next) = samples.get(after) else { return before as f64 * period };
         let share = (position_mm - samples[before].position_mm) / (next.position_mm - samples[before].position_mm);
         (before as f64 + share) * period
+    }
+
+    /// Time at which the plan leaves an arc length, s: the end of the rest where it rests there.
+    fn departure(&self, position_mm: f64) -> f64 {
+        let still = self.part.plan.samples.partition_point(|sample| sample.position_mm <= position_mm + POINT_MM);
+        let period = self.part.plan.desired.trajectory().period_s();
+        self.time_at(position_mm).max(still.saturating_sub(1) as f64 * period)
     }
 
     /// The correction at a time, mm and rad.
@@ -213,8 +269,8 @@ impl Stretch<'_> {
     fn targets(&self, piece: usize, step: &Move) -> Vec<Target> {
         let plan = &self.part.plan;
         let period = plan.desired.trajectory().period_s();
-        let (from_mm, to_mm) = (piece.checked_sub(1).map_or(0.0, |p| plan.piece_ends_mm[p]), plan.piece_ends_mm[piece]);
-        let (from_s, to_s) = (self.time_at(from_mm), self.time_at(to_mm));
+        let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
+        let (from_s, to_s) = (self.departure(from_mm), self.time_at(to_mm));
         let length = (to_mm - from_mm).max(1e-12);
         // Points of the original geometry, at the share of its length that the plan has passed.
         let way_at = |time_s: f64| {

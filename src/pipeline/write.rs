@@ -50,6 +50,7 @@ pub fn write_program(
         decimals: wanted.decimals.unwrap_or(profile.map_or(DECIMALS, |profile| usize::from(profile.decimals))),
         spacing_s: wanted.spacing.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
         chord_tolerance_mm: CHORD_TOLERANCE_MM,
+        path_tolerance_mm: profile.and_then(|profile| profile.path_tolerance_mm),
     };
     if settings.decimals > 12 {
         return Err(Usage("--decimals must be at most 12".into()).into());

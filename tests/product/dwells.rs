@@ -22,10 +22,11 @@ pub fn nothing_winds_up_at_a_standstill(folder: &Folder) {
     let mut rests = 0;
     for (desired, learned) in desired.iter().zip(&learned).skip(1) {
         for k in before..desired.len() - after {
-            // The axis has rested for a while and goes on resting: the reference is where the path is.
+            // The axis has rested for a while and goes on resting: so does the reference, a little off at most.
             if desired[k - before..=k + after].iter().all(|x| *x == desired[k]) {
                 rests += 1;
-                assert!((learned[k] - desired[k]).abs() < 2e-4, "sample {k}: {} for {}", learned[k], desired[k]);
+                assert!((learned[k] - desired[k]).abs() < 1e-3, "sample {k}: {} for {}", learned[k], desired[k]);
+                assert!((learned[k] - learned[k - 1]).abs() < 1e-7, "sample {k}: {} after {}", learned[k], learned[k - 1]);
             }
         }
     }

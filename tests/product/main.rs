@@ -6,6 +6,7 @@ mod dwells;
 mod feeds;
 mod five_axis;
 mod measure;
+mod modes;
 mod refine;
 mod reproduce;
 mod story;

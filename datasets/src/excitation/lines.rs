@@ -20,6 +20,11 @@ const SINGLE: f64 = 0.4;
 /// Share of lines at full speed, and the slowest of the others, as a share of it.
 const FULL: f64 = 0.5;
 const SLOWEST: f64 = 0.25;
+/// Share of lines that approach a stop as a tool plunges: short, slow and along one axis; their lengths, mm, and speeds as a share of the
+/// full one. What a slow stop leaves behind differs from what a fast one does.
+const APPROACHES: f64 = 0.25;
+const APPROACH_MM: std::ops::Range<f64> = 0.2..2.0;
+const APPROACH_SPEED: std::ops::Range<f64> = 0.02..0.2;
 
 /// Lines through places that `position` draws for an axis, from `home` and back.
 pub(super) struct Lines<'a> {
@@ -51,8 +56,13 @@ impl Lines<'_> {
         let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
         loop {
             let last = planned_s >= self.seconds - 2.0 * self.rest_s;
+            let approach = !last && rng.random_bool(APPROACHES);
             let mut end = if last { home } else { at };
-            if !last && rng.random_bool(SINGLE) {
+            if approach {
+                let (axis, slot) = moved[rng.random_range(0..moved.len())];
+                let towards = (position(rng, axis) - at[slot]).signum();
+                end[slot] += towards * rng.random_range(APPROACH_MM) / way_mm(slot);
+            } else if !last && rng.random_bool(SINGLE) {
                 let (axis, slot) = moved[rng.random_range(0..moved.len())];
                 end[slot] = position(rng, axis);
             } else if !last {
@@ -61,9 +71,14 @@ impl Lines<'_> {
             let way: [f64; 6] = std::array::from_fn(|slot| (end[slot] - at[slot]) * way_mm(slot));
             let length = way.iter().map(|step| step * step).sum::<f64>().sqrt();
             if length > 1e-3 {
-                let speed = self.speed_share * self.top_speed(&moved, &way.map(|step| step / length));
-                let feed_mm_s = speed * if rng.random_bool(FULL) { 1.0 } else { rng.random_range(SLOWEST..1.0) };
-                let stop_after = rng.random_bool(STOPS);
+                let top = self.speed_share * self.top_speed(&moved, &way.map(|step| step / length));
+                let share = match approach {
+                    true => rng.random_range(APPROACH_SPEED),
+                    false if rng.random_bool(FULL) => 1.0,
+                    false => rng.random_range(SLOWEST..1.0),
+                };
+                let feed_mm_s = top * share;
+                let stop_after = approach || rng.random_bool(STOPS);
                 let dwell_s = if stop_after { rng.random_range(0.0..LONGEST_DWELL_S) } else { 0.0 };
                 let line = Line { start: linear(&at), end: linear(&end) };
                 let piece =

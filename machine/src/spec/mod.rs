@@ -70,11 +70,28 @@ pub struct ControllerSpec {
     pub carrier: Carrier,
     /// Time between the points of a program, ms.
     pub point_spacing_ms: f64,
+    /// What its programs are written in; found from each program where not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dialect: Option<ProgramDialect>,
+    /// Path tolerance under which compensated stretches run, mm; the program's own where not stated. LinuxCNC: `G64 P… Q0`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path_tolerance_mm: Option<f64>,
+}
+
+/// What a control's programs are written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ProgramDialect {
+    /// Fanuc and what follows it.
+    Fanuc,
+    /// LinuxCNC.
+    LinuxCnc,
 }
 
 impl ControllerSpec {
     fn check(&self) -> Result<(), MachineError> {
         positive("controller.point_spacing_ms", self.point_spacing_ms)?;
+        self.path_tolerance_mm.map_or(Ok(()), |tolerance| positive("controller.path_tolerance_mm", tolerance))?;
         if self.decimals > 12 {
             return Err(MachineError::BadDescription(format!(
                 "`controller.decimals` is {}; it must be 12 or less",
@@ -195,6 +212,6 @@ impl MachineSpec {
 impl Default for ControllerSpec {
     /// Six decimals, inverse time, a point every 4 ms: what LinuxCNC follows.
     fn default() -> Self {
-        Self { decimals: 6, carrier: Carrier::G93, point_spacing_ms: 4.0 }
+        Self { decimals: 6, carrier: Carrier::G93, point_spacing_ms: 4.0, dialect: None, path_tolerance_mm: None }
     }
 }
