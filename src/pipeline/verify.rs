@@ -39,7 +39,10 @@ pub fn verify(
         let line = original.block + 1;
         let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
             let Some(same) = written.next() else { bail!("the move of line {line} is missing in the output") };
-            if std::mem::discriminant(&same.kind) != std::mem::discriminant(&original.kind) || !ends_alike(same, original) {
+            // Where the tool waits it stays where the move before left it.
+            let waits = matches!(original.kind, MoveKind::Dwell { .. });
+            let alike = std::mem::discriminant(&same.kind) == std::mem::discriminant(&original.kind);
+            if !alike || !(waits || ends_alike(same, original)) {
                 let (is, was) = (Vec3::from(same.end.nominal_mm()), Vec3::from(original.end.nominal_mm()));
                 bail!(
                     "the move of line {line} was not to be compensated, but leads to {is:?} instead of {was:?} mm in the output"
