@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
+use machine::{Machine, MachineError};
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
 use motion::contour::Exact;
 use motion::{DesiredPath, Limits, Trajectory};
@@ -113,9 +114,11 @@ pub fn compensate(
     settings: &Settings,
 ) -> Result<Outcome> {
     let path = desired.trajectory();
-    model.freeze_flags(path);
-    let (mut weights, reasons) = fade(coverage, model.predictors(), path);
+    let command = part.and_then(|part| part.command.as_ref()).unwrap_or(path);
+    model.freeze_flags(command);
+    let (mut weights, reasons) = fade(coverage, model.predictors(), command);
     let outside = ranges(path, &reasons, &weights);
+    let model = &mut Controlled { machine: model, part };
     if let Some(part) = part {
         for (weight, allowed) in weights.iter_mut().zip(part.weights(FADE_S)) {
             *weight *= allowed;
@@ -155,6 +158,21 @@ pub fn compensate(
         gained,
         outside,
     })
+}
+
+/// A machine behind a control that leaves the path of its program, by as much as it did in a recorded run.
+struct Controlled<'a> {
+    machine: &'a mut LearnedMachine,
+    part: Option<&'a Part>,
+}
+
+impl Machine for Controlled<'_> {
+    fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+        match self.part {
+            Some(part) => self.machine.run(&part.commanded(reference)?),
+            None => self.machine.run(reference),
+        }
+    }
 }
 
 /// Paper E's law with its printed weights; `a` is the share of the contour error.

@@ -1,6 +1,6 @@
 //! `precomp compensate`: the main job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -8,13 +8,14 @@ use datasets::write_reference;
 use models::Outside;
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, ProgramArgs, parse_length, parse_not_negative};
+use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
-use crate::output::{Printer, Usage, check_not_input, um, write_json};
-use crate::pipeline::{Part, write_program};
+use crate::measurement::Readback;
+use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
+use crate::pipeline::{Part, as_recorded, write_program};
 use crate::report::{PathReport, Series, write_report};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -23,7 +24,8 @@ use crate::report::{PathReport, Series, write_report};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp compensate part.nc -m mill.model -o compensated.nc --report forecast.html
-  precomp compensate reference.csv -m mill.model -o compensated.csv")]
+  precomp compensate reference.csv -m mill.model -o compensated.csv
+  precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log")]
 pub struct Compensate {
     /// Part program or reference (.csv, .parquet)
     input: PathBuf,
@@ -60,6 +62,11 @@ pub struct Compensate {
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
+    /// Log of a run of INPUT as it is: compensate from what the control commanded in it, where it plans otherwise than precomp
+    #[arg(long, value_name = "LOG", conflicts_with = "tolerance")]
+    reference: Option<PathBuf>,
+    #[command(flatten)]
+    columns: LogArgs,
     /// Write the forecast before and after as a page
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
@@ -88,6 +95,12 @@ impl Compensate {
             ..Settings::default()
         };
         let printer = Printer::new(self.common.json.as_deref());
+        let mut readback = None;
+        if let Some(log) = &self.reference {
+            let (recorded, found) = self.recorded(path, log, &printer)?;
+            path = recorded;
+            readback = Some(found);
+        }
         let mut feeds = serde_json::Value::Null;
         let outcome = match self.tolerance {
             Some(tolerance_mm) => {
@@ -144,9 +157,33 @@ impl Compensate {
                 },
                 "carrier": carrier,
                 "feeds": feeds,
+                "reference": readback.map(|found| found.json()),
                 "warnings": warnings(path.part.as_ref(), &outcome),
             }),
         )
+    }
+
+    /// The program in the time of the recorded run, with what the control commanded in it.
+    fn recorded(&self, path: Input, log: &Path, printer: &Printer) -> Result<(Input, Readback)> {
+        check_not_input(log, &self.out)?;
+        if path.part.is_none() {
+            return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
+        }
+        let log = input::log_to_measure(log, &self.columns, printer)?;
+        let wanted = path.desired.trajectory();
+        let log = log.with_axes(wanted.axes()).map_err(|error| Refusal(error.to_string()))?;
+        let (log, resampled) = log.resampled(wanted.period_s()).map_err(|error| Refusal(error.to_string()))?;
+        if let Some(finding) = resampled {
+            printer.line(finding);
+        }
+        let (path, found) = as_recorded(path, &log)?;
+        printer.line(found.in_words());
+        if !found.is_faithful()[0] {
+            printer.line(
+                "corners that the control rounds off stay so; where else it leaves the path is corrected with the servo's error",
+            );
+        }
+        Ok((path, found))
     }
 
     fn say(&self, printer: &Printer, path: &Input, outcome: &Outcome) {
@@ -246,7 +283,8 @@ fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
 
 fn forecast(path: &Input, bundle: &models::Bundle, outcome: &Outcome) -> Result<PathReport> {
     use machine::Machine;
-    let before = bundle.machine()?.run(path.desired.trajectory())?;
+    let command = path.part.as_ref().and_then(|part| part.command.as_ref()).unwrap_or(path.desired.trajectory());
+    let before = bundle.machine()?.run(command)?;
     let series = vec![
         Series::of("uncompensated (forecast)", &path.desired, &before)?,
         Series::of("compensated (forecast)", &path.desired, &outcome.forecast)?,

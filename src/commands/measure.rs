@@ -100,9 +100,9 @@ impl Measure {
             printer.line(format!("the way to the path and from it was left out: {:.3} s and {:.3} s", cut_s[0], cut_s[1]));
         }
         if self.readback {
-            let found = measurement::readback(&log, &desired, self.estimator.estimator().as_mut())?;
+            let (found, _) = measurement::readback(&log, &desired, self.estimator.estimator().as_mut())?;
             say_readback(&printer, &found);
-            return write_json(self.common.json.as_deref(), &readback_json(&found));
+            return write_json(self.common.json.as_deref(), &found.json());
         }
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;
@@ -145,32 +145,12 @@ impl Measure {
 }
 
 fn say_readback(printer: &Printer, found: &Readback) {
-    let [space, time] = found.is_faithful();
-    printer.line(format!(
-        "commanded path beside the planned one: {} µm RMS, {} µm MAX; {:.3} s planned, {:.3} s commanded, at most {:.1} ms apart",
-        um(found.path.rms_mm),
-        um(found.path.max_mm),
-        found.intended_s,
-        found.commanded_s,
-        found.largest_delay_s * 1e3
-    ));
-    printer.line(match (space, time) {
-        (true, true) => "the carrier is faithful: the control commands what the program means",
-        (true, false) => "the path is kept, its time is not: run slower, or write the points' time (--carrier g93)",
-        (false, _) => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
+    printer.line(found.in_words());
+    printer.line(match found.is_faithful() {
+        [true, true] => "the carrier is faithful: the control commands what the program means",
+        [true, false] => "the path is kept, its time is not: run slower, or write the points' time (--carrier g93)",
+        [false, _] => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
     });
-}
-
-fn readback_json(found: &Readback) -> Value {
-    let [space, time] = found.is_faithful();
-    json!({
-        "readback_um": evaluate::contour_json(&found.path),
-        "planned_s": found.intended_s,
-        "commanded_s": found.commanded_s,
-        "largest_delay_ms": found.largest_delay_s * 1e3,
-        "path_is_kept": space,
-        "time_is_kept": time,
-    })
 }
 
 /// Segments and reversals that are printed; the JSON figures hold all.

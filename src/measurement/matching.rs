@@ -3,7 +3,7 @@
 use anyhow::Result;
 use datasets::Log;
 use motion::contour::{AlignSettings, align, at_places, follow};
-use motion::{DesiredPath, Trajectory, Vec3, cubic};
+use motion::{Axis, DesiredPath, Trajectory, Vec3, cubic};
 
 /// A command within this of the desired path, delay and offset taken off, keeps its time, mm.
 const IN_TIME_MM: f64 = 0.2;
@@ -18,8 +18,8 @@ const THERE_MM: f64 = 0.02;
 const BEFORE_S: f64 = 0.02;
 
 /// The part of a log from where its command first is at the path's start to where it last is at its end: a recording usually begins with
-/// the way there from home. The log as it is where it begins on the path, or has a work offset of its own; with what was cut off at
-/// either end, s.
+/// the way there from home. The log as it is where it begins on the path, has a work offset of its own, or holds no whole run; with what
+/// was cut off at either end, s.
 ///
 /// # Errors
 /// When the log's axes are not those of the path.
@@ -40,6 +40,9 @@ pub fn without_approach(log: &Log, desired: &DesiredPath) -> Result<(Log, [f64; 
     };
     let to = if near(last, end) { None } else { commanded.iter().rposition(|point| near(point, end)) };
     let rows = from..to.filter(|to| *to > from).map_or(log.len(), |to| to + 1);
+    // On a closed path its start is its end: what is left must still be a run.
+    let way = |points: &[Vec3]| points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
+    let rows = if way(&commanded[rows.clone()]) < 0.5 * way(&path) { 0..log.len() } else { rows };
     let part = |trajectory: &Trajectory| {
         let columns = trajectory.columns().iter().map(|column| column[rows.clone()].to_vec()).collect();
         Trajectory::new(trajectory.period_s(), trajectory.axes().to_vec(), columns)
@@ -61,6 +64,14 @@ pub struct Match {
     pub path: Vec<Vec3>,
 }
 
+impl Match {
+    /// Machine minus path coordinates of every one of `axes`, mm or rad.
+    #[must_use]
+    pub fn offsets(&self, axes: &[Axis]) -> Vec<f64> {
+        axes.iter().map(|axis| axis.slot().and_then(|slot| self.offset.get(slot)).copied().unwrap_or(0.0)).collect()
+    }
+}
+
 /// Lays a run over the desired path by what was commanded, which has neither lag nor stiction: first by a delay and an offset; where the
 /// command does not keep the path's time (a compensated or re-planned program), by following it.
 ///
@@ -68,23 +79,41 @@ pub struct Match {
 /// When the command leads elsewhere.
 pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
     let path = desired.tips();
-    let found = align(&path, commanded, period_s, &AlignSettings::default())?;
-    // Where the workpiece turns, an offset of the axes is none of the tip's.
-    let offset = if found.offset.norm() < LEAST_OFFSET_MM || desired.kinematics().turns() {
-        Vec3::zeros()
-    } else {
-        found.offset.map(|value| (value / OFFSET_STEP_MM).round() * OFFSET_STEP_MM)
-    };
-    let commanded: Vec<Vec3> = commanded.iter().map(|point| point - offset).collect();
-    let delay = found.delay_s / period_s;
+    let (delay_s, offset) = delay_and_offset(desired, &path, commanded, period_s)?;
+    let delay = delay_s / period_s;
     let last = path.len().saturating_sub(1) as f64;
     let places: Vec<f64> = (0..commanded.len()).map(|k| (k as f64 - delay).clamp(0.0, last)).collect();
     let in_time = at_places(&path, &places);
-    if in_time.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < IN_TIME_MM) {
-        return Ok(Match { delay_s: Some(found.delay_s), offset, places, path: in_time });
+    if in_time.iter().zip(commanded).all(|(wanted, commanded)| (wanted - (commanded - offset)).norm() < IN_TIME_MM) {
+        return Ok(Match { delay_s: Some(delay_s), offset, places, path: in_time });
     }
-    let places = follow(&commanded, &path)?;
-    let path = at_places(&path, &places);
+    by_place(&path, commanded, offset)
+}
+
+/// As [`match_run`], for a command that is on the path itself: always by following it, which finds differences in time that a delay of the
+/// whole run hides.
+///
+/// # Errors
+/// When the command leads elsewhere.
+pub fn match_places(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
+    let path = desired.tips();
+    let (_, offset) = delay_and_offset(desired, &path, commanded, period_s)?;
+    by_place(&path, commanded, offset)
+}
+
+/// How late the run is, s, and machine minus path coordinates, mm.
+fn delay_and_offset(desired: &DesiredPath, path: &[Vec3], commanded: &[Vec3], period_s: f64) -> Result<(f64, Vec3)> {
+    let found = align(path, commanded, period_s, &AlignSettings::default())?;
+    // Where the workpiece turns, an offset of the axes is none of the tip's.
+    let none = found.offset.norm() < LEAST_OFFSET_MM || desired.kinematics().turns();
+    let rounded = found.offset.map(|value| (value / OFFSET_STEP_MM).round() * OFFSET_STEP_MM);
+    Ok((found.delay_s, if none { Vec3::zeros() } else { rounded }))
+}
+
+fn by_place(path: &[Vec3], commanded: &[Vec3], offset: Vec3) -> Result<Match> {
+    let commanded: Vec<Vec3> = commanded.iter().map(|point| point - offset).collect();
+    let places = follow(&commanded, path)?;
+    let path = at_places(path, &places);
     Ok(Match { delay_s: None, offset, places, path })
 }
 
@@ -108,11 +137,7 @@ pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result
             k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
         })
         .collect();
-    let offsets: Vec<f64> = path
-        .axes()
-        .iter()
-        .map(|axis| ["x", "y", "z"].iter().position(|name| *name == axis.name).map_or(0.0, |slot| matched.offset[slot]))
-        .collect();
+    let offsets = matched.offsets(path.axes());
     let resampled = |from: &Trajectory| {
         let columns = from.columns().iter().zip(&offsets);
         path.with_columns(

@@ -9,7 +9,8 @@ use gcode::{
 use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
 use motion::{
-    Curve, Kinematics, Limits, MM_PER_RAD, MotionError, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, Vec3, Vec6,
+    Curve, Kinematics, Limits, MM_PER_RAD, MotionError, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Trajectory, Turning,
+    Vec3, Vec6,
 };
 
 use crate::input::Frame;
@@ -43,6 +44,8 @@ pub struct Part {
     pub settings: PlanSettings,
     /// Positions over time.
     pub plan: Plan,
+    /// What the control commanded when it ran the program, one sample each of the plan, where a recorded run says so.
+    pub command: Option<Trajectory>,
 }
 
 /// Why a program was not accepted: its faults, rendered with carets.
@@ -78,7 +81,20 @@ impl Part {
         let plan = motion::plan(&path, kinematics, limits, settings)
             .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
         let (name, settings, words) = (name.to_owned(), settings.clone(), *words);
-        Ok(Self { name, program, options, toolpath, path, owners, work_offset, words, feed_factors, settings, plan })
+        Ok(Self {
+            name,
+            program,
+            options,
+            toolpath,
+            path,
+            owners,
+            work_offset,
+            words,
+            feed_factors,
+            settings,
+            plan,
+            command: None,
+        })
     }
 
     /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
@@ -90,7 +106,18 @@ impl Part {
         let (path, owners) = pieces(&self.toolpath, self.work_offset, &factors, kinematics.as_ref(), self.words)?;
         let plan = motion::plan(&path, kinematics, limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
-        Ok(Self { path, owners, plan, feed_factors: factors, ..self })
+        Ok(Self { path, owners, plan, feed_factors: factors, command: None, ..self })
+    }
+
+    /// What the control commands when it is given `reference`: this, off by as much as in the recorded run, where there is one.
+    ///
+    /// # Errors
+    /// When `reference` does not have the plan's samples.
+    pub fn commanded(&self, reference: &Trajectory) -> Result<Trajectory, MotionError> {
+        let Some(command) = &self.command else { return Ok(reference.clone()) };
+        let shifts = reference.tracking_error(self.plan.desired.trajectory())?;
+        let columns = command.columns().iter().zip(shifts);
+        command.with_columns(columns.map(|(at, shift)| at.iter().zip(shift).map(|(at, shift)| at + shift).collect()).collect())
     }
 
     /// The move that a sample of the plan belongs to.
@@ -136,22 +163,29 @@ impl Part {
     /// both ends of each stretch so that it begins and ends exactly where the program says.
     #[must_use]
     pub fn weights(&self, fade_s: f64) -> Vec<f64> {
-        let n = self.plan.samples.len();
-        let fade = (fade_s / self.plan.desired.trajectory().period_s()).round().max(1.0);
-        let mut weights: Vec<f64> = (0..n).map(|k| f64::from(u8::from(self.shiftable_at(k)))).collect();
-        let ramp = |weights: &mut [f64], order: &mut dyn Iterator<Item = usize>| {
-            let mut inside = 0.0_f64;
-            for k in order {
-                inside = if weights[k] > 0.0 { inside + 1.0 } else { 0.0 };
-                // A raised cosine has no kink at either end; the sample at rest beside another move is not shifted at all.
-                let share = 0.5 - 0.5 * (std::f64::consts::PI * ((inside - 1.0) / fade).clamp(0.0, 1.0)).cos();
-                weights[k] = weights[k].min(share);
-            }
-        };
-        ramp(&mut weights, &mut (0..n));
-        ramp(&mut weights, &mut (0..n).rev());
-        weights
+        let shiftable: Vec<bool> = (0..self.plan.samples.len()).map(|k| self.shiftable_at(k)).collect();
+        eased(&shiftable, fade_s / self.plan.desired.trajectory().period_s())
     }
+}
+
+/// 1 where `open`, 0 elsewhere, with a fade over so many samples at both ends of each open stretch.
+#[must_use]
+pub(super) fn eased(open: &[bool], fade: f64) -> Vec<f64> {
+    let fade = fade.round().max(1.0);
+    let mut weights: Vec<f64> = open.iter().map(|open| f64::from(u8::from(*open))).collect();
+    let ramp = |weights: &mut [f64], order: &mut dyn Iterator<Item = usize>| {
+        let mut inside = 0.0_f64;
+        for k in order {
+            inside = if weights[k] > 0.0 { inside + 1.0 } else { 0.0 };
+            // A raised cosine has no kink at either end; the sample at rest beside another move is not shifted at all.
+            let share = 0.5 - 0.5 * (std::f64::consts::PI * ((inside - 1.0) / fade).clamp(0.0, 1.0)).cos();
+            weights[k] = weights[k].min(share);
+        }
+    };
+    let n = weights.len();
+    ramp(&mut weights, &mut (0..n));
+    ramp(&mut weights, &mut (0..n).rev());
+    weights
 }
 
 /// What the words of a move mean on a machine whose words otherwise mean `usual`.

@@ -7,6 +7,7 @@ mod feeds;
 mod five_axis;
 mod measure;
 mod modes;
+mod recorded;
 mod refine;
 mod reproduce;
 mod story;

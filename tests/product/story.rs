@@ -80,6 +80,7 @@ fn first_run_on_unseen_paths() {
     crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
     crate::dwells::nothing_winds_up_at_a_standstill(&folder);
     crate::modes::stated_for_the_control_and_put_back(&folder);
+    crate::recorded::a_recorded_command_is_gone_by_instead_of_the_plan(&folder);
     real_program(&folder);
     another_machine(&folder);
 }
