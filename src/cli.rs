@@ -10,7 +10,7 @@ use machine::MachineSpec;
 use crate::commands;
 use crate::input;
 use crate::output::Refusal;
-use crate::pipeline::Carrier;
+use crate::pipeline::Carried;
 
 /// Learns how a CNC machine's axes lag, stick and snap back, and shifts a part program's points the other way before its first run.
 #[derive(Debug, Parser)]
@@ -90,7 +90,7 @@ pub enum DialectName {
     Linuxcnc,
 }
 
-/// How a compensated program is written.
+/// How a compensated path is written.
 #[derive(Debug, Clone, Args)]
 pub struct CarrierArgs {
     /// Profile of the control: linuxcnc, fanuc, siemens, grbl, generic, or a TOML file; the machine's own when left out
@@ -98,11 +98,11 @@ pub struct CarrierArgs {
     pub controller: Option<String>,
     /// How points carry their time; the controller's profile decides when left out
     #[arg(long, value_enum)]
-    pub carrier: Option<Carrier>,
-    /// Decimals of coordinates in mm (one more in inch programs)
-    #[arg(long)]
+    pub carrier: Option<Carried>,
+    /// Decimals of coordinates in mm (one more in inch programs), at most 12
+    #[arg(long, value_parser = parse_decimals)]
     pub decimals: Option<usize>,
-    /// Least time between points within one move, ms
+    /// Least time between points within one move, or the time between rows of a table, ms
     #[arg(long, value_name = "MS", value_parser = parse_positive)]
     pub spacing: Option<f64>,
 }
@@ -124,6 +124,14 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("`{text}` is not a positive number")),
     }
+}
+
+fn parse_decimals(text: &str) -> Result<usize, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|decimals| *decimals <= 12)
+        .ok_or_else(|| format!("`{text}` is not a whole number from 0 to 12"))
 }
 
 /// A finite number, zero or more.

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use datasets::write_reference;
 use models::Outside;
 use serde_json::json;
 
@@ -15,7 +14,7 @@ use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
-use crate::pipeline::{Part, as_recorded, write_program};
+use crate::pipeline::{Carried, Part, RowsWritten, as_recorded, write_out};
 use crate::report::{PathReport, Series, write_report};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -25,7 +24,8 @@ use crate::report::{PathReport, Series, write_report};
 #[command(after_help = "Examples:
   precomp compensate part.nc -m mill.model -o compensated.nc --report forecast.html
   precomp compensate reference.csv -m mill.model -o compensated.csv
-  precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log")]
+  precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log
+  precomp compensate part.nc -m mill.model -o rows.csv --carrier pvt --spacing 5")]
 pub struct Compensate {
     /// Part program or reference (.csv, .parquet)
     input: PathBuf,
@@ -34,7 +34,7 @@ pub struct Compensate {
     /// Model of the machine, from `precomp train`
     #[arg(short, long, value_name = "MODEL")]
     model: PathBuf,
-    /// The file to write, of the same kind as INPUT
+    /// The file to write, of the same kind as INPUT; a table (.csv) with `--carrier table` or `pvt`
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
     #[command(flatten)]
@@ -83,10 +83,7 @@ impl Compensate {
         let spec = self.carrier.on(spec)?;
         let frame = Frame::of(&spec)?;
         let mut path = Input::read(&self.input, &frame, &self.program)?;
-        let same_kind = path.part.is_some() != input::is_reference(&self.out);
-        if !same_kind {
-            return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
-        }
+        Carried::of(&self.carrier, &spec).check(&path, &self.out)?;
         let settings = Settings {
             law: self.law,
             iterations: self.iterations,
@@ -125,17 +122,9 @@ impl Compensate {
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
         self.say(&printer, &path, &outcome);
-        let (largest_shift_mm, carrier) = match &path.part {
-            Some(part) => {
-                let written = write_program(part, &outcome.reference, &spec, &self.carrier, self.max_shift, &self.out)?;
-                (written.largest_shift_mm, outcome.gained.then_some(written.carrier))
-            }
-            None => {
-                write_reference(&self.out, &outcome.reference)?;
-                (path.largest_shift(&outcome.reference), None)
-            }
-        };
-        printer.line(format!("largest shift {} µm; written to {}", um(largest_shift_mm), self.out.display()));
+        let written = write_out(&path, &outcome.reference, &spec, &self.carrier, self.max_shift, &self.out)?;
+        printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
+        written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         if let Some(report) = &self.report {
             write_report(report, &format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
             printer.line(format!("report in {}", report.display()));
@@ -146,7 +135,7 @@ impl Compensate {
                 "changed": outcome.gained,
                 "law": self.law,
                 "updates": outcome.updates,
-                "largest_shift_um": largest_shift_mm * 1e3,
+                "largest_shift_um": written.largest_shift_mm * 1e3,
                 "predicted_contour_um": {
                     "before": evaluate::contour_json(&outcome.before.tip),
                     "after": evaluate::contour_json(&outcome.after.tip),
@@ -155,7 +144,8 @@ impl Compensate {
                     "before": evaluate::orientation_json(outcome.before.orientation.as_ref()),
                     "after": evaluate::orientation_json(outcome.after.orientation.as_ref()),
                 },
-                "carrier": carrier,
+                "carrier": written.carried.filter(|_| outcome.gained || written.rows.is_some()),
+                "rows": written.rows.map(|rows| rows.json()),
                 "feeds": feeds,
                 "reference": readback.map(|found| found.json()),
                 "warnings": warnings(path.part.as_ref(), &outcome),
@@ -214,7 +204,7 @@ impl Compensate {
             ));
         }
         if !outcome.gained {
-            printer.line("the model predicts no gain worth having: the input is returned unchanged");
+            printer.line("the model predicts no gain worth having: what is written is the input, unchanged");
         }
     }
 }

@@ -6,7 +6,6 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass};
-use datasets::write_reference;
 use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs, parse_not_negative};
@@ -14,8 +13,8 @@ use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
 use crate::measurement::{in_path_time, match_run, without_approach};
-use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
-use crate::pipeline::write_program;
+use crate::output::{Printer, Refusal, check_not_input, um, write_json};
+use crate::pipeline::{Carried, RowsWritten, write_out};
 
 /// The next program from the last run's log: iterative learning control on a real machine, one command a run
 ///
@@ -80,9 +79,7 @@ impl Refine {
         let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
         let path = Input::read(&self.input, &frame, &self.program)?;
-        if path.part.is_some() == input::is_reference(&self.out) {
-            return Err(Usage("INPUT and OUT must both be part programs or both be references".into()).into());
-        }
+        Carried::of(&self.carrier, &spec).check(&path, &self.out)?;
         let desired = &path.desired;
         desired.trajectory().check_axes(log.axes()).map_err(|error| {
             Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
@@ -104,26 +101,22 @@ impl Refine {
         let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
 
         printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
-        let largest_mm = match &path.part {
-            Some(part) => write_program(part, &next, &spec, &self.carrier, self.max_shift, &self.out)?.largest_shift_mm,
-            None => {
-                write_reference(&self.out, &next)?;
-                path.largest_shift(&next)
-            }
-        };
+        let written = write_out(&path, &next, &spec, &self.carrier, self.max_shift, &self.out)?;
         printer.line(format!(
             "largest shift {} µm; the program of run {} is {}",
-            um(largest_mm),
+            um(written.largest_shift_mm),
             self.run + 1,
             self.out.display()
         ));
+        written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         write_json(
             self.common.json.as_deref(),
             &json!({
                 "run": self.run,
                 "contour_um": evaluate::contour_json(&before.tip),
                 "orientation_urad": evaluate::orientation_json(before.orientation.as_ref()),
-                "largest_shift_um": largest_mm * 1e3,
+                "largest_shift_um": written.largest_shift_mm * 1e3,
+                "rows": written.rows.map(|rows| rows.json()),
                 "offset_mm": matched.offset.as_slice(),
             }),
         )

@@ -1,13 +1,17 @@
 //! From bytes to bytes: a program becomes a path, the path a plan, the learned reference a program again.
 
+pub mod carry;
 pub mod part;
 pub mod recorded;
 pub mod refit;
+pub mod rows;
 pub mod verify;
 pub mod write;
 
+pub use carry::{Carried, Written, write_out};
 pub use part::Part;
 pub use recorded::as_recorded;
 pub use refit::{Carrier, RefitSettings, Refitted, refit};
+pub use rows::{Rows, RowsWritten};
 pub use verify::verify;
-pub use write::{Written, write_program};
+pub use write::write_program;

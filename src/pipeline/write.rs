@@ -9,24 +9,15 @@ use motion::Trajectory;
 
 use super::{Carrier, Part, RefitSettings, refit, verify};
 use crate::cli::CarrierArgs;
-use crate::output::{Refusal, Usage, write_file};
+use crate::output::{Refusal, write_file};
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
 const CHORD_TOLERANCE_MM: f64 = 2e-4;
 /// Decimals of coordinates in mm, and time between points, ms, where neither the user nor the machine's profile says: what LinuxCNC needs.
-const DECIMALS: usize = 6;
+pub(super) const DECIMALS: usize = 6;
 const SPACING_MS: f64 = 4.0;
 
-/// What was written.
-#[derive(Debug, Clone, Copy)]
-pub struct Written {
-    /// Largest correction of a point, mm.
-    pub largest_shift_mm: f64,
-    /// How its points carry their time.
-    pub carrier: Carrier,
-}
-
-/// Writes `part` with the points of `reference` to `out`, after reading it again and checking it.
+/// Writes `part` with the points of `reference` to `out`, after reading it again and checking it; gives the largest correction of a point, mm.
 ///
 /// # Errors
 /// When a setting is out of range, or the program did not pass its check; nothing is written then.
@@ -35,16 +26,11 @@ pub fn write_program(
     reference: &Trajectory,
     spec: &MachineSpec,
     wanted: &CarrierArgs,
+    carrier: Carrier,
     max_shift_mm: f64,
     out: &Path,
-) -> Result<Written> {
+) -> Result<f64> {
     let profile = spec.controller;
-    let carrier = wanted.carrier.unwrap_or(match profile.map(|profile| profile.carrier) {
-        Some(machine::Carrier::G93) => Carrier::G93,
-        Some(machine::Carrier::G94) => Carrier::G94,
-        // Measured with our own planner in the control's place: G93 costs up to 13 % of the cycle time, the program's own feeds nothing.
-        Some(machine::Carrier::Keep) | None => Carrier::Keep,
-    });
     let settings = RefitSettings {
         carrier,
         decimals: wanted.decimals.unwrap_or(profile.map_or(DECIMALS, |profile| usize::from(profile.decimals))),
@@ -52,13 +38,10 @@ pub fn write_program(
         chord_tolerance_mm: CHORD_TOLERANCE_MM,
         path_tolerance_mm: profile.and_then(|profile| profile.path_tolerance_mm),
     };
-    if settings.decimals > 12 {
-        return Err(Usage("--decimals must be at most 12".into()).into());
-    }
     let refitted = refit(part, reference, &settings)?;
     let bytes = edit(&part.program, &refitted.edits)?;
     verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)
         .map_err(|error| Refusal(format!("the compensated program did not pass its check and was not written: {error:#}")))?;
     write_file(out, &bytes).context("the compensated program")?;
-    Ok(Written { largest_shift_mm: refitted.largest_shift_mm, carrier })
+    Ok(refitted.largest_shift_mm)
 }

@@ -10,4 +10,5 @@ mod modes;
 mod recorded;
 mod refine;
 mod reproduce;
+mod rows;
 mod story;

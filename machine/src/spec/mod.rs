@@ -68,7 +68,7 @@ pub struct ControllerSpec {
     pub decimals: u8,
     /// How a point carries its time.
     pub carrier: Carrier,
-    /// Time between the points of a program, ms.
+    /// Time between the points of a program, or between rows, ms.
     pub point_spacing_ms: f64,
     /// What its programs are written in; found from each program where not stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -112,6 +112,10 @@ pub enum Carrier {
     G94,
     /// The program's own feed words: the control plans speed and acceleration as it did before.
     Keep,
+    /// No program but rows of axis positions, for a control that interpolates between them in straight lines.
+    Table,
+    /// Rows of axis positions and velocities, for a control that interpolates by cubics.
+    Pvt,
 }
 
 impl MachineSpec {

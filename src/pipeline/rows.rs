@@ -1,0 +1,309 @@
+//! A compensated path for controls that stream buffers: one row of axis positions an interval, with or without velocities.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use gcode::{Fixed, Move, MoveKind, Shiftable};
+use motion::{Axis, AxisKind, Trajectory, cubic};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::Part;
+use crate::input::Input;
+use crate::output::{Refusal, um, write_file};
+
+/// Largest distance of an axis between rows from the compensated path, mm; as for the lines of programs.
+pub const TOLERANCE_MM: f64 = 2e-4;
+/// Lever at which a rotary axis's distance from the path counts, mm.
+const LEVER_MM: f64 = 100.0;
+
+/// What the rows hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Rows {
+    /// A CSV table of time and axis positions instead of a program, for controls that interpolate between rows in straight lines
+    Table,
+    /// A CSV table of time, axis positions and velocities, for controls that interpolate by cubics (PVT)
+    Pvt,
+}
+
+/// Rows as they are to be written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RowSettings {
+    /// What they hold.
+    pub rows: Rows,
+    /// Time between rows, s.
+    pub interval_s: f64,
+    /// Decimals of positions in mm and degrees.
+    pub decimals: usize,
+}
+
+/// What was written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RowsWritten {
+    /// What the rows hold.
+    pub rows: Rows,
+    /// Their number.
+    pub count: usize,
+    /// Time between them, s.
+    pub interval_s: f64,
+    /// Largest distance of an axis between the rows, as rounded, from the compensated path, mm; rotary axes at a lever of 100 mm.
+    pub off_mm: f64,
+    /// An interval that keeps it within [`TOLERANCE_MM`], s, where this one does not.
+    pub finer_s: Option<f64>,
+}
+
+impl RowsWritten {
+    /// What was written in words, and what is wrong with it.
+    #[must_use]
+    pub fn in_words(&self) -> Vec<String> {
+        let RowsWritten { count, interval_s, off_mm, .. } = self;
+        let within = um(TOLERANCE_MM);
+        let mut lines = vec![format!(
+            "{count} rows, one every {:.3} ms; between them an axis is at most {} µm from the compensated path",
+            interval_s * 1e3,
+            um(*off_mm)
+        )];
+        if *off_mm > TOLERANCE_MM {
+            lines.push(match self.finer_s {
+                Some(finer_s) => format!(
+                    "warning: that is more than {within} µm: the interval is too coarse for this path; --spacing {:.3} is not",
+                    finer_s * 1e3
+                ),
+                None => format!("warning: that is more than {within} µm whatever the interval: write more --decimals"),
+            });
+        }
+        lines
+    }
+
+    /// The same as JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "count": self.count,
+            "interval_ms": self.interval_s * 1e3,
+            "off_um": self.off_mm * 1e3,
+            "tolerance_um": TOLERANCE_MM * 1e3,
+            "finer_interval_ms": self.finer_s.map(|finer_s| finer_s * 1e3),
+        })
+    }
+}
+
+/// Writes `reference`, the compensated path of `path`, as rows to `out`.
+///
+/// # Errors
+/// When the path's program does more than move in ways that are known here; nothing is written then.
+pub fn write_rows(path: &Input, reference: &Trajectory, settings: &RowSettings, out: &Path) -> Result<RowsWritten> {
+    if let Some(part) = &path.part {
+        check_moves(part)?;
+    }
+    let wanted = programmed(path, reference)?;
+    let sampled = Sampled::of(&wanted, settings);
+    let off_mm = sampled.off_mm(&wanted);
+    let finer_s = if off_mm > TOLERANCE_MM { finer_s(&wanted, settings) } else { None };
+    write_file(out, sampled.text(&path.name, settings.decimals).as_bytes()).context("the rows")?;
+    Ok(RowsWritten { rows: settings.rows, count: sampled.count(), interval_s: settings.interval_s, off_mm, finer_s })
+}
+
+/// An interval of whole periods that keeps rows within the tolerance, s.
+fn finer_s(wanted: &Trajectory, settings: &RowSettings) -> Option<f64> {
+    let period_s = wanted.period_s();
+    let most = (settings.interval_s / period_s).ceil() as u32;
+    let fewer =
+        std::iter::successors(Some(most.saturating_sub(1)), |periods| Some(periods / 2)).take_while(|periods| *periods > 0);
+    let holds = |interval_s: &f64| {
+        let finer = RowSettings { interval_s: *interval_s, ..*settings };
+        Sampled::of(wanted, &finer).off_mm(wanted) <= TOLERANCE_MM
+    };
+    fewer.map(|periods| f64::from(periods) * period_s).find(holds)
+}
+
+/// Refuses programs of which rows of positions would leave something out that makes the part.
+fn check_moves(part: &Part) -> Result<()> {
+    let why = |of: &Move| match (of.shiftable, of.kind) {
+        (Shiftable::No(Fixed::OptionalBlock), _) => Some("may be skipped by a switch"),
+        (Shiftable::No(Fixed::CutterCompensation), _) => Some("is shifted by the control's cutter compensation"),
+        (_, MoveKind::Thread | MoveKind::Probe) => Some("goes by spindle or probe"),
+        (_, MoveKind::Cycle(_)) => Some("is a canned cycle"),
+        (_, MoveKind::Home) | (Shiftable::No(Fixed::MachineCoordinates), _) => {
+            Some("leads to a place that only the control knows")
+        }
+        _ if !part.plan.desired.kinematics().turns() && turns(of) => {
+            Some("turns axes that the machine description does not hold")
+        }
+        _ => None,
+    };
+    match part.toolpath.moves.iter().find_map(|of| Some((of.block + 1, why(of)?))) {
+        Some((line, why)) => Err(Refusal(format!(
+            "{}: line {line} {why}: rows of positions cannot stand for it; cut the program there, or write a program (--carrier keep)",
+            part.name
+        ))
+        .into()),
+        None => Ok(()),
+    }
+}
+
+fn turns(of: &Move) -> bool {
+    of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad()
+}
+
+/// Axis positions as the program's words would state them: the work offset taken off.
+fn programmed(path: &Input, reference: &Trajectory) -> Result<Trajectory> {
+    let Some(part) = &path.part else { return Ok(reference.clone()) };
+    let commanded = part.commanded(reference)?;
+    let columns = commanded.axes().iter().zip(commanded.columns()).map(|(axis, column)| {
+        let off = axis.slot().and_then(|slot| part.work_offset.get(slot)).copied().unwrap_or(0.0);
+        column.iter().map(|at| at - off).collect()
+    });
+    Ok(commanded.with_columns(columns.collect())?)
+}
+
+/// Positions and velocities at the instants of the rows, as they are written: mm and mm/s, degrees and degrees a second; rounded.
+struct Sampled<'a> {
+    axes: &'a [Axis],
+    rows: Rows,
+    interval_s: f64,
+    positions: Vec<Vec<f64>>,
+    velocities: Vec<Vec<f64>>,
+}
+
+impl<'a> Sampled<'a> {
+    fn of(wanted: &'a Trajectory, settings: &RowSettings) -> Self {
+        let RowSettings { rows, interval_s, decimals } = *settings;
+        let (axes, period_s) = (wanted.axes(), wanted.period_s());
+        // The last row is at the end or, where that lies between rows, after it and at the same place.
+        let count = (wanted.duration_s() / interval_s - 1e-9).ceil() as usize + 1;
+        let unit = 10.0_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX));
+        // Zero is added for it to have no sign.
+        let rounded = |value: f64| (value * unit).round() / unit + 0.0;
+        let sampled = |of: &dyn Fn((f64, f64)) -> f64| -> Vec<Vec<f64>> {
+            let column = |(axis, column): (&Axis, &Vec<f64>)| {
+                let at = |row: usize| of(cubic(column, row as f64 * interval_s / period_s));
+                (0..count).map(|row| rounded(at(row) * written(axis))).collect()
+            };
+            axes.iter().zip(wanted.columns()).map(column).collect()
+        };
+        let velocities = if rows == Rows::Pvt { sampled(&|(_, slope)| slope / period_s) } else { Vec::new() };
+        Self { axes, rows, interval_s, positions: sampled(&|(position, _)| position), velocities }
+    }
+
+    fn count(&self) -> usize {
+        self.positions.first().map_or(0, Vec::len)
+    }
+
+    /// Position of an axis between rows, as the control interpolates it.
+    fn between(&self, axis: usize, time_s: f64) -> f64 {
+        let positions = &self.positions[axis];
+        let row = ((time_s / self.interval_s) as usize).min(positions.len().saturating_sub(2));
+        let (from, to) = (positions[row], positions[(row + 1).min(positions.len() - 1)]);
+        let u = time_s / self.interval_s - row as f64;
+        let Some(velocities) = self.velocities.get(axis) else { return from + (to - from) * u };
+        let way = |row: usize| velocities[row.min(velocities.len() - 1)] * self.interval_s;
+        let (leaving, arriving) = (way(row), way(row + 1));
+        let (square, cube) = (3.0 * (to - from) - 2.0 * leaving - arriving, leaving + arriving - 2.0 * (to - from));
+        from + u * (leaving + u * (square + u * cube))
+    }
+
+    /// Largest distance of an axis from `wanted` at the instants of its samples, mm; of rotary axes at a lever.
+    fn off_mm(&self, wanted: &Trajectory) -> f64 {
+        let columns = self.axes.iter().zip(wanted.columns()).enumerate();
+        let of = |(index, (axis, column)): (usize, (&Axis, &Vec<f64>))| {
+            let lever = if axis.kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
+            let off = |(k, at): (usize, &f64)| (self.between(index, k as f64 * wanted.period_s()) / written(axis) - at).abs();
+            lever * column.iter().enumerate().map(off).fold(0.0, f64::max)
+        };
+        columns.map(of).fold(0.0, f64::max)
+    }
+
+    /// The file: what its columns are as comments, their names, the rows.
+    fn text(&self, name: &str, decimals: usize) -> String {
+        let unit = |axis: &Axis| if axis.kind == AxisKind::Rotary { "deg" } else { "mm" };
+        let names = |ending: &str| {
+            self.axes.iter().map(move |axis| format!(",{axis}{}", ending.replace('#', unit(axis)))).collect::<String>()
+        };
+        let (between, velocity) = match self.rows {
+            Rows::Table => ("in straight lines", String::new()),
+            Rows::Pvt => ("by the cubic through positions and velocities at both ends", names("_vel_#_s")),
+        };
+        let mut text = format!(
+            "# compensated path of {name}: axis positions in the coordinates and with the signs of the program's words\n\
+             # motion alone: what else a program commands (spindle, coolant, tools) is not in it\n\
+             # a row every {:.6} ms, between rows {between}\nt_s{}{velocity}\n",
+            self.interval_s * 1e3,
+            names("_#"),
+        );
+        for row in 0..self.count() {
+            let values = self.positions.iter().chain(&self.velocities).map(|column| format!(",{:.decimals$}", column[row]));
+            text.push_str(&format!("{:.9}{}\n", row as f64 * self.interval_s, values.collect::<String>()));
+        }
+        text
+    }
+}
+
+/// How many of the units in which an axis is written its inner one is.
+fn written(axis: &Axis) -> f64 {
+    if axis.kind == AxisKind::Rotary { 1.0_f64.to_degrees() } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion::{Cartesian, DesiredPath};
+
+    /// A linear and a rotary axis from rest to rest, a sample every 2 ms.
+    fn path() -> Input {
+        let ease = |k: i32| {
+            let share = f64::from(k.clamp(0, 501)) / 501.0;
+            share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU
+        };
+        let axes = ["x", "a"].map(Axis::named).to_vec();
+        let columns = [30.0, -0.2].map(|way| (-5..=506).map(|k| way * ease(k)).collect());
+        let trajectory = Trajectory::new(0.002, axes.clone(), columns.to_vec()).unwrap();
+        let desired = DesiredPath::new(trajectory, std::sync::Arc::new(Cartesian::new(axes))).unwrap();
+        Input { name: "path".into(), desired, part: None }
+    }
+
+    fn write(rows: Rows, interval_ms: f64, decimals: usize) -> (RowsWritten, String, Trajectory) {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("rows.csv");
+        let path = path();
+        let settings = RowSettings { rows, interval_s: interval_ms * 1e-3, decimals };
+        let written = write_rows(&path, path.desired.trajectory(), &settings, &out).unwrap();
+        let (read, _) = datasets::read_reference(&out, &datasets::ReadOptions::default()).unwrap();
+        (written, std::fs::read_to_string(&out).unwrap(), read)
+    }
+
+    #[test]
+    fn a_table_comes_back_as_the_path() {
+        let (written, text, read) = write(Rows::Table, 2.0, 6);
+        let path = path();
+        assert!(text.contains("\nt_s,x_mm,a_deg\n0.000000000,0.000000,0.000000\n"), "{text}");
+        assert_eq!((written.count, read.len(), read.axes()), (512, 512, path.desired.trajectory().axes()));
+        assert!((read.period_s() - 0.002).abs() < 1e-12);
+        for (found, wanted) in read.columns().iter().flatten().zip(path.desired.trajectory().columns().iter().flatten()) {
+            assert!((found - wanted).abs() < 6e-7, "{found} {wanted}");
+        }
+        assert!(written.off_mm < 2e-6 && written.finer_s.is_none());
+    }
+
+    #[test]
+    fn velocities_carry_the_path_between_rows_that_lie_far_apart() {
+        // 1.022 s are no multiple of 20 ms: the last row lies after the end, at rest.
+        let (written, text, read) = write(Rows::Pvt, 20.0, 6);
+        assert!(text.contains("\nt_s,x_mm,a_deg,x_vel_mm_s,a_vel_deg_s\n"), "{text}");
+        assert!(text.ends_with(",30.000000,-11.459156,0.000000,0.000000\n"), "{text}");
+        assert_eq!((written.count, read.len()), (53, 53));
+        assert!(written.off_mm < TOLERANCE_MM && written.finer_s.is_none(), "{written:?}");
+        // In straight lines that takes rows nearer to each other.
+        let (written, ..) = write(Rows::Table, 20.0, 6);
+        assert!(written.off_mm > 10.0 * TOLERANCE_MM, "{written:?}");
+        assert!(write(Rows::Table, written.finer_s.unwrap() * 1e3, 6).0.finer_s.is_none());
+        assert!(written.in_words()[1].contains("the interval is too coarse"), "{:?}", written.in_words());
+    }
+
+    #[test]
+    fn too_few_decimals_are_told_from_too_few_rows() {
+        let (written, ..) = write(Rows::Pvt, 4.0, 2);
+        assert!(written.in_words()[1].contains("write more --decimals"), "{:?}", written.in_words());
+    }
+}
