@@ -47,8 +47,8 @@ pub(crate) fn read_side_file(path: &Path) -> Result<Option<(PathBuf, ReadOptions
     Ok(Some((beside, options)))
 }
 
-/// A positive time with its unit.
-fn period_s(text: &str) -> Option<f64> {
+/// A positive time with its unit, s.
+pub(crate) fn period_s(text: &str) -> Option<f64> {
     let end = text.find(|c: char| !(c.is_ascii_digit() || ['.', 'e', '-', '+'].contains(&c)))?;
     let unit = Unit::named(&text[end..]).filter(|unit| unit.quantity == Quantity::Time)?;
     let value: f64 = text[..end].trim().parse().ok()?;

@@ -102,6 +102,77 @@ fn lost_samples_and_a_cut_off_end_of_halsampler_are_told() {
     assert!(matches!(error, DatasetError::Ragged { .. }), "{error}");
 }
 
+/// What halscope saves of these channels.
+fn halscope(period: &str, names: [&str; 4]) -> String {
+    let mut text = format!("# Sampling period is {period}\n{}\n", names.join(";"));
+    for k in 0..SAMPLES {
+        writeln!(text, "{}", sample(k).map(|value| format!("{value:.14}")).join(";")).unwrap();
+    }
+    text
+}
+
+const JOINTS: [&str; 4] = ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.2.motor-pos-cmd", "joint.2.motor-pos-fb"];
+
+#[test]
+fn halscope_logs_say_themselves_what_they_hold() {
+    let text = halscope("2000000 ns", JOINTS);
+    let (log, report) = read("run.csv", &text, None, None).unwrap();
+    assert_sample(&log, 0, SAMPLES);
+    assert_found(&report, Severity::Note, Check::Mended, "joints 0 to 5 are taken for the axes x y z a b c");
+    // A separator after the last channel, and signals in place of pins.
+    let (log, report) = read("run.csv", &text.replace('\n', ";\n").replacen("ns;", "ns", 1), None, None).unwrap();
+    assert_sample(&log, 0, SAMPLES);
+    assert_eq!(report.findings.len(), 1, "{report}");
+    let signals = halscope("2000000 ns", ["x-pos-cmd", "x-pos-fb", "z-pos-cmd", "z-pos-fb"]);
+    let (log, report) = read("run.csv", &signals, None, None).unwrap();
+    assert_sample(&log, 0, SAMPLES);
+    assert!(report.findings.is_empty(), "{report}");
+    // On a lathe joint 1 is Z; its machine unit may be the inch.
+    let lathe = halscope("2000000 ns", ["joint.0.pos-cmd", "joint.0.pos-fb", "joint.1.pos-cmd", "joint.1.pos-fb"]);
+    let map = "x_ref=joint.0.pos-cmd,x_act=joint.0.pos-fb,z_ref=joint.1.pos-cmd,z_act=joint.1.pos-fb";
+    assert_sample(&read("run.csv", &lathe, Some(map), None).unwrap().0, 0, SAMPLES);
+    let inches = read("run.csv", &lathe, Some("z_ref=joint.1.pos-cmd:in,z_act=joint.1.pos-fb:in"), None).unwrap().0;
+    assert!((inches.reference.columns()[0][7] - 25.4 * sample(7)[2]).abs() < 1e-6);
+    let turned = halscope("2000000 ns", ["joint.3.pos-cmd", "joint.3.pos-fb", "joint.1.pos-cmd", "joint.1.pos-fb"]);
+    let turned = read("run.csv", &turned, None, None).unwrap().0;
+    assert_eq!(turned.axes()[0].kind, motion::AxisKind::Rotary);
+    assert!((turned.reference.columns()[0][7] - sample(7)[0].to_radians()).abs() < 1e-9);
+}
+
+#[test]
+fn the_traps_of_halscope_are_told() {
+    let text = halscope("2000000 ns", JOINTS);
+    // Cut off within a row, and within its last number.
+    for cut in [30, 5] {
+        let (log, report) = read("run.csv", &text[..text.len() - cut], None, None).unwrap();
+        assert_sample(&log, 0, SAMPLES - 1);
+        assert_found(&report, Severity::Warn, Check::Mended, "the last row (line 402)");
+    }
+    for period in ["", "0 ns", "1000000", "soon"] {
+        let error = read("run.csv", &halscope(period, JOINTS), None, None).unwrap_err().to_string();
+        assert!(error.contains("line 1: ") && error.contains("# Sampling period is 1000000 ns"), "{error}");
+    }
+    // Without the comment it is a table of no known rate.
+    let bare = text.split_once('\n').unwrap().1;
+    let error = read("run.csv", bare, None, None).unwrap_err().to_string();
+    assert!(error.contains("no time column and no sampling period given"), "{error}");
+    assert_sample(&read("run.csv", bare, None, Some(PERIOD_S)).unwrap().0, 0, SAMPLES);
+    // A channel without its other half is left out; without any pair there is no axis.
+    let alone =
+        halscope("2000000 ns", ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.2.motor-pos-cmd", "joint.2.f-error"]);
+    let (log, report) = read("run.csv", &alone, None, None).unwrap();
+    assert_eq!(log.axes().len(), 1);
+    assert_found(&report, Severity::Note, Check::Mended, "columns not used: joint.2.motor-pos-cmd, joint.2.f-error");
+    let none = halscope("2000000 ns", ["joint.0.motor-pos-cmd", "joint.1.motor-pos-fb", "spindle.0.at-speed", "joint.2.f-error"]);
+    let error = read("run.csv", &none, None, None).unwrap_err().to_string();
+    assert!(error.contains("no axis has both a commanded and an actual position"), "{error}");
+    let both = halscope("2000000 ns", ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.0.pos-cmd", "joint.0.f-error"]);
+    let error = read("run.csv", &both, None, None).unwrap_err().to_string();
+    assert!(error.contains("columns 1 and 3 both claim to be the command of x"), "{error}");
+    let ragged = text.replacen(&format!("{:.14};", sample(200)[0]), "", 1);
+    assert!(matches!(read("run.csv", &ragged, None, None).unwrap_err(), DatasetError::Ragged { .. }));
+}
+
 /// Scope's export with `;` and decimal commas, or tabs and points; a time column for each channel, or one for all.
 fn scope(separator: char, comma: bool, each: bool, times: [&str; 2]) -> String {
     let names = ["X SetPos", "X ActPos", "Z SetPos", "Z ActPos"];
@@ -216,6 +287,7 @@ fn sinumerik_traces_are_read() {
 fn no_bytes_of_any_format_make_reading_panic() {
     let samples = [
         ("run.txt", halsampler(Some(150), true)),
+        ("halscope.csv", halscope("2000000 ns", JOINTS)),
         ("scope.csv", scope(';', true, true, ["2", "2"])),
         ("capture.json", edge(0..60)),
         ("trace.xml", trace(Some(20))),

@@ -29,7 +29,7 @@ use crate::output::{Printer, Refusal, table, um, write_json};
   precomp measure today.csv --model mill.model
   precomp measure circle.csv --desired curve:circle --feed 50")]
 pub struct Measure {
-    /// The log: CSV, Parquet, halsampler, TwinCAT Scope, SINUMERIK Edge or trace
+    /// The log: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     log: PathBuf,
     #[command(flatten)]
     common: Common,

@@ -22,7 +22,7 @@ use crate::training_run::{self, TrainSettings};
   precomp train ten-seconds.csv --from mill.model -o mill-today.model
   precomp train log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm -o x.model")]
 pub struct Train {
-    /// Logs, one a run: CSV, Parquet, halsampler, TwinCAT Scope, SINUMERIK Edge or trace
+    /// Logs, one a run: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]

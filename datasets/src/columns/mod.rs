@@ -5,6 +5,7 @@ mod names;
 mod recognise;
 mod unit;
 
+pub(crate) use names::is_joint_pin;
 pub(crate) use recognise::{implied_period_s, recognise_reference};
 pub use unit::{Quantity, Unit};
 

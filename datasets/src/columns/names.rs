@@ -29,6 +29,9 @@ const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value"];
 
 /// What a column name says; `None` when it has a word that is not known, so that `x_act_velocity` is never taken for a position.
 pub(super) fn understand(name: &str) -> Option<Meaning> {
+    if let Some(meaning) = joint_pin(name) {
+        return Some(meaning);
+    }
     let mut role = None;
     let mut axis = String::new();
     let mut unit = None;
@@ -69,6 +72,27 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         None => Role::Position,
     };
     Some(Meaning { role, axis, unit })
+}
+
+/// Axes of LinuxCNC's joints 0 to 5 where its configuration names no others.
+const JOINTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
+
+/// A pin of a joint in LinuxCNC's HAL: `joint.0.motor-pos-cmd`, `joint.0.pos-fb`. Joints that turn are in degrees.
+fn joint_pin(name: &str) -> Option<Meaning> {
+    let (number, pin) = name.strip_prefix("joint.")?.split_once('.')?;
+    let role = match pin.strip_prefix("motor-").unwrap_or(pin) {
+        "pos-cmd" => Role::Reference,
+        "pos-fb" => Role::Actual,
+        _ => return None,
+    };
+    let axis = *JOINTS.get(number.parse::<usize>().ok()?)?;
+    let unit = if JOINTS[..3].contains(&axis) { "mm" } else { "deg" };
+    Some(Meaning { role, axis: axis.to_owned(), unit: Unit::named(unit) })
+}
+
+/// Whether a column is called as a joint's pin, which does not say which axis it moves.
+pub(crate) fn is_joint_pin(name: &str) -> bool {
+    joint_pin(name).is_some()
 }
 
 /// Lower-case words: split at everything that is neither letter nor digit, and where a capital follows a small letter or digit.
@@ -125,6 +149,8 @@ mod tests {
             ("Axis X Set Position (mm)", Role::Reference, "x"),
             ("y-fb-um", Role::Actual, "y"),
             ("ActPosZ", Role::Actual, "z"),
+            ("joint.1.motor-pos-cmd", Role::Reference, "y"),
+            ("joint.3.pos-fb", Role::Actual, "a"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }
@@ -143,6 +169,8 @@ mod tests {
             "M1_CURRENT_FEEDRATE",
             "tool_condition",
             "x_time",
+            "joint.0.motor-offset",
+            "joint.9.motor-pos-cmd",
         ] {
             assert_eq!(meaning(name), None, "{name}");
         }

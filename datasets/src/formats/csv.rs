@@ -52,8 +52,16 @@ impl LogFormat for Csv {
 
 /// Column names from the last line of the right width before the data (with a row of units added to the names), or from a comment.
 fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<String> {
-    let mut candidates =
-        comments.iter().chain(before).rev().map(|line| dialect.fields(line.text)).filter(|fields| fields.len() == dialect.width);
+    let trimmed = |line| {
+        let mut fields = dialect.fields(line);
+        // As in rows, a separator at the end makes no column.
+        while fields.len() > dialect.width && fields.last().is_some_and(|field| field.is_empty()) {
+            fields.pop();
+        }
+        fields
+    };
+    let lines = comments.iter().chain(before).rev();
+    let mut candidates = lines.map(|line| trimmed(line.text)).filter(|fields| fields.len() == dialect.width);
     let numbered = || (1..=dialect.width).map(|column| column.to_string()).collect();
     let Some(last) = candidates.next() else {
         return numbered();

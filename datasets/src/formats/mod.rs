@@ -3,6 +3,7 @@
 mod csv;
 mod dialect;
 mod halsampler;
+mod halscope;
 mod parquet;
 mod sinumerik_json;
 mod sinumerik_xml;
@@ -15,6 +16,7 @@ use crate::{DatasetError, Table};
 
 pub use csv::Csv;
 pub use halsampler::Halsampler;
+pub use halscope::Halscope;
 pub use parquet::Parquet;
 pub use sinumerik_json::SinumerikJson;
 pub use sinumerik_xml::SinumerikTrace;
@@ -42,7 +44,7 @@ pub trait LogFormat: Sync {
 pub const HEAD_BYTES: usize = 4096;
 
 /// All formats, the most particular first.
-pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halsampler, &Csv];
+pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
 
 /// The columns of a file in any format that is known.
 ///
@@ -58,7 +60,7 @@ pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
         Some(format) => format.read(path, bytes),
         None => Err(DatasetError::format(
             path,
-            "no format that is known (CSV, Parquet, halsampler, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
+            "no format that is known (CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
         )),
     }
 }
