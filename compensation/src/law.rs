@@ -1,7 +1,8 @@
 //! How a reference is moved after a run.
 
 use motion::contour::{ContourError, ContourEstimator, orientation_errors};
-use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Kinematics, MotionError, Pose, Trajectory, Vec3, poses_of};
+use rayon::prelude::*;
 
 use crate::CompensationError;
 
@@ -87,23 +88,42 @@ const POLE_RAD: f64 = 0.002;
 /// # Errors
 /// When a moved pose cannot be reached.
 pub fn move_poses(desired: &DesiredPath, reference: &Trajectory, shifts: &[Shift]) -> Result<Trajectory, CompensationError> {
-    let kinematics = desired.kinematics();
+    let parts = shifts.par_chunks(PART).enumerate();
+    let parts = parts.map(|(part, shifts)| move_part(desired.kinematics().as_ref(), reference, part * PART, shifts));
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(reference.len()); reference.axes().len()];
+    for part in parts.collect::<Vec<_>>() {
+        columns.iter_mut().zip(part?).for_each(|(column, positions)| column.extend(positions));
+    }
+    Ok(reference.with_columns(columns)?)
+}
+
+/// Samples that one core moves at a time.
+const PART: usize = 2048;
+
+/// The axis positions of the samples from `first` on, moved by `shifts`.
+fn move_part(
+    kinematics: &dyn Kinematics,
+    reference: &Trajectory,
+    first: usize,
+    shifts: &[Shift],
+) -> Result<Vec<Vec<f64>>, MotionError> {
+    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(shifts.len()); reference.axes().len()];
     let mut joints = vec![0.0; columns.len()];
     for (k, shift) in shifts.iter().enumerate() {
-        for (joint, position) in joints.iter_mut().zip(reference.at(k)) {
+        for (joint, position) in joints.iter_mut().zip(reference.at(first + k)) {
             *joint = position;
         }
         let mut pose = kinematics.forward(&joints);
         pose.tip += shift.tip;
         if shift.tool != Vec3::zeros() {
-            let lean = kinematics.pole_distance_rad(&joints).map_or(f64::INFINITY, |lean| lean / POLE_RAD);
+            let lean = kinematics.pole_distance_rad(&pose.tool).map_or(f64::INFINITY, |lean| lean / POLE_RAD);
             let kept = if lean.is_finite() { lean * lean / (1.0 + lean * lean) } else { 1.0 };
             pose.tool = (pose.tool + shift.tool * kept).try_normalize(0.0).unwrap_or(pose.tool);
         }
-        for (column, position) in columns.iter_mut().zip(kinematics.inverse(&pose, &joints)?) {
-            column.push(position);
+        kinematics.reach(&pose, &mut joints)?;
+        for (column, position) in columns.iter_mut().zip(&joints) {
+            column.push(*position);
         }
     }
-    Ok(reference.with_columns(columns)?)
+    Ok(columns)
 }

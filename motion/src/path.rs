@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::{Curve, Kinematics, MotionError, Pose, Trajectory, Vec3};
 
 /// What the part needs: never changes while a reference is learned.
@@ -77,13 +79,13 @@ pub fn poses_of(trajectory: &Trajectory, kinematics: &dyn Kinematics) -> Result<
     if trajectory.axes() != kinematics.axes() {
         return Err(MotionError::Mismatch("the trajectory's axes are not the machine's".into()));
     }
-    let mut joints = vec![0.0; trajectory.axes().len()];
-    Ok((0..trajectory.len())
-        .map(|k| {
-            for (joint, position) in joints.iter_mut().zip(trajectory.at(k)) {
-                *joint = position;
-            }
-            kinematics.forward(&joints)
-        })
-        .collect())
+    let room = || vec![0.0; trajectory.axes().len()];
+    let pose = |joints: &mut Vec<f64>, k| {
+        joints.iter_mut().zip(trajectory.at(k)).for_each(|(joint, position)| *joint = position);
+        kinematics.forward(joints)
+    };
+    Ok((0..trajectory.len()).into_par_iter().with_min_len(SHARE).map_init(room, pose).collect())
 }
+
+/// Fewest samples that are worth a core of their own.
+const SHARE: usize = 2048;

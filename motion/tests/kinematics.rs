@@ -296,14 +296,14 @@ fn poses_next_to_a_pole_keep_their_digits() {
 fn distance_to_the_pole_is_the_tilt() {
     let rotary = machine(&machines()[0].1);
     for (tilt, distance) in [(0.3, 0.3), (-0.3, 0.3), (PI - 0.2, 0.2), (FRAC_PI_2, FRAC_PI_2), (1e-9, 1e-9)] {
-        let found = rotary.pole_distance_rad(&[1.0, 2.0, 3.0, tilt, 2.0]).unwrap();
+        let found = rotary.pole_distance_rad(&rotary.forward(&[1.0, 2.0, 3.0, tilt, 2.0]).tool).unwrap();
         assert!((found - distance).abs() < 1e-15, "{found} for {distance}");
     }
     assert!(rotary.turns());
     let lone = machine(&machines()[8].1);
-    assert!(lone.turns() && lone.pole_distance_rad(&[0.0; 4]).is_none());
+    assert!(lone.turns() && lone.pole_distance_rad(&Vec3::z()).is_none());
     let none = machine(&[]);
-    assert!(!none.turns() && none.pole_distance_rad(&[0.0; 3]).is_none());
+    assert!(!none.turns() && none.pole_distance_rad(&Vec3::z()).is_none());
 }
 
 fn refusal(result: Result<Vec<f64>, MotionError>) -> String {

@@ -54,19 +54,24 @@ pub fn summary_of(magnitudes_mm: &[f64], weights: Option<&[f64]>) -> Option<Cont
         magnitudes_mm.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1).then(other.0.cmp(&one.0)))?;
     let total: f64 = (0..magnitudes_mm.len()).map(weight).sum();
     let squares: f64 = magnitudes_mm.iter().enumerate().map(|(k, m)| weight(k) * m * m).sum();
+    let within = 0.95 * total * (1.0 - 1e-12);
+    let p95_mm = match weights {
+        Some(weights) => weighted_quantile(magnitudes_mm, weights, within).unwrap_or(*max),
+        None => *magnitudes_mm.to_vec().select_nth_unstable_by((within.ceil() as usize).max(1) - 1, f64::total_cmp).1,
+    };
+    Some(ContourSummary { rms_mm: (squares / total).sqrt(), max_mm: *max, p95_mm, max_at })
+}
+
+/// The least magnitude up to which the weights come to `within`.
+fn weighted_quantile(magnitudes_mm: &[f64], weights: &[f64], within: f64) -> Option<f64> {
     let mut order: Vec<usize> = (0..magnitudes_mm.len()).collect();
-    order.sort_by(|one, other| magnitudes_mm[*one].total_cmp(&magnitudes_mm[*other]));
+    order.sort_unstable_by(|one, other| magnitudes_mm[*one].total_cmp(&magnitudes_mm[*other]));
     let mut below = 0.0;
-    let at_p95 = order.into_iter().find(|k| {
-        below += weight(*k);
-        below >= 0.95 * total * (1.0 - 1e-12)
+    let at = order.into_iter().find(|k| {
+        below += weights[*k];
+        below >= within
     });
-    Some(ContourSummary {
-        rms_mm: (squares / total).sqrt(),
-        max_mm: *max,
-        p95_mm: at_p95.map_or(*max, |k| magnitudes_mm[k]),
-        max_at,
-    })
+    at.map(|k| magnitudes_mm[k])
 }
 
 #[cfg(test)]

@@ -18,10 +18,21 @@ impl Curve for Line {
     }
 
     fn derivatives(&self, u: f64) -> [Vec3; 4] {
-        let chord = self.end - self.start;
+        [self.point(u), self.velocity(u), Vec3::zeros(), Vec3::zeros()]
+    }
+
+    fn point(&self, u: f64) -> Vec3 {
         // Weighted so that both ends come out to the bit.
         let u = u.clamp(0.0, 1.0);
-        [self.start * (1.0 - u) + self.end * u, chord, Vec3::zeros(), Vec3::zeros()]
+        self.start * (1.0 - u) + self.end * u
+    }
+
+    fn velocity(&self, _u: f64) -> Vec3 {
+        self.end - self.start
+    }
+
+    fn degree(&self) -> Option<usize> {
+        Some(1)
     }
 }
 
@@ -109,15 +120,28 @@ impl Curve for Bezier {
 
     fn derivatives(&self, u: f64) -> [Vec3; 4] {
         let [a, b, c, d] = self.points;
+        let (ab, bc, cd) = (b - a, c - b, d - c);
+        let share = u.clamp(0.0, 1.0);
+        let second = ((bc - ab) * (1.0 - share) + (cd - bc) * share) * 6.0;
+        [self.point(u), self.velocity(u), second, (cd - bc * 2.0 + ab) * 6.0]
+    }
+
+    fn point(&self, u: f64) -> Vec3 {
+        let [a, b, c, d] = self.points;
         let u = u.clamp(0.0, 1.0);
         let w = 1.0 - u;
-        let (ab, bc, cd) = (b - a, c - b, d - c);
-        [
-            a * (w * w * w) + b * (3.0 * u * w * w) + c * (3.0 * u * u * w) + d * (u * u * u),
-            (ab * (w * w) + bc * (2.0 * u * w) + cd * (u * u)) * 3.0,
-            ((bc - ab) * w + (cd - bc) * u) * 6.0,
-            (cd - bc * 2.0 + ab) * 6.0,
-        ]
+        a * (w * w * w) + b * (3.0 * u * w * w) + c * (3.0 * u * u * w) + d * (u * u * u)
+    }
+
+    fn velocity(&self, u: f64) -> Vec3 {
+        let [a, b, c, d] = self.points;
+        let u = u.clamp(0.0, 1.0);
+        let w = 1.0 - u;
+        ((b - a) * (w * w) + (c - b) * (2.0 * u * w) + (d - c) * (u * u)) * 3.0
+    }
+
+    fn degree(&self) -> Option<usize> {
+        Some(3)
     }
 }
 

@@ -26,6 +26,16 @@ pub trait Curve: std::fmt::Debug + Send + Sync {
         self.derivatives(u)[0]
     }
 
+    /// First derivative at `u`, mm.
+    fn velocity(&self, u: f64) -> Vec3 {
+        self.derivatives(u)[1]
+    }
+
+    /// Degree of a curve that is a polynomial in `u`; `None` of any other.
+    fn degree(&self) -> Option<usize> {
+        None
+    }
+
     /// Unit vector along the tool at `u`, from the tip towards the spindle; upright unless the curve says otherwise.
     fn tool(&self, _u: f64) -> Vec3 {
         Vec3::z()

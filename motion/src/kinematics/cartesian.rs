@@ -35,16 +35,23 @@ impl Kinematics for Cartesian {
         Pose::upright(tip)
     }
 
-    fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError> {
-        Ok(self.slots.iter().zip(near).map(|(slot, near)| slot.map_or(*near, |slot| pose.tip[slot])).collect())
+    fn reach(&self, pose: &Pose, joints: &mut [f64]) -> Result<(), MotionError> {
+        for (joint, slot) in joints.iter_mut().zip(&self.slots) {
+            if let Some(slot) = slot {
+                *joint = pose.tip[*slot];
+            }
+        }
+        Ok(())
     }
 
-    fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError> {
-        let position = |((axis, slot), near): ((&Axis, &Option<usize>), &f64)| match slot {
-            Some(slot) => tip[*slot],
-            None => axis.slot().and_then(|slot| rotary.get(slot.checked_sub(3)?)).copied().unwrap_or(*near),
-        };
-        Ok(self.axes.iter().zip(&self.slots).zip(near).map(position).collect())
+    fn place_at(&self, tip: &Vec3, rotary: &[f64; 3], joints: &mut [f64]) -> Result<(), MotionError> {
+        for ((joint, axis), slot) in joints.iter_mut().zip(&self.axes).zip(&self.slots) {
+            *joint = match slot {
+                Some(slot) => tip[*slot],
+                None => axis.slot().and_then(|slot| rotary.get(slot.checked_sub(3)?)).copied().unwrap_or(*joint),
+            };
+        }
+        Ok(())
     }
 
     fn jacobian(&self, _joints: &[f64]) -> Vec<[Vec3; 2]> {
@@ -77,6 +84,6 @@ mod tests {
             [Vec3::z(), Vec3::zeros(), Vec3::x(), Vec3::zeros()]
         );
         assert!(columns.iter().all(|column| column[1] == Vec3::zeros()));
-        assert!(!machine.turns() && machine.pole_distance_rad(&placed).is_none() && machine.travel(0).is_none());
+        assert!(!machine.turns() && machine.pole_distance_rad(&Vec3::z()).is_none() && machine.travel(0).is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Rotation3;
 
-use super::orientation::{Branch, REACH_RAD, angle, one_joint, two_joints, unwound};
+use super::orientation::{Branch, REACH_RAD, TwoJoints, angle, one_joint, turned, unwound};
 use super::{Kinematics, rotary_index};
 use crate::{Axis, MotionError, Pose, Vec3};
 
@@ -44,11 +44,43 @@ pub struct RotaryJoint {
 struct Link {
     /// Index among the axes.
     axis: usize,
+    /// Index among A, B, C.
+    rotary: usize,
     /// Unit vector.
     direction: Vec3,
     /// From workpiece zero, or from the tool tip for a head joint, mm.
     pivot: Vec3,
 }
+
+impl Link {
+    /// The joint at an angle.
+    fn at(&self, angle_rad: f64) -> Turn<'_> {
+        Turn { link: self, sin_cos: angle_rad.sin_cos() }
+    }
+}
+
+/// A joint at an angle.
+struct Turn<'a> {
+    link: &'a Link,
+    sin_cos: (f64, f64),
+}
+
+impl Turn<'_> {
+    fn direction(&self, direction: &Vec3) -> Vec3 {
+        turned(&self.link.direction, self.sin_cos, direction)
+    }
+
+    fn point(&self, point: &Vec3) -> Vec3 {
+        self.link.pivot + self.direction(&(point - self.link.pivot))
+    }
+
+    fn pose(&self, pose: &Pose) -> Pose {
+        Pose { tip: self.point(&pose.tip), tool: self.direction(&pose.tool) }
+    }
+}
+
+/// Angles of the links of a chain, in its order, rad; zeros for those that it lacks.
+type Angles = [f64; 2];
 
 /// A frame inside another: `p ↦ rotation·p + origin`.
 struct Frame {
@@ -90,6 +122,10 @@ pub struct FiveAxis {
     chain: Vec<Link>,
     /// How many links of the chain are under the workpiece.
     tables: usize,
+    /// The chain, where it has two links.
+    pair: Option<TwoJoints>,
+    /// Indices among the axes of those called A, B or C, each with that place.
+    rotary: Vec<(usize, usize)>,
     /// Indices of `x`, `y`, `z` among the axes.
     linear: [usize; 3],
     /// One an axis.
@@ -133,9 +169,9 @@ impl FiveAxis {
         let (mut tables, mut heads) = (Vec::new(), Vec::new());
         for joint in &joints {
             let axis = index(&joint.axis)?;
-            if rotary_index(&joint.axis).is_none() {
+            let Some(rotary) = rotary_index(&joint.axis) else {
                 return Err(undefined(format!("rotary joint `{}`; rotary axes are called a, b or c", joint.axis)));
-            }
+            };
             if tables.iter().chain(&heads).any(|link: &Link| link.axis == axis) {
                 return Err(MotionError::DuplicateAxis(joint.axis.clone()));
             }
@@ -147,9 +183,9 @@ impl FiveAxis {
             }
             travel[axis] = checked_travel(&joint.axis, joint.travel_rad)?;
             match joint.mount {
-                RotaryMount::Table => tables.push(Link { axis, direction, pivot: joint.pivot_mm }),
+                RotaryMount::Table => tables.push(Link { axis, rotary, direction, pivot: joint.pivot_mm }),
                 RotaryMount::Head => {
-                    heads.push(Link { axis, direction, pivot: joint.pivot_mm + Vec3::z() * tool_length_mm });
+                    heads.push(Link { axis, rotary, direction, pivot: joint.pivot_mm + Vec3::z() * tool_length_mm });
                 }
             }
         }
@@ -171,17 +207,24 @@ impl FiveAxis {
                 )));
             }
         }
-        Ok(Self { axes, chain, tables: count, linear, travel })
+        let pair = match chain.as_slice() {
+            [outer, inner] => Some(TwoJoints::new(outer.direction, inner.direction)),
+            _ => None,
+        };
+        let rotary = axes.iter().enumerate().filter_map(|(axis, named)| Some((axis, rotary_index(&named.name)?))).collect();
+        Ok(Self { axes, chain, tables: count, pair, rotary, linear, travel })
     }
 
-    /// What the table joints at `joints` make of the machine frame, seen from the workpiece.
-    fn table(&self, joints: &[f64]) -> Frame {
-        turned(&self.chain[..self.tables], joints)
+    /// Links under the workpiece, and those above the tool.
+    fn links(&self) -> (&[Link], &[Link]) {
+        self.chain.split_at(self.tables)
     }
 
-    /// What the head joints at `joints` make of the tool's frame, seen from where its tip is with them at zero.
-    fn head(&self, joints: &[f64]) -> Frame {
-        turned(&self.chain[self.tables..], joints)
+    /// Angles of the links.
+    fn angles(&self, of: impl Fn(&Link) -> f64) -> Angles {
+        let mut angles = Angles::default();
+        angles.iter_mut().zip(&self.chain).for_each(|(angle, link)| *angle = of(link));
+        angles
     }
 
     /// Positions of `x`, `y`, `z`.
@@ -199,10 +242,13 @@ impl FiveAxis {
         Ok(())
     }
 
-    /// Sets the linear axes so that the tip comes to `tip` with the rotary axes as they stand in `joints`.
-    fn slide_to(&self, tip: &Vec3, mut joints: Vec<f64>) -> Result<Vec<f64>, MotionError> {
-        let (table, head) = (self.table(&joints), self.head(&joints));
-        let slide = table.rotation.inverse() * (tip - table.origin) - head.origin;
+    /// Moves `joints` so that the tip is at `tip` with the links at `angles`; on an error they stay.
+    fn slide_to(&self, tip: &Vec3, angles: &Angles, joints: &mut [f64]) -> Result<(), MotionError> {
+        let (tables, heads) = self.links();
+        let (table_angles, head_angles) = angles.split_at(self.tables);
+        let under = tables.iter().zip(table_angles).fold(*tip, |point, (link, angle)| link.at(-angle).point(&point));
+        let above = heads.iter().zip(head_angles).rev().fold(Vec3::zeros(), |point, (link, angle)| link.at(*angle).point(&point));
+        let slide = under - above;
         for (axis, position) in self.linear.into_iter().zip(slide.iter()) {
             if let Some([low, high]) = self.travel[axis]
                 && !(low - TRAVEL_MM..=high + TRAVEL_MM).contains(position)
@@ -212,9 +258,10 @@ impl FiveAxis {
                     "axis `{name}` would stand at {position:.3} mm, outside its travel from {low} to {high} mm"
                 )));
             }
-            joints[axis] = *position;
         }
-        Ok(joints)
+        self.linear.into_iter().zip(slide.iter()).for_each(|(axis, position)| joints[axis] = *position);
+        self.chain.iter().zip(angles).for_each(|(link, angle)| joints[link.axis] = *angle);
+        Ok(())
     }
 
     fn beyond_travel(&self, axis: usize, angle_rad: f64) -> MotionError {
@@ -250,20 +297,33 @@ impl FiveAxis {
         }
     }
 
-    /// `near` with the rotary axes set so that the tool points along `tool`: the nearest way within their travel, and the other
-    /// where there is one.
-    fn ways_to_point(&self, tool: &Vec3, near: &[f64]) -> Result<(Vec<f64>, Option<Vec<f64>>), MotionError> {
+    /// The way to point the tool along `tool` that is the nearest by the move of its inner joint alone; `None` where that does not decide.
+    fn plain_way(&self, tool: &Vec3, near: &[f64]) -> Option<Angles> {
+        let (Some(pair), [outer, inner]) = (&self.pair, self.chain.as_slice()) else { return None };
+        let move_of = |link: &Link, angle: f64| (angle - near[link.axis]).abs();
+        let mut ways = pair.inner_angles(tool).ok()?.map(|angle| {
+            let settled = unwound(angle, near[inner.axis], self.travel[inner.axis]);
+            (angle, settled, settled.map_or(f64::INFINITY, |angle| move_of(inner, angle)))
+        });
+        if ways[1].2 < ways[0].2 {
+            ways.swap(0, 1);
+        }
+        let [(angle, settled, inner_move), (.., others_move)] = ways;
+        let outer_angle = unwound(pair.outer_angle(tool, angle)?, near[outer.axis], self.travel[outer.axis])?;
+        let longest = inner_move.max(move_of(outer, outer_angle));
+        (longest + REACH_RAD < others_move).then_some([outer_angle, settled?])
+    }
+
+    /// Angles at which the tool points along `tool`: the nearest way within the joints' travel, and the other where there is one.
+    fn ways_to_point(&self, tool: &Vec3, near: &[f64]) -> Result<(Angles, Option<Angles>), MotionError> {
         let missed = |miss| self.unreached(tool, miss);
-        match self.chain.as_slice() {
-            [outer, inner] => {
-                let branches = two_joints(&outer.direction, &inner.direction, tool).map_err(missed)?;
-                let settled = |(outer_angle, inner_angle): Branch| -> Result<Vec<f64>, MotionError> {
-                    let mut joints = near.to_vec();
-                    joints[outer.axis] = self.settled(outer, outer_angle, near)?;
-                    joints[inner.axis] = self.settled(inner, Some(inner_angle), near)?;
-                    Ok(joints)
+        match (&self.pair, self.chain.as_slice()) {
+            (Some(pair), [outer, inner]) => {
+                let branches = pair.branches(tool).map_err(missed)?;
+                let settled = |(outer_angle, inner_angle): Branch| -> Result<Angles, MotionError> {
+                    Ok([self.settled(outer, outer_angle, near)?, self.settled(inner, Some(inner_angle), near)?])
                 };
-                let moves = |joints: &[f64]| [outer.axis, inner.axis].map(|axis| (joints[axis] - near[axis]).abs());
+                let moves = |[a, b]: &Angles| [(a - near[outer.axis]).abs(), (b - near[inner.axis]).abs()];
                 match branches.map(settled) {
                     [Ok(first), Ok(second)] if nearer(moves(&second), moves(&first)) => Ok((second, Some(first))),
                     [Ok(first), Ok(second)] => Ok((first, Some(second))),
@@ -271,14 +331,13 @@ impl FiveAxis {
                     [Err(error), Err(_)] => Err(error),
                 }
             }
-            [joint] => {
-                let mut joints = near.to_vec();
-                joints[joint.axis] = self.settled(joint, one_joint(&joint.direction, tool).map_err(missed)?, near)?;
-                Ok((joints, None))
+            (_, [joint]) => {
+                let angle = self.settled(joint, one_joint(&joint.direction, tool).map_err(missed)?, near)?;
+                Ok(([angle, 0.0], None))
             }
             _ => match angle(tool, &Vec3::z()) {
                 miss if miss > REACH_RAD => Err(missed(miss)),
-                _ => Ok((near.to_vec(), None)),
+                _ => Ok((Angles::default(), None)),
             },
         }
     }
@@ -290,33 +349,42 @@ impl Kinematics for FiveAxis {
     }
 
     fn forward(&self, joints: &[f64]) -> Pose {
-        let (table, head) = (self.table(joints), self.head(joints));
-        Pose { tip: table.point(&(self.slide(joints) + head.origin)), tool: table.rotation * (head.rotation * Vec3::z()) }
+        let (tables, heads) = self.links();
+        let through = |pose: Pose, link: &Link| link.at(joints[link.axis]).pose(&pose);
+        let mut pose = heads.iter().rev().fold(Pose::upright(Vec3::zeros()), through);
+        pose.tip += self.slide(joints);
+        tables.iter().rev().fold(pose, through)
     }
 
-    /// Of the two ways to point the tool, and of all whole turns, that within travel whose larger rotary move from `near` is the
+    /// Of the two ways to point the tool, and of all whole turns, that within travel whose larger rotary move from `joints` is the
     /// smaller; with the tool at a pole the free axis stays. Directions within 1e-9 rad of what the joints reach count as reached.
-    fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError> {
-        self.check(&pose.tip, near)?;
+    fn reach(&self, pose: &Pose, joints: &mut [f64]) -> Result<(), MotionError> {
+        self.check(&pose.tip, joints)?;
         let tool = unit(&pose.tool).ok_or_else(|| MotionError::Unreachable("the tool axis is zero or not finite".into()))?;
-        let (nearest, other) = self.ways_to_point(&tool, near)?;
-        let other = || other.and_then(|other| self.slide_to(&pose.tip, other).ok());
-        self.slide_to(&pose.tip, nearest).or_else(|refusal| other().ok_or(refusal))
+        if let Some(way) = self.plain_way(&tool, joints)
+            && self.slide_to(&pose.tip, &way, joints).is_ok()
+        {
+            return Ok(());
+        }
+        let (nearest, other) = self.ways_to_point(&tool, joints)?;
+        self.slide_to(&pose.tip, &nearest, joints).or_else(|refusal| match other {
+            Some(other) => self.slide_to(&pose.tip, &other, joints).map_err(|_| refusal),
+            None => Err(refusal),
+        })
     }
 
-    fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError> {
-        self.check(tip, near)?;
-        let mut joints = near.to_vec();
-        for (axis, joint) in joints.iter_mut().enumerate() {
-            let Some(index) = rotary_index(&self.axes[axis].name) else { continue };
-            *joint = rotary[index];
+    fn place_at(&self, tip: &Vec3, rotary: &[f64; 3], joints: &mut [f64]) -> Result<(), MotionError> {
+        self.check(tip, joints)?;
+        for &(axis, index) in &self.rotary {
             // Written so that NaN is refused as well.
             let [low, high] = self.travel[axis].unwrap_or([f64::MIN, f64::MAX]);
-            if !(low - REACH_RAD..=high + REACH_RAD).contains(joint) {
-                return Err(self.beyond_travel(axis, *joint));
+            if !(low - REACH_RAD..=high + REACH_RAD).contains(&rotary[index]) {
+                return Err(self.beyond_travel(axis, rotary[index]));
             }
         }
-        self.slide_to(tip, joints)
+        self.slide_to(tip, &self.angles(|link| rotary[link.rotary]), joints)?;
+        self.rotary.iter().for_each(|&(axis, index)| joints[axis] = rotary[index]);
+        Ok(())
     }
 
     fn jacobian(&self, joints: &[f64]) -> Vec<[Vec3; 2]> {
@@ -345,10 +413,9 @@ impl Kinematics for FiveAxis {
 
     /// Of two joints, the one nearer to the workpiece has its direction as pole, either way. A lone joint keeps its angle to the
     /// tool, so there is none to come near to.
-    fn pole_distance_rad(&self, joints: &[f64]) -> Option<f64> {
+    fn pole_distance_rad(&self, tool: &Vec3) -> Option<f64> {
         let [outer, _] = self.chain.as_slice() else { return None };
-        let tool = self.forward(joints).tool;
-        Some(outer.direction.cross(&tool).norm().atan2(outer.direction.dot(&tool).abs()))
+        Some(outer.direction.cross(tool).norm().atan2(outer.direction.dot(tool).abs()))
     }
 
     fn travel(&self, axis: usize) -> Option<[f64; 2]> {
@@ -360,13 +427,6 @@ impl Kinematics for FiveAxis {
 fn unit(vector: &Vec3) -> Option<Vec3> {
     // A norm that overflows leaves zeros, one of NaN leaves NaN.
     vector.try_normalize(0.0).filter(|unit| (unit.norm() - 1.0).abs() < 1e-9)
-}
-
-/// What `links`, one carrying the next, make of a frame.
-fn turned(links: &[Link], joints: &[f64]) -> Frame {
-    let mut frame = Frame::at_rest();
-    links.iter().for_each(|link| frame.turn(link, joints[link.axis]));
-    frame
 }
 
 /// Whether the moves `a` of two axes, rad, are the shorter ones: by the longer of both, then by their sum; rounding does not

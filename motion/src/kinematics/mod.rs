@@ -17,19 +17,39 @@ pub trait Kinematics: std::fmt::Debug + Send + Sync {
     /// Pose in the workpiece frame of the axis positions `joints` (mm, rad; one a machine axis).
     fn forward(&self, joints: &[f64]) -> Pose;
 
+    /// Moves `joints` (mm, rad) to `pose`, of all solutions to the one nearest to where they stand; on an error they stay.
+    ///
+    /// # Errors
+    /// When the pose cannot be reached.
+    fn reach(&self, pose: &Pose, joints: &mut [f64]) -> Result<(), MotionError>;
+
+    /// Moves `joints` (mm, rad) so that the tool tip is at `tip` (mm, workpiece frame) and the rotary axes A, B, C at `rotary` (rad;
+    /// entries of axes that the machine lacks are ignored), as tool-centre-point words ask for. Axes that the kinematics does
+    /// not place stay; on an error all do.
+    ///
+    /// # Errors
+    /// When an axis would leave its travel.
+    fn place_at(&self, tip: &Vec3, rotary: &[f64; 3], joints: &mut [f64]) -> Result<(), MotionError>;
+
     /// Axis positions (mm, rad) of `pose`, of all solutions the one nearest to `near`.
     ///
     /// # Errors
     /// When the pose cannot be reached.
-    fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError>;
+    fn inverse(&self, pose: &Pose, near: &[f64]) -> Result<Vec<f64>, MotionError> {
+        let mut joints = near.to_vec();
+        self.reach(pose, &mut joints)?;
+        Ok(joints)
+    }
 
-    /// Axis positions (mm, rad) with the tool tip at `tip` (mm, workpiece frame) and the rotary axes A, B, C at `rotary` (rad;
-    /// entries of axes that the machine lacks are ignored), as tool-centre-point words ask for. Axes that the kinematics does
-    /// not place keep `near`.
+    /// Axis positions (mm, rad) of [`Kinematics::place_at`], from `near`.
     ///
     /// # Errors
     /// When an axis would leave its travel.
-    fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError>;
+    fn place(&self, tip: &Vec3, rotary: &[f64; 3], near: &[f64]) -> Result<Vec<f64>, MotionError> {
+        let mut joints = near.to_vec();
+        self.place_at(tip, rotary, &mut joints)?;
+        Ok(joints)
+    }
 
     /// Derivatives of tool tip (mm per mm or rad) and tool axis (1 per mm or rad) by every axis at `joints`, workpiece frame
     /// (Paper C, eq. 6).
@@ -40,9 +60,9 @@ pub trait Kinematics: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// Angle, rad in `[0, π/2]`, between the tool axis and the nearest pole, where an axis may turn without effect on the tool's
+    /// Angle, rad in `[0, π/2]`, between the tool axis `tool` and the nearest pole, where an axis may turn without effect on the tool's
     /// direction; `None` where there is no pole to come near to.
-    fn pole_distance_rad(&self, _joints: &[f64]) -> Option<f64> {
+    fn pole_distance_rad(&self, _tool: &Vec3) -> Option<f64> {
         None
     }
 

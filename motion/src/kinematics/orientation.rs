@@ -41,36 +41,70 @@ pub(super) fn one_joint(axis: &Vec3, tool: &Vec3) -> Result<Option<f64>, f64> {
     Ok((!free).then(|| turn(axis, &Vec3::z(), tool)))
 }
 
-/// The two solutions for a pair of joints about unit vectors `outer` and `inner` and the tool along unit vector `tool`; or by
-/// how much they miss, rad.
-pub(super) fn two_joints(outer: &Vec3, inner: &Vec3, tool: &Vec3) -> Result<[Branch; 2], f64> {
-    let z = Vec3::z();
-    let free = outer.cross(tool).norm() < POLE_RAD;
-    let reached = match angle(outer, tool) {
-        angle if free => (angle / PI).round() * PI,
-        angle => angle,
-    };
-    let (tool_side, joint_side) = (angle(inner, &z), angle(inner, outer));
-    // Negative where the three sides do not close to a triangle. The brackets keep a small third side's digits.
-    let margins = [
-        reached + (joint_side - tool_side),
-        reached + (tool_side - joint_side),
-        tool_side + joint_side - reached,
-        2.0 * PI - tool_side - joint_side - reached,
-    ];
-    let miss = -margins.iter().fold(f64::INFINITY, |least, margin| least.min(*margin));
-    if miss > REACH_RAD {
-        return Err(miss);
+/// `vector`, turned about the unit vector `axis` by an angle of this sine and cosine (Rodrigues).
+pub(super) fn turned(axis: &Vec3, (sin, cos): (f64, f64), vector: &Vec3) -> Vec3 {
+    vector * cos + axis.cross(vector) * sin + axis * (axis.dot(vector) * (1.0 - cos))
+}
+
+/// A pair of joints, and what of their triangle does not depend on the tool.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TwoJoints {
+    /// Unit vectors.
+    outer: Vec3,
+    inner: Vec3,
+    /// Sides from `inner` to the tool and to `outer`, rad.
+    tool_side: f64,
+    joint_side: f64,
+    /// The inner angle at which the tool comes nearest to the outer joint's direction, rad.
+    nearest: f64,
+}
+
+impl TwoJoints {
+    /// The joints about unit vectors `outer` and `inner`.
+    pub fn new(outer: Vec3, inner: Vec3) -> Self {
+        let z = Vec3::z();
+        let (tool_side, joint_side) = (angle(&inner, &z), angle(&inner, &outer));
+        Self { outer, inner, tool_side, joint_side, nearest: turn(&inner, &z, &outer) }
     }
-    let [a, b, c, d] = margins.map(|margin| (0.5 * margin).max(0.0).sin());
-    let corner = 2.0 * (a * b).max(0.0).sqrt().atan2((c * d).max(0.0).sqrt());
-    // The inner angle at which the tool comes nearest to the outer joint's direction.
-    let nearest = turn(inner, &z, outer);
-    Ok([corner, -corner].map(|corner| {
-        let inner_angle = nearest + corner;
-        let before = nalgebra::Rotation3::from_scaled_axis(inner * inner_angle) * z;
-        ((!free).then(|| turn(outer, &before, tool)), inner_angle)
-    }))
+
+    /// The two solutions for the tool along unit vector `tool`; or by how much they miss, rad.
+    pub fn branches(&self, tool: &Vec3) -> Result<[Branch; 2], f64> {
+        Ok(self.inner_angles(tool)?.map(|inner| (self.outer_angle(tool, inner), inner)))
+    }
+
+    /// The inner joint's angles of the two solutions, or by how much they miss, rad.
+    pub fn inner_angles(&self, tool: &Vec3) -> Result<[f64; 2], f64> {
+        let reached = match angle(&self.outer, tool) {
+            angle if self.leaves_free(tool) => (angle / PI).round() * PI,
+            angle => angle,
+        };
+        let Self { tool_side, joint_side, nearest, .. } = *self;
+        // Negative where the three sides do not close to a triangle. The brackets keep a small third side's digits.
+        let margins = [
+            reached + (joint_side - tool_side),
+            reached + (tool_side - joint_side),
+            tool_side + joint_side - reached,
+            2.0 * PI - tool_side - joint_side - reached,
+        ];
+        let miss = -margins.iter().fold(f64::INFINITY, |least, margin| least.min(*margin));
+        if miss > REACH_RAD {
+            return Err(miss);
+        }
+        let [a, b, c, d] = margins.map(|margin| (0.5 * margin).max(0.0).sin());
+        let corner = 2.0 * (a * b).max(0.0).sqrt().atan2((c * d).max(0.0).sqrt());
+        Ok([nearest + corner, nearest - corner])
+    }
+
+    /// The outer joint's angle that goes with one of the inner joint, rad; `None` where it may take any.
+    pub fn outer_angle(&self, tool: &Vec3, inner_angle: f64) -> Option<f64> {
+        let before = turned(&self.inner, inner_angle.sin_cos(), &Vec3::z());
+        (!self.leaves_free(tool)).then(|| turn(&self.outer, &before, tool))
+    }
+
+    /// Whether the tool lies along the outer joint.
+    fn leaves_free(&self, tool: &Vec3) -> bool {
+        self.outer.cross(tool).norm() < POLE_RAD
+    }
 }
 
 /// `angle` plus the number of whole turns that brings it nearest to `near` within `travel`, rad; `None` where no number does.
@@ -98,7 +132,7 @@ mod tests {
     fn small_tilts_keep_their_digits() {
         for tilt in [1e-3, 1e-6, 1e-9, 1e-11] {
             let tool = Vec3::new(0.6 * f64::sin(tilt), 0.8 * f64::sin(tilt), f64::cos(tilt));
-            let [(c, b), _] = two_joints(&Vec3::z(), &Vec3::y(), &tool).unwrap();
+            let [(c, b), _] = TwoJoints::new(Vec3::z(), Vec3::y()).branches(&tool).unwrap();
             assert!((b - tilt).abs() < 1e-15 * tilt + 1e-25, "{tilt}: {b}");
             assert!((c.unwrap() - 0.8_f64.atan2(0.6)).abs() < 1e-15);
         }
@@ -108,11 +142,12 @@ mod tests {
     fn a_nutating_head_reaches_as_far_as_its_cone() {
         // A joint at 45° below a turning one reaches from upright to level and no further.
         let inner = Vec3::new(0.0, 1.0, 1.0).normalize();
-        let level = two_joints(&Vec3::z(), &inner, &Vec3::x()).unwrap();
+        let head = TwoJoints::new(Vec3::z(), inner);
+        let level = head.branches(&Vec3::x()).unwrap();
         assert!((level[0].1.abs() - PI).abs() < 1e-7);
-        let miss = two_joints(&Vec3::z(), &inner, &Vec3::new(0.1_f64.cos(), 0.0, -0.1_f64.sin())).unwrap_err();
+        let miss = head.branches(&Vec3::new(0.1_f64.cos(), 0.0, -0.1_f64.sin())).unwrap_err();
         assert!((miss - 0.1).abs() < 1e-12);
-        assert_eq!(two_joints(&Vec3::z(), &inner, &Vec3::z()).unwrap()[0].0, None);
+        assert_eq!(head.branches(&Vec3::z()).unwrap()[0].0, None);
     }
 
     #[test]

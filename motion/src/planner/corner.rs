@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::Piece;
 use super::geometry::{angle, length_between, parameter_after};
 use super::piece::{MM_PER_RAD, RotaryPath};
@@ -14,10 +16,12 @@ const SMOOTH_RAD: f64 = 2e-5;
 const REVERSAL_RAD: f64 = 2.9;
 /// Shorter pieces have no direction worth following, mm.
 const POINT_MM: f64 = 1e-9;
+/// Fewest pieces that are worth a core of their own.
+pub(super) const SHARE: usize = 512;
 
 /// Angle by which the direction turns from `before` to `after`, rad.
 fn turn(before: &Piece, after: &Piece) -> f64 {
-    angle(&before.derivatives(before.range.1)[1], &after.derivatives(after.range.0)[1])
+    angle(&before.velocity(before.range.1), &after.velocity(after.range.0))
 }
 
 /// Whether the tool can go on from `before` to `after` without a stop.
@@ -27,45 +31,62 @@ pub(super) fn can_pass(before: &Piece, after: &Piece, tolerance_mm: f64) -> bool
     alike && (turn < SMOOTH_RAD || (tolerance_mm > 0.0 && turn < REVERSAL_RAD))
 }
 
+/// A corner's blend, and the parameters at which it leaves the piece before and meets the one after.
+struct Corner {
+    leave: f64,
+    meet: f64,
+    blend: Piece,
+}
+
+impl Corner {
+    /// A half of the blend, so that each counts to its own piece.
+    fn half(&self, range: (f64, f64)) -> Piece {
+        Piece { range, ..self.blend.clone() }
+    }
+}
+
 /// The pieces between two rests with every corner replaced by a Bézier that leaves the corner by at most `tolerance_mm` and takes
 /// at most half of each neighbour. Returns the pieces and, for each, the index in the whole path.
 pub(super) fn round(pieces: &[Piece], first: usize, tolerance_mm: f64) -> (Vec<Piece>, Vec<usize>) {
-    let mut rounded: Vec<Piece> = Vec::with_capacity(2 * pieces.len());
-    let mut index = Vec::with_capacity(2 * pieces.len());
-    // The half of a piece that its two corners may use is measured on the whole piece.
-    let mut previous_length = 0.0_f64;
-    for (offset, piece) in pieces.iter().enumerate() {
-        let length = length_between(piece, piece.range.0, piece.range.1);
-        if length < POINT_MM {
-            continue;
+    let length = |piece: &Piece| length_between(piece, piece.range.0, piece.range.1);
+    let lengths: Vec<f64> = pieces.par_iter().with_min_len(SHARE).map(length).collect();
+    let kept: Vec<usize> = (0..pieces.len()).filter(|k| lengths[*k] >= POINT_MM).collect();
+    let corner = |pair: &[usize]| {
+        // The half of a piece that its two corners may use is measured on the whole piece.
+        let most_mm = lengths[pair[0]].min(lengths[pair[1]]) / 2.0;
+        blend(&pieces[pair[0]], &pieces[pair[1]], most_mm, tolerance_mm)
+    };
+    let corners: Vec<Option<Corner>> = kept.par_windows(2).with_min_len(SHARE).map(corner).collect();
+    let mut rounded: Vec<Piece> = Vec::with_capacity(3 * pieces.len());
+    let mut index = Vec::with_capacity(3 * pieces.len());
+    for (number, &k) in kept.iter().enumerate() {
+        let before = number.checked_sub(1).and_then(|corner| corners[corner].as_ref());
+        let after = corners.get(number).and_then(Option::as_ref);
+        let (from, to) = pieces[k].range;
+        let range = (before.map_or(from, |corner| corner.meet), after.map_or(to, |corner| corner.leave));
+        rounded.extend(before.map(|corner| corner.half((0.5, 1.0))));
+        // Where blend follows blend nothing is left of a piece but rounding.
+        if length_between(&pieces[k], range.0, range.1) >= POINT_MM {
+            rounded.push(Piece { range, ..pieces[k].clone() });
         }
-        let mut piece = piece.clone();
-        if let Some(before) = rounded.last_mut()
-            && let Some(blend) = blend(before, &mut piece, previous_length.min(length) / 2.0, tolerance_mm)
-        {
-            // Two halves, so that each counts to its own piece.
-            let owner = *index.last().unwrap_or(&(first + offset));
-            for (range, owner) in [((0.0, 0.5), owner), ((0.5, 1.0), first + offset)] {
-                rounded.push(Piece { range, ..blend.clone() });
-                index.push(owner);
-            }
-        }
-        previous_length = length;
-        rounded.push(piece);
-        index.push(first + offset);
+        rounded.extend(after.map(|corner| corner.half((0.0, 0.5))));
+        index.resize(rounded.len(), first + k);
     }
     (rounded, index)
 }
 
-/// Trims both pieces at their common corner and returns the piece between; `None` where they join smoothly.
-fn blend(before: &mut Piece, after: &mut Piece, most_mm: f64, tolerance_mm: f64) -> Option<Piece> {
+/// The blend between two pieces; `None` where they join smoothly.
+fn blend(before: &Piece, after: &Piece, most_mm: f64, tolerance_mm: f64) -> Option<Corner> {
     let turn = turn(before, after);
     if turn < SMOOTH_RAD {
         return None;
     }
     // The middle of the blend of two lines is l·sin(turn/2)/2 from the corner.
     let mut legs = (2.0 * tolerance_mm / (turn / 2.0).sin()).min(most_mm);
-    for (piece, u) in [(&*before, before.range.1), (&*after, after.range.0)] {
+    for (piece, u) in [(before, before.range.1), (after, after.range.0)] {
+        if piece.degree() == Some(1) {
+            continue;
+        }
         let [_, first, second, _] = piece.derivatives(u);
         let across = second - first * (first.dot(&second) / first.norm_squared());
         let curvature = across.norm() / first.norm_squared();
@@ -74,22 +95,23 @@ fn blend(before: &mut Piece, after: &mut Piece, most_mm: f64, tolerance_mm: f64)
             legs = (tolerance_mm / curvature).sqrt();
         }
     }
-    before.range.1 = parameter_after(before, before.range.1, -legs);
-    after.range.0 = parameter_after(after, after.range.0, legs);
-    let [start, start_direction, ..] = before.derivatives(before.range.1);
-    let [end, end_direction, ..] = after.derivatives(after.range.0);
+    let leave = parameter_after(before, before.range.1, -legs);
+    let meet = parameter_after(after, after.range.0, legs);
+    let (start, end) = (before.place(leave), after.place(meet));
     // With handles of two thirds of a leg the blend of two lines is a parabola: its curvature is nearly even, so that a
     // dense polyline is followed like the curve it samples.
     let handle = 2.0 / 3.0 * legs;
-    let points = [start, start + start_direction.normalize() * handle, end - end_direction.normalize() * handle, end];
+    let (out, back) = (before.velocity(leave).normalize() * handle, after.velocity(meet).normalize() * handle);
+    let points = [start, start + out, end - back, end];
     let linear = points.map(|p| Vec3::new(p[0], p[1], p[2]));
     let rotary = points.map(|p| Vec3::new(p[3], p[4], p[5]) / MM_PER_RAD);
-    Some(Piece {
+    let blend = Piece {
         curve: Arc::new(Bezier { points: linear }),
         turning: before.turning.along(RotaryPath::bezier(rotary)),
         range: (0.0, 1.0),
         feed_mm_s: before.feed_mm_s.min(after.feed_mm_s),
         stop_after: false,
         dwell_s: 0.0,
-    })
+    };
+    Some(Corner { leave, meet, blend })
 }

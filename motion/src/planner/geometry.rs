@@ -1,8 +1,10 @@
 //! A stretch of path over its arc length.
 
-use super::piece::{MM_PER_RAD, Way};
+use rayon::prelude::*;
+
+use super::piece::{MM_PER_RAD, Seats, Way};
 use super::{Piece, Turning};
-use crate::{AxisKind, Kinematics, MotionError, Vec3};
+use crate::{AxisKind, MotionError, Vec3};
 
 /// Longest step between grid nodes, mm.
 const STEP_MM: f64 = 0.25;
@@ -10,6 +12,10 @@ const STEP_MM: f64 = 0.25;
 const COARSE_MM: f64 = 1.0;
 /// Largest turn between grid nodes, rad.
 const STEP_RAD: f64 = 0.04;
+/// Pieces that one core lays the grid of at a time.
+const PART: usize = 2048;
+/// Samples that one core follows at a time.
+const SAMPLES: usize = 4096;
 /// How often an interval may be halved to meet the two.
 const DEPTH: u32 = 14;
 
@@ -21,21 +27,32 @@ pub(super) struct Node {
     u: f64,
     /// `du/ds`, `d²u/ds²`.
     du: [f64; 2],
-    /// `r′, r″` of the point X, Y, Z with respect to the way.
-    pub point: [Vec3; 2],
+    /// `|r′|, |r″|` of the point X, Y, Z with respect to the way.
+    pub point: [f64; 2],
     /// `q′, q″, q‴` of the axes X, Y, Z, A, B, C, mm or rad, with respect to the way.
     pub axes: [[f64; 6]; 3],
     /// Index into the stretch's pieces.
     pub piece: usize,
 }
 
+/// Nodes that are looked at before the rest is searched.
+const LOOK_AHEAD: usize = 16;
+
+/// Samples of a motion along a stretch.
+pub(super) struct Followed {
+    /// Positions, one column an axis.
+    pub columns: Vec<Vec<f64>>,
+    /// Index in the whole path of every sample's piece.
+    pub pieces: Vec<usize>,
+}
+
 /// A point of the stretch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+struct Place {
     /// Index into the stretch's pieces.
-    pub piece: usize,
+    piece: usize,
     /// Parameter of its curve.
-    pub u: f64,
+    u: f64,
 }
 
 /// A stretch between two rests, on a grid of its way: arc length, where a degree of a rotary axis counts as a millimetre.
@@ -43,40 +60,27 @@ pub(super) struct Stretch<'a> {
     pub pieces: &'a [Piece],
     index: &'a [usize],
     pub nodes: Vec<Node>,
+    /// Whether axes move otherwise than the way.
+    bends: bool,
 }
 
 impl<'a> Stretch<'a> {
     /// Lays the grid; at every joint of pieces there are two nodes, so that jumps of curvature are kept.
     /// `None` when the pieces have no length. `near` are the axis positions before it.
-    pub fn new(
-        pieces: &'a [Piece],
-        index: &'a [usize],
-        kinematics: &dyn Kinematics,
-        near: &[f64],
-    ) -> Result<Option<Self>, MotionError> {
-        let mut nodes: Vec<Node> = Vec::new();
-        let mut s = 0.0;
-        for (number, piece) in pieces.iter().enumerate() {
-            let mut parameters = vec![piece.range.0];
-            let length = length_between(piece, piece.range.0, piece.range.1);
-            let straight = piece.derivatives(piece.range.0)[2..].iter().all(|d| *d == Way::zeros()) && !bends(piece, kinematics);
-            let coarse = if straight { 1 } else { (length / COARSE_MM).clamp(2.0, 512.0) as usize };
-            let at = |i: usize| piece.range.0 + (piece.range.1 - piece.range.0) * i as f64 / coarse as f64;
-            for i in 0..coarse {
-                refine(piece, (at(i), at(i + 1)), DEPTH, &mut parameters);
-            }
-            let mut last = piece.range.0;
-            for u in parameters {
-                s += length_between(piece, last, u);
-                last = u;
-                nodes.push(node(piece, u, s, number));
-            }
+    pub fn new(pieces: &'a [Piece], index: &'a [usize], machine: &Seats, near: &[f64]) -> Result<Option<Self>, MotionError> {
+        // The parts are the same on every machine, and with them the sums.
+        let parts = pieces.par_chunks(PART).enumerate().map(|(part, pieces)| lay(pieces, part * PART, machine));
+        let parts: Vec<Vec<Node>> = parts.collect();
+        let mut nodes: Vec<Node> = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        for part in parts {
+            let from = nodes.last().map_or(0.0, |node| node.s);
+            nodes.extend(part.into_iter().map(|node| Node { s: from + node.s, ..node }));
         }
         if nodes.last().is_none_or(|node| node.s <= 0.0) {
             return Ok(None);
         }
-        let mut stretch = Self { pieces, index, nodes };
-        stretch.bend_axes(kinematics, near)?;
+        let mut stretch = Self { pieces, index, nodes, bends: pieces.iter().any(|piece| bends(piece, machine)) };
+        stretch.bend_axes(machine, near)?;
         Ok(Some(stretch))
     }
 
@@ -100,42 +104,69 @@ impl<'a> Stretch<'a> {
         self.pieces[node.piece].feed_mm_s
     }
 
-    /// The place after the way `s`, clamped to the stretch.
-    pub fn at(&self, s: f64) -> Place {
-        let after = self.nodes.partition_point(|node| node.s < s).clamp(1, self.nodes.len() - 1);
+    /// The piece at the way `s`, clamped to the stretch.
+    pub fn piece_at(&self, s: f64) -> usize {
+        self.nodes[self.node_after(s, 1)].piece
+    }
+
+    /// The first node from `from` on at or after the way `s`, but never the first or beyond the last.
+    fn node_after(&self, s: f64, from: usize) -> usize {
+        // Samples follow each other closely: the next nodes first, then all that are left.
+        let near = self.nodes.len().min(from + LOOK_AHEAD);
+        let after = match self.nodes[from..near].iter().position(|node| node.s >= s) {
+            Some(ahead) => from + ahead,
+            None => near + self.nodes[near..].partition_point(|node| node.s < s),
+        };
+        after.clamp(1, self.nodes.len() - 1)
+    }
+
+    /// The place after the way `s`, where `after` is the node there.
+    fn place(&self, s: f64, after: usize) -> Place {
         let (a, b) = (&self.nodes[after - 1], &self.nodes[after]);
         let u = if a.piece == b.piece { hermite(a, b, s.clamp(a.s, b.s)) } else { b.u };
         Place { piece: b.piece, u }
     }
 
-    /// Axis positions every sample of `motion`, from `near` on; one column an axis.
-    pub fn columns(
-        &self,
-        motion: impl Iterator<Item = f64>,
-        kinematics: &dyn Kinematics,
-        near: &[f64],
-        columns: &mut [Vec<f64>],
-    ) -> Result<(), MotionError> {
-        let mut near = near.to_vec();
-        for s in motion {
-            let place = self.at(s);
-            near = self.pieces[place.piece]
-                .joints(place.u, kinematics, &near)
+    /// Axis positions and pieces every sample of `motion`, which never goes back, from `near` on.
+    pub fn follow(&self, motion: &[f64], machine: &Seats, near: &[f64]) -> Result<Followed, MotionError> {
+        // Of several solutions the one nearest to the sample before is taken; where there is one only, parts are worked on side by side.
+        let part = if self.bends { motion.len() } else { SAMPLES };
+        let parts = motion.par_chunks(part).map(|motion| self.follow_part(motion, machine, near));
+        let mut whole = Followed { columns: vec![Vec::with_capacity(motion.len()); near.len()], pieces: Vec::new() };
+        for part in parts.collect::<Vec<_>>() {
+            let part = part?;
+            whole.columns.iter_mut().zip(part.columns).for_each(|(column, positions)| column.extend(positions));
+            whole.pieces.extend(part.pieces);
+        }
+        Ok(whole)
+    }
+
+    fn follow_part(&self, motion: &[f64], machine: &Seats, near: &[f64]) -> Result<Followed, MotionError> {
+        let mut joints = near.to_vec();
+        let mut columns = vec![Vec::with_capacity(motion.len()); near.len()];
+        let mut pieces = Vec::with_capacity(motion.len());
+        let mut after = 1;
+        for &s in motion {
+            after = self.node_after(s, after);
+            let place = self.place(s, after);
+            self.pieces[place.piece]
+                .joints(place.u, machine, &mut joints)
                 .map_err(|error| error.on_piece(self.index[place.piece], s))?;
-            for (column, position) in columns.iter_mut().zip(&near) {
+            for (column, position) in columns.iter_mut().zip(&joints) {
                 column.push(*position);
             }
+            pieces.push(self.index[place.piece]);
         }
-        Ok(())
+        Ok(Followed { columns, pieces })
     }
 
     /// Derivatives of the axes where they do not follow from the way itself: differences over the curve's parameter.
-    fn bend_axes(&mut self, kinematics: &dyn Kinematics, near: &[f64]) -> Result<(), MotionError> {
+    fn bend_axes(&mut self, machine: &Seats, near: &[f64]) -> Result<(), MotionError> {
         let mut near = near.to_vec();
         let mut before: Option<(f64, Vec<f64>)> = None;
         for node in &mut self.nodes {
             let piece = &self.pieces[node.piece];
-            if !bends(piece, kinematics) {
+            if !bends(piece, machine) {
                 before = None;
                 continue;
             }
@@ -143,13 +174,17 @@ impl<'a> Stretch<'a> {
             // Some micrometres of way: far above rounding, far below any feature.
             let (first, last) = piece.curve.domain();
             let h = 5e-3 * (0.5 * (last - first)).min(node.du[0]);
-            let at = |u: f64, near: &[f64]| piece.joints(u, kinematics, near).map_err(|error| error.on_piece(index, node.s));
+            let at = |u: f64, near: &[f64]| {
+                let mut joints = near.to_vec();
+                piece.joints(u, machine, &mut joints).map_err(|error| error.on_piece(index, node.s))?;
+                Ok::<_, MotionError>(joints)
+            };
             // One-sided at the ends of the curve: beyond them it is clamped.
             let middle = node.u.clamp(first + h, last - h);
             near = at(node.u, &near)?;
             let [a, b, c] = [middle - h, middle, middle + h].map(|u| at(u, &near));
             let (a, b, c) = (a?, b?, c?);
-            for (axis, place) in kinematics.axes().iter().enumerate() {
+            for (axis, place) in machine.kinematics.axes().iter().enumerate() {
                 let Some(slot) = place.slot() else { continue };
                 let first = (c[axis] - a[axis]) / (2.0 * h);
                 let second = (c[axis] - 2.0 * b[axis] + a[axis]) / (h * h);
@@ -176,13 +211,49 @@ impl<'a> Stretch<'a> {
     }
 }
 
+/// The nodes of some pieces, the first of which has this number, over the way from its start.
+fn lay(pieces: &[Piece], first: usize, machine: &Seats) -> Vec<Node> {
+    let mut nodes = Vec::with_capacity(3 * pieces.len());
+    let mut parameters = Vec::new();
+    let mut s = 0.0;
+    for (number, piece) in pieces.iter().enumerate() {
+        let length = length_between(piece, piece.range.0, piece.range.1);
+        let coarse = first_cuts(piece, length, machine);
+        let at = |i: usize| piece.range.0 + (piece.range.1 - piece.range.0) * i as f64 / coarse as f64;
+        parameters.clear();
+        parameters.push(piece.range.0);
+        for i in 0..coarse {
+            refine(piece, (at(i), at(i + 1)), DEPTH, &mut parameters);
+        }
+        nodes.push(node(piece, parameters[0], s, first + number));
+        let whole = parameters.len() == 2;
+        for ends in parameters.windows(2) {
+            s += if whole { length } else { length_between(piece, ends[0], ends[1]) };
+            nodes.push(node(piece, ends[1], s, first + number));
+        }
+    }
+    nodes
+}
+
 /// Turn of a rotary axis from one node to the next, rad, and on a mm of way, rad/mm, that only a pole asks for.
 const POLE_RAD: f64 = 1.2;
 const POLE_RAD_MM: f64 = 12.0;
 
 /// Whether axes move otherwise than the way: a tip in the workpiece frame on a machine that turns it.
-fn bends(piece: &Piece, kinematics: &dyn Kinematics) -> bool {
-    kinematics.turns() && !matches!(piece.turning, Turning::Axes(_))
+fn bends(piece: &Piece, machine: &Seats) -> bool {
+    machine.kinematics.turns() && !matches!(piece.turning, Turning::Axes(_))
+}
+
+/// Into how many intervals a piece of this length is cut before they are refined.
+fn first_cuts(piece: &Piece, length_mm: f64, machine: &Seats) -> usize {
+    let least = match piece.degree() {
+        _ if bends(piece, machine) => 2.0,
+        Some(1) => return 1,
+        // Its direction comes back to a ray at most twice: ends and middle tell that it turns.
+        Some(2 | 3) => 1.0,
+        _ => 2.0,
+    };
+    (length_mm / COARSE_MM).clamp(least, 512.0) as usize
 }
 
 /// `u(s)` between two nodes by the quintic that meets values and two derivatives at both: the point stays on the curve.
@@ -212,7 +283,7 @@ fn node(of: &Piece, u: f64, s: f64, piece: usize) -> Node {
     let u3 = (3.0 * slope * slope * u1 - bend) * u1.powi(4);
     let way = [c1 * u1, c2 * (u1 * u1) + c1 * u2, c3 * (u1 * u1 * u1) + c2 * (3.0 * u1 * u2) + c1 * u3];
     let axes = way.map(|d| std::array::from_fn(|slot| if slot < 3 { d[slot] } else { d[slot] / MM_PER_RAD }));
-    let point = [way[0], way[1]].map(|d| Vec3::new(d[0], d[1], d[2]));
+    let point = [way[0], way[1]].map(|d| Vec3::new(d[0], d[1], d[2]).norm());
     Node { s, u, du: [u1, u2], point, axes, piece }
 }
 
@@ -225,7 +296,7 @@ pub(super) fn angle(a: &Way, b: &Way) -> f64 {
 /// Appends the end parameters of sub-intervals that are short and turn little.
 fn refine(piece: &Piece, (from, to): (f64, f64), depth: u32, out: &mut Vec<f64>) {
     let middle = 0.5 * (from + to);
-    let [a, m, b] = [from, middle, to].map(|u| piece.derivatives(u)[1]);
+    let [a, m, b] = [from, middle, to].map(|u| piece.velocity(u));
     let long = (to - from) * m.norm() > STEP_MM;
     if depth > 0 && (long || angle(&a, &m) + angle(&m, &b) > STEP_RAD) {
         refine(piece, (from, middle), depth - 1, out);
@@ -246,15 +317,23 @@ const GAUSS: [(f64, f64); 5] = [
 
 /// Way between two parameters, mm; negative when `to` lies before `from`.
 pub(super) fn length_between(piece: &Piece, from: f64, to: f64) -> f64 {
-    GAUSS.iter().map(|(node, weight)| weight * piece.derivatives(from + (to - from) * node)[1].norm()).sum::<f64>() * (to - from)
+    let speed = |share: f64| piece.velocity(from + (to - from) * share).norm();
+    let mean = match piece.degree() {
+        Some(1) => speed(0.5),
+        _ => GAUSS.iter().map(|(node, weight)| weight * speed(*node)).sum(),
+    };
+    mean * (to - from)
 }
 
 /// The parameter `length_mm` after (or, negative, before) `u`, for lengths that are short against the curve's features.
 pub(super) fn parameter_after(piece: &Piece, u: f64, length_mm: f64) -> f64 {
-    let mut end = u + length_mm / piece.derivatives(u)[1].norm();
+    let mut end = u + length_mm / piece.velocity(u).norm();
+    if piece.degree() == Some(1) {
+        return end;
+    }
     for _ in 0..8 {
         let miss = length_mm - length_between(piece, u, end);
-        end += miss / piece.derivatives(end)[1].norm();
+        end += miss / piece.velocity(end).norm();
     }
     end
 }

@@ -19,8 +19,11 @@ pub use piece::{MM_PER_RAD, Piece, RotaryPath, Turning};
 
 use std::sync::Arc;
 
-use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
-use geometry::Stretch;
+use rayon::prelude::*;
+
+use crate::{AxisLimits, Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
+use geometry::{Followed, Stretch};
+use piece::Seats;
 use profile::SpeedLimit;
 
 /// Settings of the feed planner.
@@ -79,22 +82,22 @@ pub fn plan(
     let mut samples: Vec<PathSample> = Vec::new();
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
+    let machine = Seats::of(kinematics.as_ref());
     for pieces in path.stretches(settings.corner_tolerance_mm) {
         let near: Vec<f64> = columns.iter().map(|column| column.last().copied().unwrap_or(0.0)).collect();
         // Pieces without length have nowhere to go; only their dwell counts.
-        let stretch = Stretch::new(&pieces.pieces, &pieces.first_index, kinematics.as_ref(), &near);
+        let stretch = Stretch::new(&pieces.pieces, &pieces.first_index, &machine, &near);
         if let Some(stretch) = stretch.map_err(|error| error.further(offset_mm))? {
-            let motion = plan_stretch(&stretch, kinematics, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
-            // Consecutive stretches share the sample at which the first one comes to rest.
-            let first = usize::from(offset_mm > 0.0);
-            let motion = std::iter::repeat_n(0.0, rest * (1 - first)).chain(motion.into_iter().skip(first));
-            let motion: Vec<f64> = motion.collect();
-            stretch
-                .columns(motion.iter().copied(), kinematics.as_ref(), &near, &mut columns)
-                .map_err(|error| error.further(offset_mm))?;
-            samples.extend(
-                motion.iter().map(|s| PathSample { piece: stretch.index_of(stretch.at(*s).piece), position_mm: offset_mm + s }),
-            );
+            let (motion, followed) =
+                plan_stretch(&stretch, &machine, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
+            // The path begins with a rest; consecutive stretches share the sample at which the first one comes to rest.
+            let (before, first) = if offset_mm > 0.0 { (0, 1) } else { (rest, 0) };
+            for (column, positions) in columns.iter_mut().zip(&followed.columns) {
+                column.extend(std::iter::repeat_n(positions[0], before));
+                column.extend(&positions[first..]);
+            }
+            let sample = |k: usize| PathSample { piece: followed.pieces[k], position_mm: offset_mm + motion[k] };
+            samples.extend(std::iter::repeat_n(0, before).chain(first..motion.len()).map(sample));
             for (piece, end) in stretch.piece_ends() {
                 piece_ends_mm[piece] = offset_mm + end;
             }
@@ -180,16 +183,17 @@ const ROUNDS: usize = 200;
 /// Room left for rounding when limits are compared.
 const SLACK: f64 = 1.0 + 1e-7;
 
-/// Arc length at every sample of one stretch, from rest to rest.
+/// Arc length at every sample of one stretch, from rest to rest, and where the axes are.
 fn plan_stretch(
     stretch: &Stretch,
-    kinematics: &Arc<dyn Kinematics>,
+    machine: &Seats,
     limits: &Limits,
     settings: &PlanSettings,
     near: &[f64],
-) -> Result<Vec<f64>, MotionError> {
+) -> Result<(Vec<f64>, Followed), MotionError> {
     let period = settings.period_s;
-    let mut speed = SpeedLimit::new(stretch, kinematics.axes(), limits, period);
+    let axes = machine.kinematics.axes();
+    let mut speed = SpeedLimit::new(stretch, axes, limits, period);
     let windows = [
         ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
@@ -198,16 +202,14 @@ fn plan_stretch(
     let mut worst = (0.0, String::new());
     for _ in 0..ROUNDS {
         let motion = smooth::sample(&speed.fastest(), period, windows);
-        let mut columns = vec![Vec::with_capacity(motion.len()); kinematics.axes().len()];
-        stretch.columns(motion.iter().copied(), kinematics.as_ref(), near, &mut columns)?;
-        let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
-        let excess = excess(&trajectory, limits);
+        let followed = stretch.follow(&motion, machine, near)?;
+        let excess = excess(&followed.columns, limits, period);
         let Some(top) = excess.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)) else {
-            return Ok(motion);
+            return Ok((motion, followed));
         };
         let what = format!(
             "axis {} would reach {:.4} times its {} limit",
-            kinematics.axes()[top.axis],
+            axes[top.axis],
             top.ratio,
             ["velocity", "acceleration", "jerk"][top.order - 1]
         );
@@ -215,7 +217,7 @@ fn plan_stretch(
         speed.lower(&motion, &excess, spread_s, period);
     }
     let (position_mm, what) = worst;
-    Err(MotionError::Infeasible { piece: stretch.index_of(stretch.at(position_mm).piece), position_mm, what })
+    Err(MotionError::Infeasible { piece: stretch.index_of(stretch.piece_at(position_mm)), position_mm, what })
 }
 
 /// A sample at which an axis exceeds a limit.
@@ -229,28 +231,30 @@ struct Excess {
 }
 
 /// Every sample whose backward differences exceed a limit; positions before the first and after the last sample rest.
-fn excess(trajectory: &Trajectory, limits: &Limits) -> Vec<Excess> {
-    let period = trajectory.period_s();
+fn excess(columns: &[Vec<f64>], limits: &Limits, period_s: f64) -> Vec<Excess> {
+    let of_axis = |(axis, (column, limit)): (usize, (&Vec<f64>, &AxisLimits))| excess_of_axis(axis, column, limit, period_s);
+    columns.par_iter().zip(&limits.axes).enumerate().flat_map_iter(of_axis).collect()
+}
+
+fn excess_of_axis(axis: usize, column: &[f64], limit: &AxisLimits, period_s: f64) -> Vec<Excess> {
     let mut found = Vec::new();
-    for (axis, (column, limit)) in trajectory.columns().iter().zip(&limits.axes).enumerate() {
-        let bounds = [limit.velocity, limit.acceleration, limit.jerk];
-        let n = column.len();
-        let at = |k: usize| column[k.min(n - 1)];
-        let mut before = [0.0; 3];
-        for k in 1..n + 3 {
-            let v = (at(k) - at(k - 1)) / period;
-            let a = (v - before[0]) / period;
-            let j = (a - before[1]) / period;
-            // Positions carry rounding errors, which a third difference magnifies.
-            let rounding = 8.0 * f64::EPSILON * at(k).abs().max(1.0);
-            for (order, value) in [(1, v), (2, a), (3, j)] {
-                let noise = rounding / period.powi(order as i32);
-                let ratio = (value.abs() - noise) / bounds[order - 1];
-                if ratio > SLACK {
-                    found.push(Excess { sample: k.min(n - 1), axis, order, ratio });
-                }
+    let rate = 1.0 / period_s;
+    let rates = [rate, rate * rate, rate * rate * rate];
+    let bounds = [limit.velocity, limit.acceleration, limit.jerk];
+    let n = column.len();
+    let (mut last, mut speed, mut acceleration) = (column[0], 0.0, 0.0);
+    for (k, &position) in column.iter().chain(std::iter::repeat_n(&column[n - 1], 3)).enumerate().skip(1) {
+        let v = (position - last) * rate;
+        let a = (v - speed) * rate;
+        let j = (a - acceleration) * rate;
+        (last, speed, acceleration) = (position, v, a);
+        // Positions carry rounding errors, which a third difference magnifies.
+        let rounding = 8.0 * f64::EPSILON * position.abs().max(1.0);
+        for (order, value) in [v, a, j].into_iter().enumerate() {
+            let free_of_noise = value.abs() - rounding * rates[order];
+            if free_of_noise > SLACK * bounds[order] {
+                found.push(Excess { sample: k.min(n - 1), axis, order: order + 1, ratio: free_of_noise / bounds[order] });
             }
-            before = [v, a, j];
         }
     }
     found

@@ -1,5 +1,7 @@
 //! The tool path that is planned: pieces of curves, one after the other.
 
+use rayon::prelude::*;
+
 use super::{Piece, corner};
 
 /// A tool path: every piece starts where the one before it ends.
@@ -30,14 +32,12 @@ impl ToolPath {
 
     /// The stretches between rests, corners within them rounded.
     pub(super) fn stretches(&self, corner_tolerance_mm: f64) -> Vec<Run> {
+        let stops = |pair: &[Piece]| pair[0].stops() || !corner::can_pass(&pair[0], &pair[1], corner_tolerance_mm);
+        let stops: Vec<bool> = self.pieces.par_windows(2).with_min_len(corner::SHARE).map(stops).collect();
         let mut runs = Vec::new();
         let mut first = 0;
         for index in 0..self.pieces.len() {
-            let last = index + 1 == self.pieces.len();
-            let stop = last
-                || self.pieces[index].stops()
-                || !corner::can_pass(&self.pieces[index], &self.pieces[index + 1], corner_tolerance_mm);
-            if stop {
+            if stops.get(index).copied().unwrap_or(true) {
                 let (pieces, first_index) = corner::round(&self.pieces[first..=index], first, corner_tolerance_mm);
                 runs.push(Run { first_index, pieces, dwell_s: self.pieces[index].dwell_s });
                 first = index + 1;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
+use crate::curves::{Bezier, Line};
 use crate::{Axis, AxisKind, Curve, Kinematics, MotionError, Pose, Vec3};
 
 /// X, Y, Z in mm, and A, B, C with a degree counted as a millimetre, as controls do when they weigh one against the other.
@@ -11,32 +12,39 @@ pub(super) type Way = SVector<f64, 6>;
 /// Way of one rad of a rotary axis, mm.
 pub const MM_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 
-/// Rotary axes A, B, C (rad) over a curve's parameter from 0 to 1: a cubic by its Bézier points.
+/// Rotary axes A, B, C (rad) over a curve's parameter from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RotaryPath {
-    points: [Vec3; 4],
+pub struct RotaryPath(Shape);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    Line(Line),
+    Bezier(Bezier),
 }
 
 impl RotaryPath {
     /// From one position to another, evenly in the parameter; rad.
     #[must_use]
     pub fn linear(from: Vec3, to: Vec3) -> Self {
-        Self { points: [from, from.lerp(&to, 1.0 / 3.0), from.lerp(&to, 2.0 / 3.0), to] }
+        Self(Shape::Line(Line { start: from, end: to }))
     }
 
     pub(super) fn bezier(points: [Vec3; 4]) -> Self {
-        Self { points }
+        Self(Shape::Bezier(Bezier { points }))
     }
 
-    /// Positions and three derivatives at `u`, rad.
-    fn derivatives(&self, u: f64) -> [Vec3; 4] {
-        crate::curves::Bezier { points: self.points }.derivatives(u)
+    /// The same as a curve, its lengths in rad.
+    fn curve(&self) -> &dyn Curve {
+        match &self.0 {
+            Shape::Line(line) => line,
+            Shape::Bezier(bezier) => bezier,
+        }
     }
 
     /// Positions at `u`, rad.
     #[must_use]
     pub fn at(&self, u: f64) -> Vec3 {
-        self.derivatives(u)[0]
+        self.curve().point(u)
     }
 }
 
@@ -107,45 +115,84 @@ impl Piece {
 
     /// Position on the way and its derivatives with respect to the curve's parameter.
     pub(super) fn derivatives(&self, u: f64) -> [Way; 4] {
-        let mut way = self.curve.derivatives(u).map(|d| Way::new(d.x, d.y, d.z, 0.0, 0.0, 0.0));
-        if let Some(path) = self.turning.rotary() {
-            for (way, rotary) in way.iter_mut().zip(path.derivatives(u)) {
-                way.fixed_rows_mut::<3>(3).copy_from(&(rotary * MM_PER_RAD));
-            }
-        }
-        way
+        let linear = self.curve.derivatives(u);
+        let rotary = self.turning.rotary().map_or([Vec3::zeros(); 4], |path| path.curve().derivatives(u));
+        std::array::from_fn(|order| way(linear[order], rotary[order]))
     }
 
-    /// Axis positions at `u`, nearest to `near` where there are several.
-    pub(super) fn joints(&self, u: f64, kinematics: &dyn Kinematics, near: &[f64]) -> Result<Vec<f64>, MotionError> {
+    /// Place on the way.
+    pub(super) fn place(&self, u: f64) -> Way {
+        way(self.curve.point(u), self.turning.rotary().map_or(Vec3::zeros(), |path| path.at(u)))
+    }
+
+    /// First derivative of the way with respect to the curve's parameter.
+    pub(super) fn velocity(&self, u: f64) -> Way {
+        let rotary = self.turning.rotary().map_or(Vec3::zeros(), |path| path.curve().velocity(u));
+        way(self.curve.velocity(u), rotary)
+    }
+
+    /// Degree of a way that is a polynomial in the curve's parameter.
+    pub(super) fn degree(&self) -> Option<usize> {
+        let rotary = self.turning.rotary().map_or(Some(0), |path| path.curve().degree());
+        Some(self.curve.degree()?.max(rotary?))
+    }
+
+    /// Moves `joints` to the axis positions at `u`, the nearest where there are several.
+    pub(super) fn joints(&self, u: f64, machine: &Seats, joints: &mut [f64]) -> Result<(), MotionError> {
         let point = self.curve.point(u);
         match &self.turning {
-            Turning::Curve => kinematics.inverse(&Pose { tip: point, tool: self.curve.tool(u) }, near),
-            Turning::Tip(path) => kinematics.place(&point, &path.at(u).into(), near),
-            Turning::Axes(path) => {
-                let rotary = path.at(u);
-                let at = |axis: &Axis, near: f64| axis.slot().map_or(near, |slot| [point, rotary][slot / 3][slot % 3]);
-                let axes = kinematics.axes().iter().zip(near).enumerate();
-                axes.map(|(index, (axis, near))| within_travel(kinematics, index, at(axis, *near))).collect()
-            }
+            Turning::Curve => machine.kinematics.reach(&Pose { tip: point, tool: self.curve.tool(u) }, joints),
+            Turning::Tip(path) => machine.kinematics.place_at(&point, &path.at(u).into(), joints),
+            Turning::Axes(path) => machine.stand(&point, &path.at(u), joints),
         }
     }
+}
+
+/// A place or derivative of the way.
+fn way(linear: Vec3, rotary: Vec3) -> Way {
+    let rotary = rotary * MM_PER_RAD;
+    Way::new(linear.x, linear.y, linear.z, rotary.x, rotary.y, rotary.z)
 }
 
 /// Rounding of a program's words may lead this far beyond a travel, mm or rad.
 const BEYOND: f64 = 1e-6;
 
-/// The position of an axis, refused beyond its travel.
-fn within_travel(kinematics: &dyn Kinematics, index: usize, position: f64) -> Result<f64, MotionError> {
-    let Some([low, high]) = kinematics.travel(index) else { return Ok(position) };
-    if (low - BEYOND..=high + BEYOND).contains(&position) {
-        return Ok(position);
+/// A machine with the place of each of its axes among X, Y, Z, A, B, C.
+pub(super) struct Seats<'a> {
+    pub kinematics: &'a dyn Kinematics,
+    slots: Vec<Option<usize>>,
+}
+
+impl<'a> Seats<'a> {
+    pub fn of(kinematics: &'a dyn Kinematics) -> Self {
+        Self { kinematics, slots: kinematics.axes().iter().map(Axis::slot).collect() }
     }
-    let axis = &kinematics.axes()[index];
-    let shown = |value: f64| match axis.kind {
-        AxisKind::Rotary => format!("{:.3}°", value.to_degrees()),
-        AxisKind::Linear => format!("{value:.3} mm"),
-    };
-    let (at, low, high) = (shown(position), shown(low), shown(high));
-    Err(MotionError::Unreachable(format!("axis `{axis}` would stand at {at}, outside its travel from {low} to {high}")))
+
+    /// Moves the axes that have a place among X, Y, Z, A, B, C there.
+    fn stand(&self, linear: &Vec3, rotary: &Vec3, joints: &mut [f64]) -> Result<(), MotionError> {
+        for (index, (joint, slot)) in joints.iter_mut().zip(&self.slots).enumerate() {
+            match *slot {
+                Some(slot @ 0..3) => *joint = linear[slot],
+                Some(slot) => *joint = rotary[slot - 3],
+                None => {}
+            }
+            self.check_travel(index, *joint)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a position beyond an axis's travel.
+    fn check_travel(&self, index: usize, position: f64) -> Result<(), MotionError> {
+        let Some([low, high]) = self.kinematics.travel(index) else { return Ok(()) };
+        if (low - BEYOND..=high + BEYOND).contains(&position) {
+            return Ok(());
+        }
+        let axis = &self.kinematics.axes()[index];
+        let shown = |value: f64| match axis.kind {
+            AxisKind::Rotary => format!("{:.3}°", value.to_degrees()),
+            AxisKind::Linear => format!("{value:.3} mm"),
+        };
+        let (at, low, high) = (shown(position), shown(low), shown(high));
+        Err(MotionError::Unreachable(format!("axis `{axis}` would stand at {at}, outside its travel from {low} to {high}")))
+    }
 }

@@ -20,9 +20,14 @@ const CRAWL_MM_S: f64 = 1e-3;
 /// Squared speed caps at the nodes of a stretch.
 pub(super) struct SpeedLimit<'a> {
     nodes: &'a [Node],
-    limits: &'a Limits,
-    /// Limits of the axes that have a place among X, Y, Z, A, B, C, with that place.
-    axes: Vec<(usize, AxisLimits)>,
+    /// Way from the node before, mm; zero at the first.
+    steps: Vec<f64>,
+    /// Least acceleration along the path that is ever planned with, mm/s².
+    least_acceleration: f64,
+    /// What bounds the acceleration along the path, node after node.
+    room: Vec<Room>,
+    /// Where the bounds of each node begin, and where those of the last one end.
+    room_of: Vec<usize>,
     /// Cap on the squared speed at every node, mm²/s².
     cap: Vec<f64>,
     /// Factor, at most 1, on the acceleration in the interval that ends at the node.
@@ -31,21 +36,40 @@ pub(super) struct SpeedLimit<'a> {
     squared: Vec<f64>,
 }
 
+/// A bound on the acceleration along the path that falls with the squared speed `w`: `most − bend·w`, mm/s².
+#[derive(Debug, Clone, Copy)]
+struct Room {
+    most: f64,
+    bend: f64,
+}
+
+impl Room {
+    fn at(&self, squared: f64) -> f64 {
+        self.most - self.bend * squared
+    }
+
+    /// Whether this bound says nothing beside another for squared speeds up to `top`.
+    fn follows_from(&self, other: &Self, top: f64) -> bool {
+        other.most <= self.most && other.at(top) <= self.at(top)
+    }
+}
+
 impl<'a> SpeedLimit<'a> {
-    pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &'a Limits, period_s: f64) -> Self {
+    pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &Limits, period_s: f64) -> Self {
         let nodes = &stretch.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
         let mut cap: Vec<f64> = nodes
             .iter()
             .map(|node| {
-                let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0].norm());
+                let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0]);
                 pointwise(node, &axes, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
             })
             .collect();
+        let steps: Vec<f64> = std::iter::once(0.0).chain(nodes.windows(2).map(|pair| pair[1].s - pair[0].s)).collect();
         // A jump of curvature is a jump of acceleration, to be taken within one period.
         for k in 1..nodes.len() {
-            if nodes[k].s - nodes[k - 1].s <= 0.0 {
+            if steps[k] <= 0.0 {
                 for (slot, limit) in &axes {
                     let jump = nodes[k].axes[1][*slot] - nodes[k - 1].axes[1][*slot];
                     let most = limit.jerk * period_s / jump.abs();
@@ -55,12 +79,23 @@ impl<'a> SpeedLimit<'a> {
                 }
             }
         }
-        Self { nodes, limits, axes, share: vec![1.0; cap.len()], squared: Vec::new(), cap }
+        // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
+        let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
+        let mut room: Vec<Room> = Vec::with_capacity(nodes.len());
+        let mut room_of = vec![0];
+        for (k, node) in nodes.iter().enumerate() {
+            // The speed at a node is asked for with that of its neighbours.
+            let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
+            bounds(node, &axes, limits).for_each(|bound| add(bound, top, room_of[k], &mut room));
+            room_of.push(room.len());
+        }
+        let share = vec![1.0; nodes.len()];
+        Self { nodes, steps, least_acceleration, room, room_of, cap, share, squared: Vec::new() }
     }
 
     /// The fastest profile from rest to rest.
     pub fn fastest(&mut self) -> Vec<Phase> {
-        let n = self.nodes.len();
+        let n = self.cap.len();
         let mut squared = self.cap.clone();
         squared[0] = 0.0;
         squared[n - 1] = 0.0;
@@ -72,7 +107,7 @@ impl<'a> SpeedLimit<'a> {
         }
         let mut phases = Vec::new();
         for k in 1..n {
-            let ds = self.nodes[k].s - self.nodes[k - 1].s;
+            let ds = self.steps[k];
             if ds > 0.0 {
                 let (e0, e1) = (squared[k - 1], squared[k]);
                 let needed = (e1 - e0).abs() / (2.0 * ds);
@@ -87,23 +122,14 @@ impl<'a> SpeedLimit<'a> {
 
     /// Squared speed that can be reached over the interval ending at `k`, from `squared` at node `at`.
     fn reach(&self, k: usize, at: usize, squared: f64) -> f64 {
-        let ds = self.nodes[k].s - self.nodes[k - 1].s;
-        squared + 2.0 * self.acceleration(k, at, squared) * ds
+        squared + 2.0 * self.acceleration(k, at, squared) * self.steps[k]
     }
 
     /// Acceleration along the path that the axes leave room for at node `at`, mm/s².
     fn acceleration(&self, k: usize, at: usize, squared: f64) -> f64 {
-        let Node { point, axes: [tangent, normal, _], .. } = &self.nodes[at];
-        // Along a turn on the spot the path has no acceleration of its own.
-        let mut most = self.limits.path_acceleration_mm_s2 / point[0].norm().max(1e-3);
-        for (slot, limit) in &self.axes {
-            let share = tangent[*slot].abs();
-            if share > 1e-9 {
-                most = most.min((limit.acceleration - normal[*slot].abs() * squared).max(0.0) / share);
-            }
-        }
-        // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
-        most.max(0.01 * self.limits.path_acceleration_mm_s2) * self.share[k]
+        let room = &self.room[self.room_of[at]..self.room_of[at + 1]];
+        let most = room.iter().fold(f64::INFINITY, |most, room| most.min(room.at(squared)));
+        most.max(self.least_acceleration) * self.share[k]
     }
 
     /// Lowers speed and acceleration where samples of `motion` exceed a limit.
@@ -132,17 +158,44 @@ impl<'a> SpeedLimit<'a> {
     }
 }
 
+/// Adds a bound to those of a node, which begin at `first`, unless it follows from one of them; drops those that follow from it.
+fn add(bound: Room, top: f64, first: usize, room: &mut Vec<Room>) {
+    if room[first..].iter().any(|other| bound.follows_from(other, top)) {
+        return;
+    }
+    let mut kept = first;
+    for k in first..room.len() {
+        if !room[k].follows_from(&bound, top) {
+            room[kept] = room[k];
+            kept += 1;
+        }
+    }
+    room.truncate(kept);
+    room.push(bound);
+}
+
+/// What bounds the acceleration along the path at one place: the path itself, and every axis.
+fn bounds(node: &Node, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
+    let [tangent, normal, _] = node.axes;
+    // Along a turn on the spot the path has no acceleration of its own.
+    let path = Room { most: limits.path_acceleration_mm_s2 / node.point[0].max(1e-3), bend: 0.0 };
+    let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
+        share if share > 1e-9 => Room { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
+        _ => Room { most: f64::INFINITY, bend: 0.0 },
+    };
+    std::iter::once(path).chain(axes.iter().map(of_axis))
+}
+
 /// Cap on the squared speed at one place: feed aside, everything that does not depend on acceleration along the path.
 fn pointwise(node: &Node, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
     let [tangent, normal, third] = &node.axes;
-    let mut most = limits.centripetal_mm_s2 / node.point[1].norm();
+    let (mut speed, mut squared, mut cubed) = (f64::INFINITY, limits.centripetal_mm_s2 / node.point[1], f64::INFINITY);
     for (slot, limit) in axes {
-        most = most
-            .min((limit.velocity / tangent[*slot].abs()).powi(2))
-            .min(limit.acceleration / normal[*slot].abs())
-            .min((limit.jerk / third[*slot].abs()).powf(2.0 / 3.0));
+        speed = speed.min(limit.velocity / tangent[*slot].abs());
+        squared = squared.min(limit.acceleration / normal[*slot].abs());
+        cubed = cubed.min(limit.jerk / third[*slot].abs());
     }
-    most
+    squared.min(speed * speed).min(cubed.cbrt().powi(2))
 }
 
 /// Phases over one interval: up to the top, along it, down.

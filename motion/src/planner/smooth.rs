@@ -34,16 +34,19 @@ fn positions(phases: &[Phase], period_s: f64) -> Vec<f64> {
 
 /// Causal average over `window` samples; rests at both ends, so the result is `window − 1` samples longer.
 fn average(positions: &[f64], window: usize) -> Vec<f64> {
-    let last = positions.len() - 1;
+    let Some(&last) = positions.last() else { return Vec::new() };
     let scale = 1.0 / window as f64;
-    let mut out: Vec<f64> = (0..positions.len() + window - 1)
-        .map(|k| {
-            let sum: f64 = (0..window).map(|back| (k + 1).checked_sub(back + 1).map_or(0.0, |i| positions[i.min(last)])).sum();
-            (sum * scale).min(positions[last])
-        })
-        .collect();
+    let mut rested = vec![0.0; window - 1];
+    rested.extend_from_slice(positions);
+    rested.extend(std::iter::repeat_n(last, window - 1));
+    let mut out = vec![0.0; positions.len() + window - 1];
+    // Sample beside sample, so that the sums do not wait for each other.
+    for back in (0..window).rev() {
+        out.iter_mut().zip(&rested[back..]).for_each(|(sum, position)| *sum += position);
+    }
+    out.iter_mut().for_each(|sum| *sum = (*sum * scale).min(last));
     if let Some(end) = out.last_mut() {
-        *end = positions[last];
+        *end = last;
     }
     out
 }
