@@ -17,7 +17,7 @@ use crate::pipeline::Part;
 /// # Errors
 /// When the two do not match.
 pub fn contour_errors(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<ContourError>> {
-    errors_from(desired, actual, &desired.tips())
+    errors_from(desired, &desired.tips_of(actual)?, &desired.tips())
 }
 
 /// As [`contour_errors`], for a run whose command `reference` keeps near the path but not its time: a program that a control planned
@@ -36,20 +36,19 @@ pub fn contour_errors_along(
         path.len() == commanded.len() && path.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < 0.2);
     if in_time {
         let places = (0..path.len()).map(|k| k as f64).collect();
-        return Ok((errors_from(desired, actual, &path)?, places));
+        return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, places));
     }
     let places = follow(&commanded, &path)?;
-    Ok((errors_from(desired, actual, &at_places(&path, &places))?, places))
+    Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &places))?, places))
 }
 
-/// Errors of `actual` from the path whose places at the same instants are `path`.
-fn errors_from(desired: &DesiredPath, actual: &Trajectory, path: &[Vec3]) -> Result<Vec<ContourError>> {
-    let tips = desired.tips_of(actual)?;
+/// Errors of the tips of a run from the path whose places at the same instants are `path`.
+fn errors_from(desired: &DesiredPath, tips: &[Vec3], path: &[Vec3]) -> Result<Vec<ContourError>> {
     let mut estimator: Box<dyn ContourEstimator> = match desired.curve() {
         Some(curve) => Box::new(ExactOnCurve::new(curve.clone())),
         None => Box::new(Exact::default()),
     };
-    Ok(estimator.estimate(&tips, path)?)
+    Ok(estimator.estimate(tips, path)?)
 }
 
 /// The figures of a run.
@@ -106,9 +105,12 @@ impl Figures {
 /// # Errors
 /// As [`contour_errors`].
 pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Figures> {
-    let errors = contour_errors(desired, actual)?;
+    let poses = poses_of(actual, desired.kinematics().as_ref())?;
+    let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
+    let errors = errors_from(desired, &tips, &desired.tips())?;
     let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(*k));
-    let orientation = orientation(desired, &errors, desired.poses(), actual, counts)?;
+    let turns = desired.kinematics().turns();
+    let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, counts)).transpose()?;
     Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
 }
 
@@ -128,10 +130,20 @@ pub fn orientation(
         return Ok(None);
     }
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
-    let angles = orientation_errors(errors, &poses, path).into_iter().enumerate().filter(|(k, _)| counts(k));
+    summary_of_directions(errors, path, &poses, counts).map(Some)
+}
+
+/// Figures of the tool's direction of the poses `actual`, at the feet of their `errors` on the poses `path`, over the samples that count.
+fn summary_of_directions(
+    errors: &[ContourError],
+    path: &[Pose],
+    actual: &[Pose],
+    counts: impl Fn(&usize) -> bool,
+) -> Result<OrientationSummary> {
+    let angles = orientation_errors(errors, actual, path).into_iter().enumerate().filter(|(k, _)| counts(k));
     let angles: Vec<f64> = angles.map(|(_, error)| error.angle_rad).collect();
     let figures = summary_of(&angles, None).ok_or_else(|| anyhow::anyhow!("the path has no samples"))?;
-    Ok(Some(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm }))
+    Ok(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm })
 }
 
 /// RMS, MAX and 95th percentile of the tip's contour error over the samples of a run, mm; of a program only over those of its feed moves.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use clap::ValueEnum;
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
+use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, Round, StopRule, learn};
 use machine::{Machine, MachineError};
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
 use motion::contour::Exact;
@@ -140,24 +140,20 @@ pub fn compensate(
     let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
     let stop = StopRule { updates, stall: 0.0 };
+    let mut figures = Vec::new();
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
-        evaluate::figures(desired, part, actual).map_or(f64::INFINITY, |figures| figures.judged_mm())
+        figures.push(evaluate::figures(desired, part, actual));
+        figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm)
     };
-    let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
-    let (Some(first), Some(best)) = (learned.rounds.first(), learned.best()) else {
+    let mut rounds = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?.rounds;
+    let figures: Vec<Figures> = figures.into_iter().collect::<Result<_>>()?;
+    let Some(best) = (0..rounds.len()).min_by(|a, b| rounds[*a].measure.total_cmp(&rounds[*b].measure)) else {
         anyhow::bail!("the path has no samples");
     };
-    let gained = best.measure < (1.0 - LEAST_GAIN) * first.measure;
-    let chosen = if gained { best } else { first };
-    Ok(Outcome {
-        reference: chosen.reference.clone(),
-        forecast: chosen.actual.clone(),
-        before: evaluate::figures(desired, part, &first.actual)?,
-        after: evaluate::figures(desired, part, &chosen.actual)?,
-        updates: learned.rounds.len() - 1,
-        gained,
-        outside,
-    })
+    let gained = rounds[best].measure < (1.0 - LEAST_GAIN) * rounds[0].measure;
+    let (updates, chosen) = (rounds.len() - 1, if gained { best } else { 0 });
+    let Round { reference, actual: forecast, .. } = rounds.swap_remove(chosen);
+    Ok(Outcome { reference, forecast, before: figures[0], after: figures[chosen], updates, gained, outside })
 }
 
 /// A machine behind a control that leaves the path of its program, by as much as it did in a recorded run.

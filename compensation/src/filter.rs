@@ -43,26 +43,37 @@ impl LowPass {
     /// The signal, smoothed; its ends are continued by their values.
     #[must_use]
     pub fn zero_phase(&self, signal: &[f64]) -> Vec<f64> {
-        let (Some(first), Some(last)) = (signal.first(), signal.last()) else {
+        let one: Vec<[f64; 1]> = signal.iter().map(|value| [*value]).collect();
+        self.zero_phase_of(&one).into_iter().map(|[value]| value).collect()
+    }
+
+    /// As [`LowPass::zero_phase`], of several signals side by side.
+    #[must_use]
+    pub fn zero_phase_of<const N: usize>(&self, signals: &[[f64; N]]) -> Vec<[f64; N]> {
+        let (Some(first), Some(last)) = (signals.first(), signals.last()) else {
             return Vec::new();
         };
         let mut padded = vec![*first; self.memory];
-        padded.extend_from_slice(signal);
+        padded.extend_from_slice(signals);
         padded.extend(std::iter::repeat_n(*last, self.memory));
         self.pass(padded.iter_mut());
         self.pass(padded.iter_mut().rev());
-        padded[self.memory..self.memory + signal.len()].to_vec()
+        padded[self.memory..self.memory + signals.len()].to_vec()
     }
 
-    fn pass<'a>(&self, signal: impl Iterator<Item = &'a mut f64>) {
-        let mut state: Option<[f64; 4]> = None;
-        for value in signal {
-            let x = *value;
-            // Starts settled on the first value.
-            let [x1, x2, y1, y2] = state.unwrap_or([x; 4]);
-            let y = self.b[0] * (x + x2) + self.b[1] * x1 - self.a[0] * y1 - self.a[1] * y2;
-            state = Some([x, x1, y, y1]);
-            *value = y;
+    fn pass<'a, const N: usize>(&self, mut signals: impl Iterator<Item = &'a mut [f64; N]>) {
+        let Some(first) = signals.next() else { return };
+        // Starts settled on the first value.
+        let rest = |x: f64| self.b[0] * (x + x) + self.b[1] * x - self.a[0] * x - self.a[1] * x;
+        let (mut x1, mut x2) = (*first, *first);
+        let (mut y1, mut y2) = (first.map(rest), *first);
+        *first = y1;
+        for values in signals {
+            let x = *values;
+            for i in 0..N {
+                values[i] = self.b[0] * (x[i] + x2[i]) + self.b[1] * x1[i] - self.a[0] * y1[i] - self.a[1] * y2[i];
+            }
+            (x2, x1, y2, y1) = (x1, x, y1, *values);
         }
     }
 }

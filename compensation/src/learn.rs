@@ -59,21 +59,24 @@ pub fn learn(
     start: Option<Trajectory>,
     guard: &Guard,
     stop: &StopRule,
-    measure: &mut dyn FnMut(&DesiredPath, &Trajectory) -> f64,
+    measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
     let mut reference = start.unwrap_or_else(|| desired.trajectory().clone());
     let mut rounds = Vec::with_capacity(stop.updates + 1);
     for update in 0..=stop.updates {
         let actual = machine.run(&reference)?;
-        let figure = measure(desired, &actual);
+        // The law does not wait for the figure, which only says whether its update counts.
+        let (figure, next) = std::thread::scope(|scope| {
+            let figure = scope.spawn(|| measure(desired, &actual));
+            let next = (update < stop.updates)
+                .then(|| law.update(desired, &reference, &actual).and_then(|next| guard.apply(desired, &next)));
+            (figure.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), next)
+        });
         let stalled = rounds.last().is_some_and(|last: &Round| figure > (1.0 - stop.stall) * last.measure);
-        let next = (update < stop.updates && !stalled)
-            .then(|| law.update(desired, &reference, &actual).and_then(|next| guard.apply(desired, &next)))
-            .transpose()?;
         rounds.push(Round { reference, actual, measure: figure });
         match next {
-            Some(next) => reference = next,
-            None => break,
+            Some(next) if !stalled => reference = next?,
+            _ => break,
         }
     }
     Ok(Learned { rounds })

@@ -104,17 +104,16 @@ impl CompensationLaw for SpatialIlc {
 
 /// Filters each coordinate of the shifts; those of the tool only where it turns.
 fn smooth(shifts: &mut [Shift], filter: &LowPass, turns: bool) {
-    let mut pass = |of: fn(&mut Shift) -> &mut Vec3| {
-        for axis in 0..3 {
-            let column: Vec<f64> = shifts.iter_mut().map(|shift| of(shift)[axis]).collect();
-            for (shift, value) in shifts.iter_mut().zip(filter.zero_phase(&column)) {
-                of(shift)[axis] = value;
-            }
-        }
-    };
-    pass(|shift| &mut shift.tip);
     if turns {
-        pass(|shift| &mut shift.tool);
+        let both: Vec<[f64; 6]> = shifts.iter().map(|Shift { tip: a, tool: b }| [a.x, a.y, a.z, b.x, b.y, b.z]).collect();
+        for (shift, [x, y, z, i, j, k]) in shifts.iter_mut().zip(filter.zero_phase_of(&both)) {
+            *shift = Shift { tip: Vec3::new(x, y, z), tool: Vec3::new(i, j, k) };
+        }
+    } else {
+        let tips: Vec<[f64; 3]> = shifts.iter().map(|shift| shift.tip.into()).collect();
+        for (shift, tip) in shifts.iter_mut().zip(filter.zero_phase_of(&tips)) {
+            shift.tip = tip.into();
+        }
     }
 }
 
