@@ -84,7 +84,7 @@ impl Channel {
     }
 
     /// Writes the channel's values at the padded samples `start..start + out.len()` to `out`.
-    pub fn fill(&self, signals: &Signals, scales: &Scales, waves: &Waves, start: usize, out: &mut [f64]) {
+    pub fn fill(&self, signals: &Signals, waves: &Waves, start: usize, out: &mut [f64]) {
         let rows = start..start + out.len();
         match self.carrier {
             Carrier::One => out.fill(1.0),
@@ -93,16 +93,15 @@ impl Channel {
             Carrier::Sign => out.copy_from_slice(&signals.sign()[rows.clone()]),
             Carrier::Stop(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
             Carrier::StopLessSign(stop) => {
-                out.copy_from_slice(&signals.stop(stop)[rows.clone()]);
-                for (y, sign) in out.iter_mut().zip(&signals.sign()[rows.clone()]) {
-                    *y -= sign;
+                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.sign()[rows.clone()]);
+                for (y, (z, sign)) in out.iter_mut().zip(stops) {
+                    *y = z - sign;
                 }
             }
             Carrier::SlowStop(stop, speed) => {
-                let decay = -1.0 / scales.slow_speeds[speed];
-                out.copy_from_slice(&signals.stop(stop)[rows.clone()]);
-                for (y, v) in out.iter_mut().zip(&signals.velocity()[rows.clone()]) {
-                    *y *= (v.abs() * decay).exp();
+                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.slow(speed)[rows.clone()]);
+                for (y, (z, slow)) in out.iter_mut().zip(stops) {
+                    *y = z * slow;
                 }
             }
             Carrier::StopMagnitude(stop) => {

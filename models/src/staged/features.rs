@@ -1,6 +1,6 @@
 //! The feature columns of a pass, and the prediction from them.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
 use super::channel::{Channel, Waves};
@@ -102,10 +102,10 @@ impl FeatureSet {
     pub fn block(&self, signals: &Signals, start: usize, rows: usize, spare: usize) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(rows, self.columns() + spare);
         let waves = self.waves(signals, start, rows);
-        let mut column = 0;
+        let (mut column, mut room) = (0, Vec::new());
         for group in &self.groups {
             let (first, _) = group.basis.span();
-            let inputs = self.channels(group, signals, &waves, start, rows);
+            let inputs = channels(group, signals, &waves, start, rows, &mut room);
             for input in inputs.column_iter() {
                 for fir in group.basis.filters() {
                     let mut out = block.column_mut(column);
@@ -121,13 +121,14 @@ impl FeatureSet {
     #[must_use]
     pub fn predict(&self, signals: &Signals, weights: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; signals.len()];
+        let mut room = Vec::new();
         for (index, rows) in out.chunks_mut(BLOCK_ROWS).enumerate() {
-            self.predict_block(signals, weights, index * BLOCK_ROWS, rows);
+            self.predict_block(signals, weights, index * BLOCK_ROWS, rows, &mut room);
         }
         out
     }
 
-    fn predict_block(&self, signals: &Signals, weights: &[f64], start: usize, out: &mut [f64]) {
+    fn predict_block(&self, signals: &Signals, weights: &[f64], start: usize, out: &mut [f64], room: &mut Vec<f64>) {
         let waves = self.waves(signals, start, out.len());
         let mut taken = 0;
         for group in &self.groups {
@@ -135,14 +136,13 @@ impl FeatureSet {
             let (first, _) = group.basis.span();
             let used = &weights[taken..taken + group.columns()];
             taken += group.columns();
-            let inputs = self.channels(group, signals, &waves, start, out.len());
+            let inputs = channels(group, signals, &waves, start, out.len(), room);
             if group.channels.len() == 1 {
                 let response = group.basis.combine(used);
                 response.add_to(inputs.column(0).as_slice(), first, 1.0, out);
             } else {
                 // Mixing the channels before filtering: one response is applied once, however many channels pass through it.
-                let mix = DMatrix::from_column_slice(responses, group.channels.len(), used);
-                let mixed = &inputs * mix.transpose();
+                let mixed = inputs * DMatrix::from_row_slice(group.channels.len(), responses, used);
                 for (fir, input) in group.basis.filters().iter().zip(mixed.column_iter()) {
                     fir.add_to(input.as_slice(), first, 1.0, out);
                 }
@@ -167,16 +167,23 @@ impl FeatureSet {
         let position = &signals.position()[origin..origin + length];
         Waves::new(position, origin, &self.scales)
     }
+}
 
-    /// Channels of a group over a block and the lags around it, one a column.
-    fn channels(&self, group: &FeatureGroup, signals: &Signals, waves: &Waves, start: usize, rows: usize) -> DMatrix<f64> {
-        let (first, last) = group.basis.span();
-        let length = rows + (last - first) as usize;
-        let origin = (signals.pad() as isize + start as isize + first) as usize;
-        let mut inputs = DMatrix::zeros(length, group.channels.len());
-        for (channel, mut column) in group.channels.iter().zip(inputs.column_iter_mut()) {
-            channel.fill(signals, &self.scales, waves, origin, column.as_mut_slice());
-        }
-        inputs
+/// Channels of a group over a block and the lags around it, one a column, written into `room`.
+fn channels<'a>(
+    group: &FeatureGroup,
+    signals: &Signals,
+    waves: &Waves,
+    start: usize,
+    rows: usize,
+    room: &'a mut Vec<f64>,
+) -> DMatrixView<'a, f64> {
+    let (first, last) = group.basis.span();
+    let length = rows + (last - first) as usize;
+    let origin = (signals.pad() as isize + start as isize + first) as usize;
+    room.resize(length * group.channels.len(), 0.0);
+    for (channel, column) in group.channels.iter().zip(room.chunks_exact_mut(length)) {
+        channel.fill(signals, waves, origin, column);
     }
+    DMatrixView::from_slice(room, length, group.channels.len())
 }

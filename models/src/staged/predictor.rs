@@ -114,13 +114,17 @@ impl StagedPredictor {
     pub fn predict_with_position(&self, signal: &AxisSignal<'_>) -> (Vec<f64>, Vec<f64>) {
         let mut expected = signal.reference.to_vec();
         let mut error = vec![0.0; expected.len()];
+        // The motion is the same in all passes; rest at the ends may be longer than one needs.
+        let pad = self.passes.iter().map(|pass| pass.features.pad()).max().unwrap_or(0);
+        let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad);
         for (index, pass) in self.passes.iter().enumerate() {
             if index > 0 {
                 for ((x, r), e) in expected.iter_mut().zip(signal.reference).zip(&error) {
                     *x = r - e;
                 }
             }
-            error = pass.predict(signal, &expected);
+            signals.expect(&expected, &pass.features.scales);
+            error = pass.features.predict(&signals, &pass.weights);
         }
         (error, expected)
     }

@@ -50,6 +50,9 @@ pub struct Signals {
     velocity: Vec<f64>,
     step: Vec<f64>,
     sign: Vec<f64>,
+    /// The decay speeds, and `exp(−|v|/q)` of each.
+    slow_speeds: Vec<f64>,
+    slow: Vec<Vec<f64>>,
     position: Vec<f64>,
     stops: Vec<Vec<f64>>,
 }
@@ -61,18 +64,34 @@ impl Signals {
     /// operators run. All three have one value a period and the same length.
     #[must_use]
     pub fn new(reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64, pad: usize, scales: &Scales) -> Self {
+        let mut signals = Self::of_motion(reference, flags, period_s, pad);
+        signals.expect(expected, scales);
+        signals
+    }
+
+    /// What does not depend on the position that is expected: [`Signals::expect`] has to follow.
+    #[must_use]
+    pub(super) fn of_motion(reference: &[f64], flags: &[f64], period_s: f64, pad: usize) -> Self {
         let velocity = padded_velocity(reference, period_s, pad);
         let mut step = vec![0.0; velocity.len()];
         for k in 1..velocity.len() {
             step[k] = velocity[k] - velocity[k - 1];
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
-        let mut position = padded(expected, pad);
-        let stops = run_stops(&position, &scales.stop_half_widths);
-        for x in &mut position {
-            *x -= scales.centre;
+        let (slow_speeds, slow, position, stops) = Default::default();
+        Self { pad, len: reference.len(), velocity, step, sign, slow_speeds, slow, position, stops }
+    }
+
+    /// Takes the position that is expected, seen on these scales.
+    pub(super) fn expect(&mut self, expected: &[f64], scales: &Scales) {
+        if self.slow_speeds != scales.slow_speeds {
+            let decay = |speed: &f64| self.velocity.iter().map(|v| (v.abs() * (-1.0 / speed)).exp()).collect();
+            self.slow = scales.slow_speeds.iter().map(decay).collect();
+            self.slow_speeds.clone_from(&scales.slow_speeds);
         }
-        Self { pad, len: reference.len(), velocity, step, sign, position, stops }
+        pad_into(expected, self.pad, &mut self.position);
+        run_stops(&self.position, &scales.stop_half_widths, &mut self.stops);
+        self.position.iter_mut().for_each(|x| *x -= scales.centre);
     }
 
     /// Number of samples of the run itself.
@@ -111,6 +130,12 @@ impl Signals {
         &self.sign
     }
 
+    /// What is left at its speed of a term that fades with decay speed `index`, padded.
+    #[must_use]
+    pub fn slow(&self, index: usize) -> &[f64] {
+        &self.slow[index]
+    }
+
     /// Expected position less the centre, padded.
     #[must_use]
     pub fn position(&self) -> &[f64] {
@@ -124,15 +149,12 @@ impl Signals {
     }
 }
 
-fn padded(values: &[f64], pad: usize) -> Vec<f64> {
-    let (Some(&first), Some(&last)) = (values.first(), values.last()) else {
-        return vec![0.0; 2 * pad];
-    };
-    let mut out = Vec::with_capacity(values.len() + 2 * pad);
+fn pad_into(values: &[f64], pad: usize, out: &mut Vec<f64>) {
+    let (first, last) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+    out.clear();
     out.resize(pad, first);
     out.extend_from_slice(values);
     out.resize(values.len() + 2 * pad, last);
-    out
 }
 
 fn padded_velocity(values: &[f64], period_s: f64, pad: usize) -> Vec<f64> {
