@@ -1,16 +1,21 @@
 //! The steps of the walk, each on its own: parse, plan, predict, compensate. (`simulate` and the contour estimators have benches in
 //! their crates.)
 
+use std::f64::consts::TAU;
+use std::fmt::Write;
 use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use datasets::{ExcitationPlan, Log, excite};
-use machine::{Machine, MachineSpec, SimulatedMachine};
+use datasets::Log;
+use machine::{Machine, MachineSpec};
 use motion::curves::library;
-use motion::{DesiredPath, PlanSettings, plan_curve};
+use motion::{DesiredPath, PlanSettings, Vec3, plan_curve};
+use precomp::input::Frame;
 use precomp::learning::{self, Settings};
-use precomp::training_run::{self, TrainSettings};
+use precomp::pipeline::{Carrier, Part, RefitSettings, refit, verify};
+use precomp::recording::{TRAVEL_MM, record};
+use precomp::training_run::{self, TrainSettings, Trained};
 use training::Recipe;
 
 /// A dense program of 20,000 lines.
@@ -46,26 +51,9 @@ fn benches(c: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("plan", |b| b.iter(|| crown(black_box(&spec))));
 
-    let runs = excite(
-        &ExcitationPlan::of_seconds(12.0),
-        &spec.limits(),
-        &spec.motion_axes(),
-        &[(-60.0, 60.0); 3],
-        spec.sampling_period_s(),
-        1,
-    )
-    .expect("excitation");
-    let mut machine = SimulatedMachine::new(&spec, 1).expect("simulated");
-    let logs: Vec<Log> = runs
-        .into_iter()
-        .map(|(name, reference)| {
-            let actual = machine.run(&reference).expect("runs");
-            Log::new(name, reference, actual).expect("matches")
-        })
-        .collect();
+    let logs = record(&spec, SECONDS, TRAVEL_MM, 1).expect("records");
     for name in ["linear", "staged"] {
-        let settings = TrainSettings::of(Recipe::builtin(name).expect("built in"), 1);
-        let trained = training_run::train(&logs, Some(&spec), &settings).expect("trains");
+        let trained = train(&logs, &spec, name);
         let mut model = trained.bundle.machine().expect("a machine");
         group.bench_function(format!("predict, {name}"), |b| b.iter(|| model.run(black_box(desired.trajectory()))));
         group.bench_function(format!("compensate, {name}"), |b| {
@@ -75,5 +63,62 @@ fn benches(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(pipeline, benches);
+/// Seconds of excitation that the models are trained on.
+const SECONDS: f64 = 12.0;
+
+fn train(logs: &[Log], spec: &MachineSpec, recipe: &str) -> Trained {
+    let settings = TrainSettings::of(Recipe::builtin(recipe).expect("built in"), 1);
+    training_run::train(logs, Some(spec), &settings).expect("trains")
+}
+
+/// Words of five axes in inverse time, 2.5 ms a line: loops of the table with the tool leaning.
+fn five_axis_program(lines: usize) -> Vec<u8> {
+    let mut text = String::from("%\nG21 G90 G17 G94\nG0 X30 Y0 Z5 B20 C0\nG1 Z0 F600\nG93\n");
+    for i in 0..lines {
+        let turn = TAU * i as f64 / 4000.0;
+        let (x, y, z) = (30.0 * turn.cos(), 10.0 * (3.0 * turn).sin(), 2.0 * (5.0 * turn).sin());
+        let (b, c) = (20.0 + 8.0 * (2.0 * turn).sin(), 60.0 * turn.sin());
+        writeln!(text, "N{i} G1 X{x:.4} Y{y:.4} Z{z:.4} B{b:.4} C{c:.4} F24000.0").expect("a string takes all");
+    }
+    text.push_str("G94\nM30\n%\n");
+    text.into_bytes()
+}
+
+/// The walk of a dense program of five axes, in lines a second: read and planned, learned on the model, written and read again.
+fn five_axes(c: &mut Criterion) {
+    let spec = MachineSpec::builtin("bc").expect("built in");
+    let frame = Frame::of(&spec).expect("kinematics");
+    let settings = PlanSettings { period_s: frame.period_s, corner_tolerance_mm: 0.002, ..PlanSettings::default() };
+    let lines = 20_000;
+    let bytes = five_axis_program(lines);
+    let read = || Part::read("dense.nc", bytes.clone(), None, Vec3::zeros(), &frame, &settings).expect("is planned");
+    let mut group = c.benchmark_group("five axes");
+    group.throughput(Throughput::Elements(lines as u64));
+    group.sample_size(10);
+    group.bench_function("read and plan", |b| b.iter(read));
+
+    let part = read();
+    println!("{} samples of {lines} lines", part.plan.samples.len());
+    let logs = record(&spec, SECONDS, TRAVEL_MM, 1).expect("records");
+    for name in ["linear", "staged"] {
+        let bundle = train(&logs, &spec, name).bundle;
+        let learned = || learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(&part), &Settings::default());
+        group.bench_function(format!("learn, {name}"), |b| b.iter(learned));
+    }
+    let bundle = train(&logs, &spec, "linear").bundle;
+    let learned = learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(&part), &Settings::default());
+    let reference = learned.expect("learns").reference;
+    let carrier = Carrier::Keep;
+    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4 };
+    group.bench_function("write and verify", |b| {
+        b.iter(|| {
+            let refitted = refit(&part, &reference, &written).expect("fits");
+            let bytes = gcode::edit(&part.program, &refitted.edits).expect("edits");
+            verify(&part, &refitted, bytes, &part.options, 0.1, written.decimals).expect("passes");
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(pipeline, benches, five_axes);
 criterion_main!(pipeline);
