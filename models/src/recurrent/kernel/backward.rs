@@ -1,11 +1,13 @@
 //! A layer's gradients, backwards through time.
 
+use std::ops::Range;
+
 use super::{
     Kind, Shape, Tape, Weights,
     buffer::Buffer,
     cells::{GruBackward, LstmBackward},
     level::Level,
-    product::{Left, Packed, Product, transpose},
+    product::{Left, Packed, Product, Store, VECTORS, fed_product, gate_columns, transpose},
 };
 
 /// Rows of a block of steps.
@@ -36,9 +38,8 @@ pub struct Work {
     /// Input weights, for the gradient at the input.
     to_input: Packed,
     /// Gradients at a block's gates.
-    gates: Buffer,
-    /// They again, for the weights' products with what the gates were `fed`.
-    packed: Packed,
+    gates: Packed,
+    /// What the gates were fed.
     fed: Packed,
     input: Buffer,
     hidden: Buffer,
@@ -74,105 +75,106 @@ pub fn backward(level: Level, pass: &Pass<'_>, d_output: &[f32], want_x: bool, w
         hidden: vec![0.0; weights.hidden.len()],
         bias: vec![0.0; 4 * n],
     };
-    work.to_state.rows(level, &[weights.hidden], n, n);
-    work.to_input.rows(level, &kind.input_parts(weights.input), features, features);
-    let units = kind.gates() * n;
-    work.input.zeros(features * units);
-    work.hidden.zeros(n * units);
-    work.bias.zeros(4 * n);
+    let (input, hidden) = (kind.input_gates(), kind.hidden_gates());
+    work.to_state.gate_rows(level, kind.gate_weights(weights.hidden, hidden.clone()), n, n);
+    work.to_input.gate_rows(level, kind.gate_weights(weights.input, input.clone()), n, features);
+    let columns = gate_columns(level, n);
+    work.input.zeros(features * columns);
+    work.hidden.zeros(n * columns);
+    work.bias.zeros(columns);
     let together = ROWS.div_ceil(shape.batch.max(1));
-    work.gates.resize(together * shape.batch * 4 * n);
     for block in (0..shape.steps.div_ceil(together)).rev() {
         let steps = block * together..((block + 1) * together).min(shape.steps);
+        work.gates.reshape_gates(level, steps.len() * shape.batch, n);
         for step in steps.clone().rev() {
             step_back(level, pass, d_output, step, step - steps.start, work, &mut out);
         }
         block_products(level, pass, steps, work);
     }
-    match kind {
-        Kind::Lstm => transpose(&work.input, units, units, &mut out.input),
-        Kind::Gru => {
-            // Columns `n r z` become rows `r z n`.
-            let (rz, new) = out.input.split_at_mut(2 * n * features);
-            transpose(&work.input[n..], units, 2 * n, rz);
-            transpose(&work.input, units, n, new);
-        }
+    unpack(level, kind, &input, &work.input, n, &mut out.input);
+    unpack(level, kind, &hidden, &work.hidden, n, &mut out.hidden);
+    for (from, to) in kind.bias_blocks(level, n) {
+        out.bias[to].copy_from_slice(&work.bias[from]);
     }
-    transpose(&work.hidden, units, units, &mut out.hidden);
-    kind.reorder_bias(&work.bias, &mut out.bias, true);
     out
 }
 
 /// One step back, the `index`-th of its block: makes the gradients at the gates' inputs and at `x`, and turns `out`'s state from
 /// after to before the step.
 fn step_back(level: Level, pass: &Pass<'_>, d_output: &[f32], step: usize, index: usize, work: &mut Work, out: &mut Gradients) {
-    let n = pass.shape.hidden;
+    let Shape { batch, hidden, input: features, .. } = pass.shape;
     let state = pass.shape.state();
     let (before, after) = (step * state..(step + 1) * state, (step + 1) * state..(step + 2) * state);
     let Tape { gates, outputs, cells, .. } = pass.tape;
-    let gates = &gates[4 * before.start..4 * before.end];
-    let d_gates = &mut work.gates[index * 4 * state..][..4 * state];
-    let (d_output, d_bias) = (&d_output[before.clone()], &mut work.bias);
+    let gates = &gates[step * batch * work.bias.len()..][..batch * work.bias.len()];
+    let rows = index * batch..(index + 1) * batch;
+    let (d_output, d_bias, d_gates) = (&d_output[before.clone()], &mut work.bias, &mut work.gates);
     let kind = pass.weights.kind;
     match kind {
         Kind::Lstm => level.run(LstmBackward {
-            hidden: n,
+            hidden,
             gates,
             cell_before: &cells[before],
             output: &outputs[after],
             d_output,
             d_gates,
+            rows: rows.clone(),
             d_bias,
-            d_hidden: &mut out.h0,
+            d_hidden: &out.h0,
             d_cell: &mut out.c0,
         }),
         Kind::Gru => level.run(GruBackward {
-            hidden: n,
+            hidden,
             gates,
             output_before: &outputs[before],
             d_output,
             d_gates,
+            rows: rows.clone(),
             d_bias,
             d_hidden: &mut out.h0,
         }),
     }
-    level.run(Product {
-        a: Left::Rows(&d_gates[kind.hidden_column(n)..], 4 * n),
-        m: pass.shape.batch,
+    level.run(Product::<_, 0, VECTORS> {
+        a: Left::gates(&work.gates, rows.start, kind.hidden_gates()),
+        m: batch,
         b: &work.to_state,
-        c: &mut out.h0,
-        c_stride: n,
-        add: true,
+        finish: Store { c: &mut out.h0, columns: hidden, from: 0, add: kind == Kind::Gru },
     });
     if !out.x.is_empty() {
-        let features = pass.shape.input;
-        let rows = step * pass.shape.batch * features..(step + 1) * pass.shape.batch * features;
-        level.run(Product {
-            a: Left::Rows(d_gates, 4 * n),
-            m: pass.shape.batch,
+        let x = step * batch * features..(step + 1) * batch * features;
+        level.run(Product::<_, 0, VECTORS> {
+            a: Left::gates(&work.gates, rows.start, kind.input_gates()),
+            m: batch,
             b: &work.to_input,
-            c: &mut out.x[rows],
-            c_stride: features,
-            add: false,
+            finish: Store { c: &mut out.x[x], columns: features, from: 0, add: false },
         });
     }
 }
 
 /// Adds what the gradients at a block of steps' gates give to the weights' gradients.
-fn block_products(level: Level, pass: &Pass<'_>, steps: std::ops::Range<usize>, work: &mut Work) {
+fn block_products(level: Level, pass: &Pass<'_>, steps: Range<usize>, work: &mut Work) {
     let (n, features, kind) = (pass.shape.hidden, pass.shape.input, pass.weights.kind);
-    let (width, units, start) = (4 * n, kind.gates() * n, kind.hidden_column(n));
     let rows = steps.start * pass.shape.batch..steps.end * pass.shape.batch;
-    let gates = &work.gates[..rows.len() * width];
-    let outer = |fed: &Packed, gates: &Packed, sum: &mut [f32]| {
-        level.run(Product { a: Left::Turned(fed), m: sum.len() / units, b: gates, c: sum, c_stride: units, add: true });
+    let columns = work.bias.len();
+    let Work { gates, fed, input, hidden, .. } = work;
+    let mut outer = |x: &[f32], m: usize, gates_fed: Range<usize>, sum: &mut [f32]| {
+        fed.turned(x, m);
+        let finish = Store { c: sum, columns, from: gates_fed.start * level.lanes(), add: true };
+        fed_product(level, &gates_fed, Product { a: Left::Turned(fed), m, b: gates, finish });
     };
-    work.packed.rows(level, &[gates], width, units);
-    work.fed.turned(&pass.x[rows.start * features..rows.end * features], features);
-    outer(&work.fed, &work.packed, &mut work.input);
-    if start > 0 {
-        work.packed.rows(level, &[&gates[start..]], width, units);
+    outer(&pass.x[rows.start * features..rows.end * features], features, kind.input_gates(), input);
+    outer(&pass.tape.outputs[rows.start * n..rows.end * n], n, kind.hidden_gates(), hidden);
+}
+
+/// Turns a weight gradient, `[features]` rows of gates, into PyTorch's order.
+fn unpack(level: Level, kind: Kind, fed: &Range<usize>, sums: &[f32], hidden: usize, out: &mut [f32]) {
+    let (columns, lanes) = (gate_columns(level, hidden), level.lanes());
+    let features = sums.len() / columns;
+    for (gate, place) in kind.places(fed) {
+        for unit in (0..hidden).step_by(lanes) {
+            let units = lanes.min(hidden - unit);
+            let to = &mut out[(place * hidden + unit) * features..][..units * features];
+            transpose(&sums[VECTORS * unit + gate * lanes..], columns, units, to);
+        }
     }
-    work.fed.turned(&pass.tape.outputs[rows.start * n..rows.end * n], n);
-    outer(&work.fed, &work.packed, &mut work.hidden);
 }

@@ -1,86 +1,63 @@
-//! One time step of a cell: what happens between the products, for all rows of a batch.
+//! One time step of a cell: what follows a product, vector by vector of units.
 //!
-//! The vector arithmetic of a step is written once, in a function on vectors; `over` feeds it whole vectors and then the rest.
+//! Rows of gates have the four gates of a vector of units side by side; rows of the state are as they are, so that their last
+//! vector may be a part.
+
+use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::activation;
+use super::{
+    activation,
+    product::{Finish, Packed, VECTORS},
+};
 
-/// Applies `f` to the vectors of `N` inputs and `M` outputs of equal length; the outputs' old values are passed, too.
+/// The gates' vectors at `at`.
 #[inline(always)]
-fn over<S: Simd, const N: usize, const M: usize>(
-    simd: S,
-    inputs: [&[f32]; N],
-    outputs: [&mut [f32]; M],
-    f: impl Fn([S::f32s; N], [S::f32s; M]) -> [S::f32s; M],
-) {
-    let len = outputs.first().map_or(0, |slice| slice.len());
-    let whole = len / S::F32_LANES;
-    // Plain loops: calls of closures on arrays are not always inlined, and then lose the wide instructions.
-    let mut heads: [&[S::f32s]; N] = [&[]; N];
-    let mut tails: [&[f32]; N] = [&[]; N];
-    for i in 0..N {
-        let (head, tail) = S::as_simd_f32s(&inputs[i][..len]);
-        heads[i] = &head[..whole];
-        tails[i] = tail;
-    }
-    let mut heads_out: [&mut [S::f32s]; M] = [(); M].map(|()| Default::default());
-    let mut tails_out: [&mut [f32]; M] = [(); M].map(|()| Default::default());
-    for (i, slice) in outputs.into_iter().enumerate() {
-        let (head, tail) = S::as_mut_simd_f32s(&mut slice[..len]);
-        heads_out[i] = &mut head[..whole];
-        tails_out[i] = tail;
-    }
-    let zero = simd.splat_f32s(0.0);
-    let (mut x, mut y) = ([zero; N], [zero; M]);
-    for index in 0..whole {
-        for i in 0..N {
-            x[i] = heads[i][index];
-        }
-        for i in 0..M {
-            y[i] = heads_out[i][index];
-        }
-        let made = f(x, y);
-        for i in 0..M {
-            heads_out[i][index] = made[i];
-        }
-    }
-    if len > whole * S::F32_LANES {
-        for i in 0..N {
-            x[i] = simd.partial_load_f32s(tails[i]);
-        }
-        for i in 0..M {
-            y[i] = simd.partial_load_f32s(tails_out[i]);
-        }
-        let made = f(x, y);
-        for i in 0..M {
-            simd.partial_store_f32s(tails_out[i], made[i]);
-        }
+fn gates_at<S: Simd>(row: &[f32], at: usize) -> [S::f32s; VECTORS] {
+    let (vectors, _) = S::as_simd_f32s(&row[at..][..VECTORS * S::F32_LANES]);
+    let (vectors, _) = vectors.as_chunks::<VECTORS>();
+    vectors[0]
+}
+
+/// The gates' vectors at `at`, to change.
+#[inline(always)]
+fn gates_at_mut<S: Simd>(row: &mut [f32], at: usize) -> &mut [S::f32s; VECTORS] {
+    let (vectors, _) = S::as_mut_simd_f32s(&mut row[at..][..VECTORS * S::F32_LANES]);
+    let (vectors, _) = vectors.as_chunks_mut::<VECTORS>();
+    &mut vectors[0]
+}
+
+/// A vector of units, zeros where it is a part.
+#[inline(always)]
+fn load<S: Simd>(simd: S, units: &[f32]) -> S::f32s {
+    match S::as_simd_f32s(units) {
+        (&[whole], _) => whole,
+        _ => simd.partial_load_f32s(units),
     }
 }
 
-/// The four blocks of a row of gates.
+/// Writes a vector of units, or the part that there is room for.
 #[inline(always)]
-fn blocks(row: &[f32], hidden: usize) -> [&[f32]; 4] {
-    let (a, row) = row.split_at(hidden);
-    let (b, row) = row.split_at(hidden);
-    let (c, d) = row.split_at(hidden);
-    [a, b, c, &d[..hidden]]
+fn store<S: Simd>(simd: S, units: &mut [f32], values: S::f32s) {
+    match S::as_mut_simd_f32s(units) {
+        ([whole], _) => *whole = values,
+        _ => simd.partial_store_f32s(units, values),
+    }
 }
 
-/// The four blocks of a row of gates, to change.
+/// Where a row of `hidden` units has the vector whose gates start at `column`.
 #[inline(always)]
-fn blocks_mut(row: &mut [f32], hidden: usize) -> [&mut [f32]; 4] {
-    let (a, row) = row.split_at_mut(hidden);
-    let (b, row) = row.split_at_mut(hidden);
-    let (c, d) = row.split_at_mut(hidden);
-    [a, b, c, &mut d[..hidden]]
+fn units(row: usize, column: usize, hidden: usize, lanes: usize) -> Range<usize> {
+    let first = column / VECTORS;
+    row * hidden + first..row * hidden + hidden.min(first + lanes)
 }
 
-/// LSTM: turns the products in `sums` (rows `i f g o`) into the `gates`' values, and makes `c` and `h` of them:
-/// `c = σ(f)·c' + σ(i)·tanh(g)`, `h = σ(o)·tanh(c)`. All other arrays have rows of `hidden`; `bias` is one row of gates.
+/// LSTM: makes of the hidden product, what the input gave in `sums` and the `bias` the `gates`' values, and of these `c` and `h`:
+/// `c = σ(f)·c' + σ(i)·tanh(g)`, `h = σ(o)·tanh(c)`. Gates are `i f g o`; `bias` is one row of them, `columns` long.
 pub(crate) struct LstmForward<'a> {
     pub hidden: usize,
+    pub columns: usize,
     pub bias: &'a [f32],
     pub sums: &'a [f32],
     pub gates: &'a mut [f32],
@@ -89,93 +66,41 @@ pub(crate) struct LstmForward<'a> {
     pub output: &'a mut [f32],
 }
 
-impl WithSimd for LstmForward<'_> {
-    type Output = ();
+impl Finish<4> for LstmForward<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let n = self.hidden;
-        let [bi, bf, bg, bo] = blocks(self.bias, n);
-        let rows = self.sums.chunks_exact(4 * n).zip(self.cell_before.chunks_exact(n));
-        let made = self.cell.chunks_exact_mut(n).zip(self.output.chunks_exact_mut(n));
-        let made = self.gates.chunks_exact_mut(4 * n).zip(made);
-        for ((sums, before), (gates, (cell, output))) in rows.zip(made) {
-            let [si, sf, sg, so] = blocks(sums, n);
-            let [i, f, g, o] = blocks_mut(gates, n);
-            over(
-                simd,
-                [before, si, sf, sg, so, bi, bf, bg, bo],
-                [i, f, g, o, cell, output],
-                #[inline(always)]
-                |[before, i, f, g, o, bi, bf, bg, bo], _| {
-                    let sums = [simd.add_f32s(i, bi), simd.add_f32s(f, bf), simd.add_f32s(g, bg), simd.add_f32s(o, bo)];
-                    let [i, f, g, o] = activation::gates(simd, sums);
-                    let cell = simd.mul_add_e_f32s(f, before, simd.mul_f32s(i, g));
-                    [i, f, g, o, cell, simd.mul_f32s(o, activation::tanh(simd, cell))]
-                },
-            );
+    fn finish<S: Simd, const R: usize>(&mut self, simd: S, row: usize, column: usize, products: [[S::f32s; 4]; R]) {
+        for (r, product) in products.into_iter().enumerate() {
+            self.cells(simd, row + r, column, product);
         }
     }
 }
 
-/// LSTM backwards: makes of the gates' values the gradients at their inputs, `d_gates`, and adds them to
-/// `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves as zero, for the hidden product
-/// to be added; `d_cell` goes from `c` to `c'`.
-pub(crate) struct LstmBackward<'a> {
-    pub hidden: usize,
-    pub gates: &'a [f32],
-    pub cell_before: &'a [f32],
-    pub output: &'a [f32],
-    pub d_output: &'a [f32],
-    pub d_gates: &'a mut [f32],
-    pub d_bias: &'a mut [f32],
-    pub d_hidden: &'a mut [f32],
-    pub d_cell: &'a mut [f32],
-}
-
-impl WithSimd for LstmBackward<'_> {
-    type Output = ();
+impl LstmForward<'_> {
+    /// A vector of cells.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let n = self.hidden;
-        let one = simd.splat_f32s(1.0);
-        let slope = |s| simd.mul_f32s(s, simd.sub_f32s(one, s));
-        let saved = self.cell_before.chunks_exact(n).zip(self.output.chunks_exact(n));
-        let rows = self.gates.chunks_exact(4 * n).zip(saved.zip(self.d_output.chunks_exact(n)));
-        let carried = self.d_hidden.chunks_exact_mut(n).zip(self.d_cell.chunks_exact_mut(n));
-        let made = self.d_gates.chunks_exact_mut(4 * n).zip(carried);
-        let [bi, bf, bg, bo] = blocks_mut(self.d_bias, n);
-        for ((gates, ((before, output), d_output)), (d_gates, (d_hidden, d_cell))) in rows.zip(made) {
-            let [i, f, g, o] = blocks(gates, n);
-            let [di, df, dg, d_o] = blocks_mut(d_gates, n);
-            over(
-                simd,
-                [i, f, g, o, before, output, d_output],
-                [d_hidden, d_cell, di, df, dg, d_o, &mut *bi, &mut *bf, &mut *bg, &mut *bo],
-                #[inline(always)]
-                |[i, f, g, o, before, output, d_output], [d_hidden, d_cell, _, _, _, _, bi, bf, bg, bo]| {
-                    // Cheaper than another exponential; `o` is never zero.
-                    let tanh_cell = simd.div_f32s(output, o);
-                    let d_h = simd.add_f32s(d_output, d_hidden);
-                    let steep = simd.negate_mul_add_e_f32s(tanh_cell, tanh_cell, one);
-                    let d_c = simd.mul_add_e_f32s(simd.mul_f32s(d_h, o), steep, d_cell);
-                    let d_i = simd.mul_f32s(simd.mul_f32s(d_c, g), slope(i));
-                    let d_f = simd.mul_f32s(simd.mul_f32s(d_c, before), slope(f));
-                    let d_g = simd.mul_f32s(d_c, i);
-                    let d_g = simd.mul_f32s(d_g, simd.negate_mul_add_e_f32s(g, g, one));
-                    let d_o = simd.mul_f32s(simd.mul_f32s(d_h, tanh_cell), slope(o));
-                    let [bi, bf] = [simd.add_f32s(bi, d_i), simd.add_f32s(bf, d_f)];
-                    let [bg, bo] = [simd.add_f32s(bg, d_g), simd.add_f32s(bo, d_o)];
-                    [simd.splat_f32s(0.0), simd.mul_f32s(d_c, f), d_i, d_f, d_g, d_o, bi, bf, bg, bo]
-                },
-            );
+    fn cells<S: Simd>(&mut self, simd: S, row: usize, column: usize, product: [S::f32s; 4]) {
+        let at = row * self.columns + column;
+        let (input, bias) = (gates_at::<S>(self.sums, at), gates_at::<S>(self.bias, column));
+        let mut sums = product;
+        for gate in 0..4 {
+            sums[gate] = simd.add_f32s(simd.add_f32s(sums[gate], input[gate]), bias[gate]);
         }
+        let gates = activation::gates(simd, sums);
+        let [i, f, g, o] = gates;
+        let units = units(row, column, self.hidden, S::F32_LANES);
+        let cell = simd.mul_add_e_f32s(f, load(simd, &self.cell_before[units.clone()]), simd.mul_f32s(i, g));
+        *gates_at_mut::<S>(self.gates, at) = gates;
+        store(simd, &mut self.cell[units.clone()], cell);
+        store(simd, &mut self.output[units], simd.mul_f32s(o, activation::tanh(simd, cell)));
     }
 }
 
-/// GRU: turns the products in `sums` (rows `n r z q`: `q` is the hidden product of the new state's gate) into the `gates`' values
-/// `r = σ(r)`, `z = σ(z)`, `q = q + b_hn`, `n = tanh(n + r·q)`, and makes `h = (1 − z)·n + z·h'`.
+/// GRU: makes of the hidden product (of the gates `r z q`), what the input gave in `sums` (for `n r z`) and the `bias` the
+/// `gates`' values `r = σ(r)`, `z = σ(z)`, `q = q + b_hn`, `n = tanh(n + r·q)`, and of these `h = (1 − z)·n + z·h'`. Gates are
+/// `n r z q`.
 pub(crate) struct GruForward<'a> {
     pub hidden: usize,
+    pub columns: usize,
     pub bias: &'a [f32],
     pub sums: &'a [f32],
     pub gates: &'a mut [f32],
@@ -183,42 +108,91 @@ pub(crate) struct GruForward<'a> {
     pub output: &'a mut [f32],
 }
 
-impl WithSimd for GruForward<'_> {
-    type Output = ();
+impl Finish<3> for GruForward<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let width = self.hidden;
-        let [bn, br, bz, bq] = blocks(self.bias, width);
-        let rows = self.sums.chunks_exact(4 * width).zip(self.output_before.chunks_exact(width));
-        let made = self.gates.chunks_exact_mut(4 * width).zip(self.output.chunks_exact_mut(width));
-        for ((sums, before), (gates, output)) in rows.zip(made) {
-            let [sn, sr, sz, sq] = blocks(sums, width);
-            let [n, r, z, q] = blocks_mut(gates, width);
-            over(
-                simd,
-                [before, sn, sr, sz, sq, bn, br, bz, bq],
-                [n, r, z, q, output],
-                #[inline(always)]
-                |[before, n, r, z, q, bn, br, bz, bq], _| {
-                    let (r, z) = activation::sigmoids(simd, simd.add_f32s(r, br), simd.add_f32s(z, bz));
-                    let q = simd.add_f32s(q, bq);
-                    let n = activation::tanh(simd, simd.mul_add_e_f32s(r, q, simd.add_f32s(n, bn)));
-                    let output = simd.mul_add_e_f32s(z, simd.sub_f32s(before, n), n);
-                    [n, r, z, q, output]
-                },
-            );
+    fn finish<S: Simd, const R: usize>(&mut self, simd: S, row: usize, column: usize, products: [[S::f32s; 3]; R]) {
+        for (r, product) in products.into_iter().enumerate() {
+            self.cells(simd, row + r, column, product);
         }
     }
 }
 
-/// GRU backwards: makes of the gates' values the gradients at their inputs (at `q`: at the hidden product), `d_gates`, and adds them to `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves
-/// as `z·d_h`, for the hidden product to be added.
+impl GruForward<'_> {
+    /// A vector of cells.
+    #[inline(always)]
+    fn cells<S: Simd>(&mut self, simd: S, row: usize, column: usize, [r, z, q]: [S::f32s; 3]) {
+        let at = row * self.columns + column;
+        let ([sn, sr, sz, _], [bn, br, bz, bq]) = (gates_at::<S>(self.sums, at), gates_at::<S>(self.bias, column));
+        let sum = |a, b, c| simd.add_f32s(simd.add_f32s(a, b), c);
+        let (r, z) = activation::sigmoids(simd, sum(r, sr, br), sum(z, sz, bz));
+        let q = simd.add_f32s(q, bq);
+        let n = activation::tanh(simd, simd.mul_add_e_f32s(r, q, simd.add_f32s(sn, bn)));
+        let units = units(row, column, self.hidden, S::F32_LANES);
+        let before = load(simd, &self.output_before[units.clone()]);
+        *gates_at_mut::<S>(self.gates, at) = [n, r, z, q];
+        store(simd, &mut self.output[units], simd.mul_add_e_f32s(z, simd.sub_f32s(before, n), n));
+    }
+}
+
+/// LSTM backwards: makes of the gates' values the gradients at their inputs, rows `rows` of `d_gates`, and adds them to
+/// `d_bias`. `d_hidden` is what later steps send to `h` (without `d_output`); `d_cell` goes from `c` to `c'`.
+pub(crate) struct LstmBackward<'a> {
+    pub hidden: usize,
+    pub gates: &'a [f32],
+    pub cell_before: &'a [f32],
+    pub output: &'a [f32],
+    pub d_output: &'a [f32],
+    pub d_gates: &'a mut Packed,
+    pub rows: Range<usize>,
+    pub d_bias: &'a mut [f32],
+    pub d_hidden: &'a [f32],
+    pub d_cell: &'a mut [f32],
+}
+
+impl WithSimd for LstmBackward<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let one = simd.splat_f32s(1.0);
+        let slope = |s| simd.mul_f32s(s, simd.sub_f32s(one, s));
+        let columns = self.d_bias.len();
+        let width = VECTORS * S::F32_LANES;
+        for row in 0..self.rows.len() {
+            for column in (0..columns).step_by(width) {
+                let [i, f, g, o] = gates_at::<S>(self.gates, row * columns + column);
+                let units = units(row, column, self.hidden, S::F32_LANES);
+                let unit = |array: &[f32]| load(simd, &array[units.clone()]);
+                // Cheaper than another exponential; `o` is never zero.
+                let tanh_cell = simd.div_f32s(unit(self.output), o);
+                let d_h = simd.add_f32s(unit(self.d_output), unit(self.d_hidden));
+                let steep = simd.negate_mul_add_e_f32s(tanh_cell, tanh_cell, one);
+                let d_c = simd.mul_add_e_f32s(simd.mul_f32s(d_h, o), steep, unit(self.d_cell));
+                let d_i = simd.mul_f32s(simd.mul_f32s(d_c, g), slope(i));
+                let d_f = simd.mul_f32s(simd.mul_f32s(d_c, unit(self.cell_before)), slope(f));
+                let d_g = simd.mul_f32s(simd.mul_f32s(d_c, i), simd.negate_mul_add_e_f32s(g, g, one));
+                let d_o = simd.mul_f32s(simd.mul_f32s(d_h, tanh_cell), slope(o));
+                let made = [d_i, d_f, d_g, d_o];
+                let d_bias = gates_at_mut::<S>(self.d_bias, column);
+                for gate in 0..4 {
+                    d_bias[gate] = simd.add_f32s(d_bias[gate], made[gate]);
+                }
+                *gates_at_mut::<S>(self.d_gates.panel_row(self.rows.start + row, column), 0) = made;
+                store(simd, &mut self.d_cell[units], simd.mul_f32s(d_c, f));
+            }
+        }
+    }
+}
+
+/// GRU backwards: makes of the gates' values the gradients at their inputs (at `q`: at the hidden product), rows `rows` of
+/// `d_gates`, and adds them to `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves as
+/// `z·d_h`, for the hidden product to be added.
 pub(crate) struct GruBackward<'a> {
     pub hidden: usize,
     pub gates: &'a [f32],
     pub output_before: &'a [f32],
     pub d_output: &'a [f32],
-    pub d_gates: &'a mut [f32],
+    pub d_gates: &'a mut Packed,
+    pub rows: Range<usize>,
     pub d_bias: &'a mut [f32],
     pub d_hidden: &'a mut [f32],
 }
@@ -227,33 +201,28 @@ impl WithSimd for GruBackward<'_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let width = self.hidden;
         let one = simd.splat_f32s(1.0);
         let slope = |s| simd.mul_f32s(s, simd.sub_f32s(one, s));
-        let rows = self.output_before.chunks_exact(width).zip(self.d_output.chunks_exact(width));
-        let rows = self.gates.chunks_exact(4 * width).zip(rows);
-        let made = self.d_gates.chunks_exact_mut(4 * width).zip(self.d_hidden.chunks_exact_mut(width));
-        let [bn, br, bz, bq] = blocks_mut(self.d_bias, width);
-        for ((gates, (before, d_output)), (d_gates, d_hidden)) in rows.zip(made) {
-            let [n, r, z, q] = blocks(gates, width);
-            let [dn, dr, dz, dq] = blocks_mut(d_gates, width);
-            over(
-                simd,
-                [n, r, z, q, before, d_output],
-                [d_hidden, dn, dr, dz, dq, &mut *bn, &mut *br, &mut *bz, &mut *bq],
-                #[inline(always)]
-                |[n, r, z, q, before, d_output], [d_hidden, _, _, _, _, bn, br, bz, bq]| {
-                    let d_h = simd.add_f32s(d_output, d_hidden);
-                    let d_z = simd.mul_f32s(simd.mul_f32s(d_h, simd.sub_f32s(before, n)), slope(z));
-                    let d_n = simd.mul_f32s(d_h, simd.sub_f32s(one, z));
-                    let d_n = simd.mul_f32s(d_n, simd.negate_mul_add_e_f32s(n, n, one));
-                    let d_r = simd.mul_f32s(simd.mul_f32s(d_n, q), slope(r));
-                    let d_q = simd.mul_f32s(d_n, r);
-                    let [bn, br] = [simd.add_f32s(bn, d_n), simd.add_f32s(br, d_r)];
-                    let [bz, bq] = [simd.add_f32s(bz, d_z), simd.add_f32s(bq, d_q)];
-                    [simd.mul_f32s(d_h, z), d_n, d_r, d_z, d_q, bn, br, bz, bq]
-                },
-            );
+        let columns = self.d_bias.len();
+        let width = VECTORS * S::F32_LANES;
+        for row in 0..self.rows.len() {
+            for column in (0..columns).step_by(width) {
+                let [n, r, z, q] = gates_at::<S>(self.gates, row * columns + column);
+                let units = units(row, column, self.hidden, S::F32_LANES);
+                let unit = |array: &[f32]| load(simd, &array[units.clone()]);
+                let d_h = simd.add_f32s(unit(self.d_output), unit(self.d_hidden));
+                let d_z = simd.mul_f32s(simd.mul_f32s(d_h, simd.sub_f32s(unit(self.output_before), n)), slope(z));
+                let d_n = simd.mul_f32s(d_h, simd.sub_f32s(one, z));
+                let d_n = simd.mul_f32s(d_n, simd.negate_mul_add_e_f32s(n, n, one));
+                let d_r = simd.mul_f32s(simd.mul_f32s(d_n, q), slope(r));
+                let made = [d_n, d_r, d_z, simd.mul_f32s(d_n, r)];
+                let d_bias = gates_at_mut::<S>(self.d_bias, column);
+                for gate in 0..4 {
+                    d_bias[gate] = simd.add_f32s(d_bias[gate], made[gate]);
+                }
+                *gates_at_mut::<S>(self.d_gates.panel_row(self.rows.start + row, column), 0) = made;
+                store(simd, &mut self.d_hidden[units], simd.mul_f32s(d_h, z));
+            }
         }
     }
 }

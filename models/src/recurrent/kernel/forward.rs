@@ -5,7 +5,7 @@ use super::{
     buffer::Buffer,
     cells::{GruForward, LstmForward},
     level::Level,
-    product::{Left, Packed, Product},
+    product::{Left, Packed, Product, Store, fed_product, gate_columns},
 };
 
 /// Rows whose input product is made at once: many enough to be efficient, few enough to be in the cache when their steps come.
@@ -18,7 +18,7 @@ pub struct PackedLayer {
     kind: Kind,
     input: Packed,
     hidden: Packed,
-    bias: Vec<f32>,
+    bias: Buffer,
     sizes: (usize, usize),
 }
 
@@ -31,13 +31,16 @@ impl PackedLayer {
             kind: weights.kind,
             input: Packed::default(),
             hidden: Packed::default(),
-            bias: vec![0.0; weights.bias.len()],
+            bias: Buffer::default(),
             sizes: (input, hidden),
         };
-        let parts = weights.kind.input_parts(weights.input);
-        packed.input.transposed(level, &parts, input);
-        packed.hidden.transposed(level, &[weights.hidden], hidden);
-        weights.kind.reorder_bias(weights.bias, &mut packed.bias, false);
+        let kind = weights.kind;
+        packed.input.gates(level, kind.gate_weights(weights.input, kind.input_gates()), hidden, input);
+        packed.hidden.gates(level, kind.gate_weights(weights.hidden, kind.hidden_gates()), hidden, hidden);
+        packed.bias.zeros(gate_columns(level, hidden));
+        for (to, from) in kind.bias_blocks(level, hidden) {
+            packed.bias[to].copy_from_slice(&weights.bias[from]);
+        }
         packed
     }
 
@@ -51,7 +54,7 @@ impl PackedLayer {
 /// What a forward pass leaves behind for the backward pass; reused from call to call.
 #[derive(Debug, Clone, Default)]
 pub struct Tape {
-    /// The gates' values, `[steps][batch][4·hidden]`.
+    /// The gates' values, `[steps][batch]` rows of gates.
     pub(super) gates: Buffer,
     /// The outputs, with the state before the first step in front, `[steps + 1][batch][hidden]`.
     pub(super) outputs: Buffer,
@@ -84,12 +87,11 @@ impl Tape {
 
 /// Runs a layer over `x` (`[steps][batch][input]`) from the state `h0`, `c0` (`[batch][hidden]`; `c0` is empty for a GRU).
 pub fn forward(layer: &PackedLayer, shape: Shape, x: &[f32], h0: &[f32], c0: &[f32], tape: &mut Tape) {
-    let n = shape.hidden;
     let state = shape.state();
-    let width = 4 * n;
+    let columns = layer.bias.len();
     let lstm = layer.kind == Kind::Lstm;
     tape.skip = state;
-    tape.gates.resize(shape.rows() * width);
+    tape.gates.resize(shape.rows() * columns);
     tape.outputs.resize((shape.steps + 1) * state);
     tape.outputs[..state].copy_from_slice(h0);
     tape.cells.resize(if lstm { (shape.steps + 1) * state } else { 0 });
@@ -100,49 +102,35 @@ pub fn forward(layer: &PackedLayer, shape: Shape, x: &[f32], h0: &[f32], c0: &[f
     for first in (0..shape.steps).step_by(together) {
         let last = (first + together).min(shape.steps);
         let rows = first * shape.batch..last * shape.batch;
-        // The products of a few steps meet in the cache; only the gates' values go to the large tape.
-        tape.sums.resize(rows.len() * width);
-        if layer.kind == Kind::Gru {
-            // The input does not feed `q`.
-            for row in tape.sums.chunks_exact_mut(width) {
-                row[3 * n..].fill(0.0);
-            }
-        }
-        layer.level.run(Product {
-            a: Left::Rows(&x[rows.start * shape.input..rows.end * shape.input], shape.input),
-            m: rows.len(),
-            b: &layer.input,
-            c: &mut tape.sums,
-            c_stride: width,
-            add: false,
-        });
+        // The products of a few steps wait in the cache for theirs.
+        tape.sums.resize(rows.len() * columns);
+        let a = Left::matrix(&x[rows.start * shape.input..rows.end * shape.input], shape.input);
+        let finish = Store { c: &mut tape.sums, columns, from: 0, add: false };
+        fed_product(layer.level, &layer.kind.input_gates(), Product { a, m: rows.len(), b: &layer.input, finish });
         for step in first..last {
             advance(layer, shape, step, step - first, tape);
         }
     }
 }
 
-/// One time step, the `index`-th of those whose input products are in `tape.sums`: the hidden product, then the cell.
+/// One time step, the `index`-th of those whose input products are in `tape.sums`: the hidden product with the cell after it.
 fn advance(layer: &PackedLayer, shape: Shape, step: usize, index: usize, tape: &mut Tape) {
-    let n = shape.hidden;
-    let state = shape.state();
-    let sums = &mut tape.sums[index * 4 * state..(index + 1) * 4 * state];
-    let gates = &mut tape.gates[step * 4 * state..(step + 1) * 4 * state];
-    let (before, output) = tape.outputs[step * state..(step + 2) * state].split_at_mut(state);
-    layer.level.run(Product {
-        a: Left::Rows(before, n),
-        m: shape.batch,
-        b: &layer.hidden,
-        c: &mut sums[layer.kind.hidden_column(n)..],
-        c_stride: 4 * n,
-        add: true,
-    });
-    let bias = &layer.bias;
+    let Shape { batch, hidden, .. } = shape;
+    let (state, columns, bias) = (shape.state(), layer.bias.len(), &layer.bias);
+    let row = batch * columns;
+    let sums = &tape.sums[index * row..(index + 1) * row];
+    let gates = &mut tape.gates[step * row..(step + 1) * row];
+    let (output_before, output) = tape.outputs[step * state..(step + 2) * state].split_at_mut(state);
+    let (a, b) = (Left::matrix(output_before, hidden), &layer.hidden);
     match layer.kind {
         Kind::Lstm => {
             let (cell_before, cell) = tape.cells[step * state..(step + 2) * state].split_at_mut(state);
-            layer.level.run(LstmForward { hidden: n, bias, sums, gates, cell_before, cell, output });
+            let finish = LstmForward { hidden, columns, bias, sums, gates, cell_before, cell, output };
+            layer.level.run(Product::<_, 0, 4> { a, m: batch, b, finish });
         }
-        Kind::Gru => layer.level.run(GruForward { hidden: n, bias, sums, gates, output_before: before, output }),
+        Kind::Gru => {
+            let finish = GruForward { hidden, columns, bias, sums, gates, output_before, output };
+            layer.level.run(Product::<_, 1, 3> { a, m: batch, b, finish });
+        }
     }
 }

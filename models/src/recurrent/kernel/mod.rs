@@ -1,8 +1,9 @@
 //! The arithmetic of a recurrent layer on plain `f32` slices.
 //!
-//! Sequences are time-major: `[steps][batch][features]`, the last index running fastest. Inside, a row of gates is four blocks of
-//! the hidden size: `i f g o` for an LSTM, `n r z q` for a GRU, so that the gates which the input feeds, and those which the
-//! hidden state feeds, are each one run of columns.
+//! Sequences are time-major: `[steps][batch][features]`, the last index running fastest. Inside, a row of gates has, for every
+//! vector of units, the four gates' vectors side by side: `i f g o` for an LSTM, `n r z q` for a GRU, so that the gates which the
+//! input feeds, and those which the hidden state feeds, are each one run. One panel of a product thus has all that a vector of
+//! cells needs, and the cells follow while the sums are still in registers.
 
 mod activation;
 mod backward;
@@ -18,6 +19,8 @@ mod check;
 pub use backward::{Pass, Work, backward};
 pub use forward::{PackedLayer, Tape, forward};
 pub use level::Level;
+
+use std::ops::Range;
 
 use super::Kind;
 
@@ -62,40 +65,54 @@ pub struct Weights<'a> {
 }
 
 impl Kind {
-    /// First column of a row of gates that the hidden product feeds.
-    fn hidden_column(self, hidden: usize) -> usize {
+    /// Which gates of a row the input feeds.
+    fn input_gates(self) -> Range<usize> {
         match self {
-            Kind::Lstm => 0,
-            Kind::Gru => hidden,
+            Kind::Lstm => 0..4,
+            Kind::Gru => 0..3,
         }
     }
 
-    /// The input weights' rows in the order of a row of gates.
-    fn input_parts(self, weights: &[f32]) -> [&[f32]; 2] {
+    /// Which gates of a row the hidden state feeds.
+    fn hidden_gates(self) -> Range<usize> {
         match self {
-            Kind::Lstm => [weights, &[]],
-            Kind::Gru => {
-                let (rz, n) = weights.split_at(weights.len() / 3 * 2);
-                [n, rz]
-            }
+            Kind::Lstm => 0..4,
+            Kind::Gru => 1..4,
         }
     }
 
-    /// Reorders a row of gate biases, or of their gradients, from PyTorch's order to the kernel's; `back` the other way.
-    fn reorder_bias(self, from: &[f32], to: &mut [f32], back: bool) {
-        let n = from.len() / 4;
-        match (self, back) {
-            (Kind::Lstm, _) => to.copy_from_slice(from),
-            (Kind::Gru, false) => {
-                to[..n].copy_from_slice(&from[2 * n..3 * n]);
-                to[n..3 * n].copy_from_slice(&from[..2 * n]);
-                to[3 * n..].copy_from_slice(&from[3 * n..]);
-            }
-            (Kind::Gru, true) => {
-                to[2 * n..3 * n].copy_from_slice(&from[..n]);
-                to[..2 * n].copy_from_slice(&from[n..3 * n]);
-                to[3 * n..].copy_from_slice(&from[3 * n..]);
-            }
+    /// Where PyTorch's order has a row's gates, in a weight matrix of those `fed` and likewise in its gradient.
+    fn places(self, fed: &Range<usize>) -> impl Iterator<Item = (usize, usize)> {
+        let places = match self {
+            Kind::Lstm => [0, 1, 2, 3],
+            Kind::Gru => [2, 0, 1, 2],
+        };
+        fed.clone().map(move |gate| (gate, places[gate]))
+    }
+
+    /// The weights of the gates that are `fed`, in the order of a row of gates; the others have none.
+    fn gate_weights(self, weights: &[f32], fed: Range<usize>) -> [&[f32]; 4] {
+        let each = weights.len() / fed.len();
+        let mut gates: [&[f32]; 4] = [&[]; 4];
+        for (gate, place) in self.places(&fed) {
+            gates[gate] = &weights[place * each..][..each];
         }
+        gates
+    }
+
+    /// Where a row of gates, and where PyTorch's bias vector, has the biases of each gate's vector of units.
+    fn bias_blocks(self, level: Level, hidden: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
+        let places = match self {
+            Kind::Lstm => [0, 1, 2, 3],
+            Kind::Gru => [2, 0, 1, 3],
+        };
+        let lanes = level.lanes();
+        (0..hidden).step_by(lanes).flat_map(move |unit| {
+            let length = lanes.min(hidden - unit);
+            places.into_iter().enumerate().map(move |(gate, place)| {
+                let (row, vector) = (4 * unit + gate * lanes, place * hidden + unit);
+                (row..row + length, vector..vector + length)
+            })
+        })
     }
 }

@@ -1,7 +1,8 @@
-//! The one dense product of the layers: `C (+)= A·B`, with `B` packed into panels beforehand.
+//! The one dense product of the layers, `A·B`, with `B` packed into panels beforehand.
 //!
 //! `B` is a weight matrix that is used at every time step, so packing it once a sequence pays, and the small products of a
-//! step (32 × 128 × 512, say) run from the second-level cache without being repacked.
+//! step (32 × 128 × 512, say) run from the second-level cache without being repacked. What becomes of the sums is the caller's:
+//! they are handed over while still in registers.
 
 use std::ops::Range;
 
@@ -9,19 +10,22 @@ use pulp::{Simd, WithSimd};
 
 use super::{buffer::Buffer, level::Level};
 
-/// Vectors in a panel's row.
-const VECTORS: usize = 4;
-/// Rows of a panel that are multiplied before the next panel's turn. Each turn writes `C`, and from the second on reads it, which
-/// costs more than a panel that comes from the second-level cache.
-const DEPTH: usize = 512;
-/// Rows of `A` that stay in the second-level cache meanwhile.
+/// Vectors in a panel's row; if its columns are gates, each has one.
+pub(crate) const VECTORS: usize = 4;
+/// Rows of `A` that stay in the second-level cache while the panels take turns.
 const ROWS: usize = 128;
 
 /// Width of a turned `A`'s panels, one cache line: read straight from the matrix, a few columns would touch a page for every row
 /// or two, more than the first-level translation buffer holds.
 const TURNED: usize = 16;
 
-/// A matrix `k × n` cut into panels of a few vectors' width, each stored row by row; the last one is padded with zeros.
+/// Columns of a row of gates of `hidden` units: for every vector of units, the four gates' vectors side by side. The last units
+/// may be there for padding alone.
+pub(crate) fn gate_columns(level: Level, hidden: usize) -> usize {
+    VECTORS * hidden.next_multiple_of(level.lanes())
+}
+
+/// A matrix cut into panels of a few vectors' width, each stored row by row; the last one is padded with zeros.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Packed {
     data: Buffer,
@@ -31,52 +35,67 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Sizes panels of a `width` for a matrix `rows × columns`.
+    /// Sizes panels of a `width` for a matrix `rows × columns`; the values are those that were there.
     fn reshape(&mut self, width: usize, rows: usize, columns: usize) {
         self.width = width;
         self.rows = rows;
         self.columns = columns;
-        let panel = rows * self.width;
-        self.data.resize(columns.div_ceil(self.width) * panel);
-        if !columns.is_multiple_of(self.width) {
-            let last = self.data.len() - panel;
-            self.data[last..].fill(0.0);
-        }
+        self.data.resize(columns.next_multiple_of(width) * rows);
     }
 
-    /// Packs the transpose of the matrix whose rows, each `k` long, are those of `parts` one after the other.
-    pub fn transposed(&mut self, level: Level, parts: &[&[f32]], k: usize) {
-        let n = parts.iter().map(|part| part.len()).sum::<usize>() / k.max(1);
-        let width = VECTORS * level.lanes();
-        self.reshape(width, k, n);
-        let rows = parts.iter().flat_map(|part| part.chunks_exact(k));
-        for (column, row) in rows.enumerate() {
-            let panel = &mut self.data[column / width * k * width..][..k * width];
-            for (slot, &value) in panel[column % width..].iter_mut().step_by(width).zip(row) {
-                *slot = value;
+    /// Sizes panels of gates, `rows` of them, to be filled by [`Self::panel_row`].
+    pub fn reshape_gates(&mut self, level: Level, rows: usize, hidden: usize) {
+        self.reshape(VECTORS * level.lanes(), rows, gate_columns(level, hidden));
+    }
+
+    /// A row of the panel that starts at `column`.
+    #[inline(always)]
+    pub fn panel_row(&mut self, row: usize, column: usize) -> &mut [f32] {
+        &mut self.data[column * self.rows + row * self.width..][..self.width]
+    }
+
+    /// Packs the transpose of the gates' weights, each gate's rows `k` long; gates without weights get zeros.
+    pub fn gates(&mut self, level: Level, weights: [&[f32]; VECTORS], hidden: usize, k: usize) {
+        self.reshape_gates(level, k, hidden);
+        let (lanes, width) = (level.lanes(), self.width);
+        self.data.fill(0.0);
+        for (gate, weights) in weights.into_iter().enumerate() {
+            for (unit, row) in weights.chunks_exact(k).enumerate() {
+                let panel = &mut self.data[unit / lanes * k * width..][..k * width];
+                for (slot, &value) in panel[gate * lanes + unit % lanes..].iter_mut().step_by(width).zip(row) {
+                    *slot = value;
+                }
             }
         }
     }
 
-    /// Packs the first `n` columns of the rows of `parts`, which are `stride` apart.
-    pub fn rows(&mut self, level: Level, parts: &[&[f32]], stride: usize, n: usize) {
-        self.cut(VECTORS * level.lanes(), parts, stride, n);
+    /// Packs the rows of the gates' weights, `n` columns each, in the order of a row of gates; gates without weights are left out.
+    pub fn gate_rows(&mut self, level: Level, weights: [&[f32]; VECTORS], hidden: usize, n: usize) {
+        let lanes = level.lanes();
+        let present = || weights.into_iter().filter(|gate| !gate.is_empty());
+        let gates = present().count();
+        self.reshape(VECTORS * lanes, gates * hidden.next_multiple_of(lanes), n);
+        self.data.fill(0.0);
+        for (gate, weights) in present().enumerate() {
+            for (unit, row) in weights.chunks_exact(n).enumerate() {
+                self.set_row((unit / lanes * gates + gate) * lanes + unit % lanes, row);
+            }
+        }
     }
 
-    /// Packs a matrix, rows of `n` one after the other, to be the turned `A` of a product.
+    /// Packs a matrix, rows of `n` one after the other, to be the turned `A` of a product; beyond its columns anything may be.
     pub fn turned(&mut self, matrix: &[f32], n: usize) {
-        self.cut(TURNED, &[matrix], n, n);
+        self.reshape(TURNED, matrix.len() / n.max(1), n);
+        for (index, row) in matrix.chunks_exact(n).enumerate() {
+            self.set_row(index, row);
+        }
     }
 
-    /// Packs the first `n` columns of the rows of `parts`, which are `stride` apart, into panels of a `width`.
-    fn cut(&mut self, width: usize, parts: &[&[f32]], stride: usize, n: usize) {
-        let k = parts.iter().map(|part| part.len().div_ceil(stride)).sum();
-        self.reshape(width, k, n);
-        let rows = parts.iter().flat_map(|part| part.chunks(stride));
-        for (index, row) in rows.enumerate() {
-            for (panel, piece) in row[..n].chunks(width).enumerate() {
-                self.data[(panel * k + index) * width..][..piece.len()].copy_from_slice(piece);
-            }
+    /// Sets a row.
+    fn set_row(&mut self, index: usize, row: &[f32]) {
+        let (panel, width) = (self.rows * self.width, self.width);
+        for (panel, piece) in self.data.chunks_exact_mut(panel).zip(row.chunks(width)) {
+            panel[index * width..][..piece.len()].copy_from_slice(piece);
         }
     }
 }
@@ -84,46 +103,75 @@ impl Packed {
 /// The left factor of a product.
 #[derive(Clone, Copy)]
 pub(crate) enum Left<'a> {
-    /// The matrix, its rows so far apart.
-    Rows(&'a [f32], usize),
+    /// Terms side by side.
+    Rows(Rows<'a>),
     /// What [`Packed::turned`] made of its transpose.
     Turned(&'a Packed),
 }
 
-/// `C = A·B`, or `C += A·B` with `add`: `A` is `m × k` and `C` `m × n`, its rows `c_stride` apart.
-pub(crate) struct Product<'a> {
+/// Rows of terms, in one piece or in a few.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    data: &'a [f32],
+    /// From row to row.
+    stride: usize,
+    /// Terms in a piece.
+    terms: usize,
+    /// From piece to piece.
+    step: usize,
+}
+
+impl<'a> Left<'a> {
+    /// A matrix with rows of `terms`.
+    pub fn matrix(data: &'a [f32], terms: usize) -> Self {
+        Self::Rows(Rows { data, stride: terms, terms, step: 0 })
+    }
+
+    /// Panels of gates from the row `top` on, of each panel's row the `vectors`.
+    pub fn gates(gates: &'a Packed, top: usize, vectors: Range<usize>) -> Self {
+        let lanes = gates.width / VECTORS;
+        Self::Rows(Rows {
+            data: &gates.data[top * gates.width + vectors.start * lanes..],
+            stride: gates.width,
+            terms: vectors.len() * lanes,
+            step: gates.rows * gates.width,
+        })
+    }
+}
+
+/// What becomes of a product's sums.
+pub(crate) trait Finish<const V: usize> {
+    /// Takes, of the `R` rows from `row` on, the `V` vectors of the panel that starts at `column`.
+    fn finish<S: Simd, const R: usize>(&mut self, simd: S, row: usize, column: usize, sums: [[S::f32s; V]; R]);
+}
+
+/// The product of `A`, `m` rows of it, and of each panel's row of `B` the `V` vectors after the first `SKIP`.
+pub(crate) struct Product<'a, F, const SKIP: usize, const V: usize> {
     pub a: Left<'a>,
     pub m: usize,
     pub b: &'a Packed,
-    pub c: &'a mut [f32],
-    pub c_stride: usize,
-    pub add: bool,
+    pub finish: F,
 }
 
-impl WithSimd for Product<'_> {
+impl<F: Finish<V>, const SKIP: usize, const V: usize> WithSimd for Product<'_, F, SKIP, V> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         for top in (0..self.m).step_by(ROWS) {
             let bottom = (top + ROWS).min(self.m);
-            for first in (0..self.b.rows).step_by(DEPTH) {
-                let last = (first + DEPTH).min(self.b.rows);
-                for column in (0..self.b.columns).step_by(self.b.width) {
-                    self.panel(simd, top..bottom, first..last, column);
-                }
+            for column in (0..self.b.columns).step_by(self.b.width) {
+                self.panel(simd, top..bottom, column);
             }
         }
     }
 }
 
-impl Product<'_> {
-    /// Rows `rows` of `C` at one panel, for the terms `terms` of the sum.
+impl<F: Finish<V>, const SKIP: usize, const V: usize> Product<'_, F, SKIP, V> {
+    /// The product of some rows with one panel.
     #[inline(always)]
-    fn panel<S: Simd>(&mut self, simd: S, rows: Range<usize>, terms: Range<usize>, column: usize) {
-        let width = self.b.width;
-        let panel = &self.b.data[column * self.b.rows..][..self.b.rows * width];
-        let (panel, _) = S::as_simd_f32s(&panel[terms.start * width..terms.end * width]);
+    fn panel<S: Simd>(&mut self, simd: S, rows: Range<usize>, column: usize) {
+        let (panel, _) = S::as_simd_f32s(&self.b.data[column * self.b.rows..][..self.b.rows * self.b.width]);
         let (panel, _) = panel.as_chunks::<VECTORS>();
         let most = if S::REGISTER_COUNT >= 32 { 6 } else { 2 };
         let together = if let Left::Turned(_) = self.a { TURNED } else { ROWS };
@@ -133,87 +181,79 @@ impl Product<'_> {
             let left = rows.end.min((row / together + 1) * together) - row;
             let height = left.div_ceil(left.div_ceil(most));
             match height {
-                6 => self.tile::<S, 6, 1>(simd, row, terms.start, column, panel),
-                5 => self.tile::<S, 5, 1>(simd, row, terms.start, column, panel),
-                4 => self.tile::<S, 4, 1>(simd, row, terms.start, column, panel),
-                3 => self.tile::<S, 3, 1>(simd, row, terms.start, column, panel),
-                2 => self.tile::<S, 2, 1>(simd, row, terms.start, column, panel),
-                _ => self.tile::<S, 1, 2>(simd, row, terms.start, column, panel),
+                6 => self.tile::<S, 6, 1>(simd, row, column, panel),
+                5 => self.tile::<S, 5, 1>(simd, row, column, panel),
+                4 => self.tile::<S, 4, 1>(simd, row, column, panel),
+                3 => self.tile::<S, 3, 1>(simd, row, column, panel),
+                2 => self.tile::<S, 2, 1>(simd, row, column, panel),
+                _ => self.tile::<S, 1, 2>(simd, row, column, panel),
             }
             row += height;
         }
     }
 
-    /// `R` rows of `C` at one panel, summed in `U` interleaved parts.
+    /// `R` rows at one panel, summed in `U` interleaved parts.
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const U: usize>(
         &mut self,
         simd: S,
         row: usize,
-        term: usize,
         column: usize,
         panel: &[[S::f32s; VECTORS]],
     ) {
-        let columns = self.b.width.min(self.b.columns - column);
         let sums = match self.a {
             Left::Turned(a) => {
-                let (first, column) = (row / TURNED * TURNED * a.rows + term * TURNED, row % TURNED);
-                let (a, _) = a.data[first..][..panel.len() * TURNED].as_chunks::<TURNED>();
-                multiply_turned::<S, R>(simd, a, column, panel)
+                let (a_column, a_panel) = (row % TURNED, row / TURNED);
+                let (a, _) = a.data[a_panel * TURNED * a.rows..][..panel.len() * TURNED].as_chunks::<TURNED>();
+                multiply_turned::<S, R, SKIP, V>(simd, a, a_column, panel)
             }
-            Left::Rows(matrix, stride) => {
-                let mut a: [&[f32]; R] = [&[]; R];
-                for (r, a) in a.iter_mut().enumerate() {
-                    *a = &matrix[(row + r) * stride + term..][..panel.len()];
-                }
-                multiply::<S, R, U>(simd, a, panel)
-            }
+            Left::Rows(a) => multiply::<S, R, U, SKIP, V>(simd, a, row, panel),
         };
-        let add = self.add || term > 0;
-        for (r, sums) in sums.into_iter().enumerate() {
-            store(simd, &mut self.c[(row + r) * self.c_stride + column..][..columns], sums, add);
-        }
+        self.finish.finish(simd, row, column, sums);
     }
 }
 
-/// `a·panel` for `R` rows.
+/// `a·panel` for `R` rows of `a`, from `row` on.
 #[inline(always)]
-fn multiply<S: Simd, const R: usize, const U: usize>(
+fn multiply<S: Simd, const R: usize, const U: usize, const SKIP: usize, const V: usize>(
     simd: S,
-    a: [&[f32]; R],
+    a: Rows<'_>,
+    row: usize,
     panel: &[[S::f32s; VECTORS]],
-) -> [[S::f32s; VECTORS]; R] {
-    let mut sums = [[[simd.splat_f32s(0.0); VECTORS]; R]; U];
-    let (groups, rest) = panel.as_chunks::<U>();
-    let mut head: [&[[f32; U]]; R] = [&[]; R];
-    let mut tail: [&[f32]; R] = [&[]; R];
-    for r in 0..R {
-        let (whole, left) = a[r].as_chunks::<U>();
-        head[r] = &whole[..groups.len()];
-        tail[r] = &left[..rest.len()];
-    }
-    for (index, group) in groups.iter().enumerate() {
-        for u in 0..U {
-            for r in 0..R {
-                let factor = simd.splat_f32s(head[r][index][u]);
-                for v in 0..VECTORS {
-                    sums[u][r][v] = simd.mul_add_e_f32s(factor, group[u][v], sums[u][r][v]);
+) -> [[S::f32s; V]; R] {
+    let mut sums = [[[simd.splat_f32s(0.0); V]; R]; U];
+    for (piece, panel) in panel.chunks(a.terms).enumerate() {
+        let (groups, rest) = panel.as_chunks::<U>();
+        let mut head: [&[[f32; U]]; R] = [&[]; R];
+        let mut tail: [&[f32]; R] = [&[]; R];
+        for r in 0..R {
+            let (whole, left) = a.data[piece * a.step + (row + r) * a.stride..][..panel.len()].as_chunks::<U>();
+            head[r] = &whole[..groups.len()];
+            tail[r] = &left[..rest.len()];
+        }
+        for (index, group) in groups.iter().enumerate() {
+            for u in 0..U {
+                for r in 0..R {
+                    let factor = simd.splat_f32s(head[r][index][u]);
+                    for v in 0..V {
+                        sums[u][r][v] = simd.mul_add_e_f32s(factor, group[u][SKIP + v], sums[u][r][v]);
+                    }
                 }
             }
         }
-    }
-    for (index, vectors) in rest.iter().enumerate() {
-        for r in 0..R {
-            let factor = simd.splat_f32s(tail[r][index]);
-            for v in 0..VECTORS {
-                sums[0][r][v] = simd.mul_add_e_f32s(factor, vectors[v], sums[0][r][v]);
+        for (index, vectors) in rest.iter().enumerate() {
+            for r in 0..R {
+                let factor = simd.splat_f32s(tail[r][index]);
+                for v in 0..V {
+                    sums[0][r][v] = simd.mul_add_e_f32s(factor, vectors[SKIP + v], sums[0][r][v]);
+                }
             }
         }
     }
     let mut total = sums[0];
     for part in &sums[1..] {
         for r in 0..R {
-            for v in 0..VECTORS {
+            for v in 0..V {
                 total[r][v] = simd.add_f32s(total[r][v], part[r][v]);
             }
         }
@@ -223,38 +263,75 @@ fn multiply<S: Simd, const R: usize, const U: usize>(
 
 /// `aᵀ·panel` for `R` columns of `a`, from `column` on.
 #[inline(always)]
-fn multiply_turned<S: Simd, const R: usize>(
+fn multiply_turned<S: Simd, const R: usize, const SKIP: usize, const V: usize>(
     simd: S,
     a: &[[f32; TURNED]],
     column: usize,
     panel: &[[S::f32s; VECTORS]],
-) -> [[S::f32s; VECTORS]; R] {
-    let mut sums = [[simd.splat_f32s(0.0); VECTORS]; R];
+) -> [[S::f32s; V]; R] {
+    let mut sums = [[simd.splat_f32s(0.0); V]; R];
     for (row, vectors) in a.iter().zip(panel) {
         let row = &row[column..column + R];
         for r in 0..R {
             let factor = simd.splat_f32s(row[r]);
-            for v in 0..VECTORS {
-                sums[r][v] = simd.mul_add_e_f32s(factor, vectors[v], sums[r][v]);
+            for v in 0..V {
+                sums[r][v] = simd.mul_add_e_f32s(factor, vectors[SKIP + v], sums[r][v]);
             }
         }
     }
     sums
 }
 
-/// Writes, or adds, a row of sums to at most a panel's width of `c`.
-#[inline(always)]
-fn store<S: Simd>(simd: S, c: &mut [f32], sums: [S::f32s; VECTORS], add: bool) {
-    let (whole, _) = S::as_mut_simd_f32s(c);
-    if let Some(whole) = whole.first_chunk_mut::<VECTORS>() {
-        for (c, sum) in whole.iter_mut().zip(sums) {
-            *c = if add { simd.add_f32s(*c, sum) } else { sum };
-        }
-        return;
+/// Stores the product for the gates that are `fed`.
+pub(crate) fn fed_product(level: Level, fed: &Range<usize>, product: Product<'_, Store<'_>, 0, 4>) {
+    let Product { a, m, b, finish } = product;
+    match (fed.start, fed.len()) {
+        (0, 4) => level.run(Product::<_, 0, 4> { a, m, b, finish }),
+        (0, _) => level.run(Product::<_, 0, 3> { a, m, b, finish }),
+        _ => level.run(Product::<_, 1, 3> { a, m, b, finish }),
     }
-    for (c, sum) in c.chunks_mut(S::F32_LANES).zip(sums) {
-        let sum = if add { simd.add_f32s(simd.partial_load_f32s(c), sum) } else { sum };
-        simd.partial_store_f32s(c, sum);
+}
+
+/// Writes a product's sums, or adds them, to rows of `columns`.
+pub(crate) struct Store<'a> {
+    pub c: &'a mut [f32],
+    pub columns: usize,
+    /// Column of a row at which the panels' sums begin.
+    pub from: usize,
+    pub add: bool,
+}
+
+impl<const V: usize> Finish<V> for Store<'_> {
+    #[inline(always)]
+    fn finish<S: Simd, const R: usize>(&mut self, simd: S, row: usize, column: usize, sums: [[S::f32s; V]; R]) {
+        let first = self.from + column;
+        let last = self.columns.min(first + V * S::F32_LANES);
+        if last - first < V * S::F32_LANES {
+            for (r, sums) in sums.into_iter().enumerate() {
+                self.part(simd, &(first..last), row + r, sums);
+            }
+            return;
+        }
+        // So short a loop is unrolled: the sums go from their registers straight to `c`.
+        for (r, sums) in sums.into_iter().enumerate() {
+            let c = &mut self.c[(row + r) * self.columns + first..][..V * S::F32_LANES];
+            let (c, _) = S::as_mut_simd_f32s(c);
+            for v in 0..V {
+                c[v] = if self.add { simd.add_f32s(c[v], sums[v]) } else { sums[v] };
+            }
+        }
+    }
+}
+
+impl Store<'_> {
+    /// Writes, or adds, as much of a row's sums as there are `columns` for.
+    #[inline(always)]
+    fn part<S: Simd>(&mut self, simd: S, columns: &Range<usize>, row: usize, sums: impl IntoIterator<Item = S::f32s>) {
+        let c = &mut self.c[row * self.columns..][columns.clone()];
+        for (c, sum) in c.chunks_mut(S::F32_LANES).zip(sums) {
+            let sum = if self.add { simd.add_f32s(simd.partial_load_f32s(c), sum) } else { sum };
+            simd.partial_store_f32s(c, sum);
+        }
     }
 }
 
