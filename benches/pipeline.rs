@@ -109,7 +109,7 @@ fn five_axes(c: &mut Criterion) {
     let learned = learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(&part), &Settings::default());
     let reference = learned.expect("learns").reference;
     let carrier = Carrier::Keep;
-    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4 };
+    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
     group.bench_function("write and verify", |b| {
         b.iter(|| {
             let refitted = refit(&part, &reference, &written).expect("fits");

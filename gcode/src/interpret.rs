@@ -2,7 +2,7 @@
 
 use crate::codes::{Code, Motion, OneShot, written};
 use crate::cycle::CycleState;
-use crate::dialect::{ArcCentres, Dialect, Options};
+use crate::dialect::{ArcCentres, Options};
 use crate::error::GcodeError;
 use crate::follow::FlowState;
 use crate::frames::Shifts;
@@ -189,10 +189,8 @@ impl<'a> Interpreter<'a> {
 
     /// Two motion codes in one block contradict each other; unknown codes with axis words may be motion.
     fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
-        let mut motions = words.g.iter().filter(|g| match g.code {
-            Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion => true,
-            _ => false,
-        });
+        let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
+        let mut motions = words.g.iter().filter(|g| is_motion(g.code));
         if let (Some(first), Some(second)) = (motions.next(), motions.next())
             && first.tenths != second.tenths
         {
