@@ -20,7 +20,7 @@ const SINGLE: f64 = 0.4;
 /// Share of lines at full speed, and the slowest of the others, as a share of it.
 const FULL: f64 = 0.5;
 const SLOWEST: f64 = 0.25;
-/// Share of lines that approach a stop as a tool plunges: short, slow and along one axis; their lengths, mm, and speeds as a share of the
+/// Share of lines that approach a stop as a tool plunges: short, slow and along one linear axis; their lengths, mm, and speeds as a share of the
 /// full one. What a slow stop leaves behind differs from what a fast one does.
 const APPROACHES: f64 = 0.25;
 const APPROACH_MM: std::ops::Range<f64> = 0.2..2.0;
@@ -49,6 +49,7 @@ impl Lines<'_> {
         if moved.is_empty() {
             return Ok(None);
         }
+        let plunging: Vec<(usize, usize)> = moved.iter().copied().filter(|(_, slot)| *slot < 3).collect();
         let turns = moved.iter().any(|(_, slot)| *slot >= 3);
         let limits = self.axis_limits_only(&moved);
         let mut home = [0.0; 6];
@@ -56,12 +57,12 @@ impl Lines<'_> {
         let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
         loop {
             let last = planned_s >= self.seconds - 2.0 * self.rest_s;
-            let approach = !last && rng.random_bool(APPROACHES);
+            let approach = !last && !plunging.is_empty() && rng.random_bool(APPROACHES);
             let mut end = if last { home } else { at };
             if approach {
-                let (axis, slot) = moved[rng.random_range(0..moved.len())];
+                let (axis, slot) = plunging[rng.random_range(0..plunging.len())];
                 let towards = (position(rng, axis) - at[slot]).signum();
-                end[slot] += towards * rng.random_range(APPROACH_MM) / way_mm(slot);
+                end[slot] += towards * rng.random_range(APPROACH_MM);
             } else if !last && rng.random_bool(SINGLE) {
                 let (axis, slot) = moved[rng.random_range(0..moved.len())];
                 end[slot] = position(rng, axis);
