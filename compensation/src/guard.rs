@@ -22,7 +22,7 @@ pub struct Guard {
 
 impl Default for Guard {
     fn default() -> Self {
-        Self { max_shift: 0.1, max_turn_rad: 0.01, limits: None, settle_s: 0.008, weights: Vec::new() }
+        Self { max_shift: 0.1, max_turn_rad: 0.01, limits: None, settle_s: 0.012, weights: Vec::new() }
     }
 }
 
