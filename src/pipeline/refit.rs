@@ -4,7 +4,7 @@
 //! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
 
 use anyhow::Result;
-use gcode::{Dialect, Edits, FeedMode, Move, MoveKind, PathMode, Units, format_angle, format_coordinate, format_number};
+use gcode::{Dialect, Edits, FeedMode, Move, MoveKind, PathMode, Span, Units, format_angle, format_coordinate, format_number};
 use motion::{Trajectory, Vec6};
 use serde::{Deserialize, Serialize};
 
@@ -175,7 +175,9 @@ impl Stretch<'_> {
         };
         let words = self.part.program.block_words(block).iter();
         for word in words.filter(|word| word.is(b'G') && others.contains(&word.value)) {
-            out.edits.replace(word.span, "");
+            let blank = Span { start: word.span.end, end: word.span.end + 1 };
+            let end = if self.part.program.text(blank) == b" " { blank.end } else { word.span.end };
+            out.edits.replace(Span { start: word.span.start, end }, "");
         }
     }
 
