@@ -183,7 +183,9 @@ impl<'a> Sampled<'a> {
             };
             axes.iter().zip(wanted.columns()).map(column).collect()
         };
-        let velocities = if rows == Rows::Pvt { sampled(&|(_, slope)| slope / period_s) } else { Vec::new() };
+        let mut velocities = if rows == Rows::Pvt { sampled(&|(_, slope)| slope / period_s) } else { Vec::new() };
+        // A control that is handed its last row stops there.
+        velocities.iter_mut().filter_map(|column| column.last_mut()).for_each(|last| *last = 0.0);
         Self { axes, rows, interval_s, positions: sampled(&|(position, _)| position), velocities }
     }
 

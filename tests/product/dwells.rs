@@ -18,7 +18,7 @@ pub fn nothing_winds_up_at_a_standstill(folder: &Folder) {
     let read = |path: &str| columns(&std::fs::read_to_string(folder.path(path)).unwrap());
     let (desired, learned) = (read(&lines), read("rests.csv"));
     let period = desired[0][1] - desired[0][0];
-    let (before, after) = ((0.06 / period) as usize, (0.04 / period) as usize);
+    let (before, after) = ((0.04 / period) as usize, (0.04 / period) as usize);
     let mut rests = 0;
     for (desired, learned) in desired.iter().zip(&learned).skip(1) {
         for k in before..desired.len() - after {
