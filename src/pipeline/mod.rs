@@ -1,6 +1,8 @@
 //! From bytes to bytes: a program becomes a path, the path a plan, the learned reference a program again.
 
 pub mod carry;
+mod lines;
+mod modes;
 pub mod part;
 pub mod recorded;
 pub mod refit;

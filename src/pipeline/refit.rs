@@ -4,11 +4,13 @@
 //! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
 
 use anyhow::Result;
-use gcode::{Dialect, Edits, FeedMode, Move, MoveKind, PathMode, Span, Units, format_angle, format_coordinate, format_number};
+use gcode::{Edits, Move, MoveKind};
 use motion::{Trajectory, Vec6};
 use serde::{Deserialize, Serialize};
 
 use super::Part;
+use super::lines::Writer;
+use super::modes::{Modes, restore_motion_code};
 use super::part::{POINT_MM, coordinates, stated};
 
 /// How the points of a compensated program carry their time.
@@ -112,31 +114,26 @@ struct Stretch<'a> {
     settings: &'a RefitSettings,
 }
 
-/// A point to be written, program coordinates: mm, rad.
-struct Target {
-    point: Vec6,
-    time_s: f64,
+/// A point to be written.
+pub(super) struct Target {
+    /// Program coordinates: mm, rad.
+    pub(super) point: Vec6,
+    /// When the plan passes it, s.
+    pub(super) time_s: f64,
     /// Share of the move's way that has been gone.
-    way: f64,
+    pub(super) way: f64,
 }
 
 impl Stretch<'_> {
     fn write(&self, run: &[usize], out: &mut Refitted) -> Result<()> {
         let part = self.part;
-        let first = self.owner(run[0]);
-        let Some(last) = run.last().map(|piece| self.owner(*piece)) else { return Ok(()) };
-        let mut writer = Writer::new(part, self.settings, &part.toolpath.moves[first]);
-        let mut own_path = None;
+        let moves = &part.toolpath.moves;
+        let mut last = self.owner(run[0]);
+        let mut writer = Writer::new(part, self.settings, &moves[last]);
+        let mut modes = Modes::state(part, self.settings, &moves[last], &mut out.edits)?;
         for piece in run {
             let owner = self.owner(*piece);
-            let step = &part.toolpath.moves[owner];
-            let path = part.toolpath.modal(step).path;
-            if own_path != Some(path) {
-                if let Some([stated, _]) = self.tolerance(step)? {
-                    out.edits.insert_before(&part.program, step.block as usize, &[stated])?;
-                }
-                own_path = Some(path);
-            }
+            let step = &moves[owner];
             let mut before_s = self.departure(self.start_of(*piece));
             let targets = self.targets(*piece, step);
             let mut lines = Vec::with_capacity(targets.len());
@@ -146,88 +143,25 @@ impl Stretch<'_> {
                 (before_s, way) = (target.time_s, target.way);
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
-            self.drop_feed_modes(step.block as usize, out);
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
+            last = owner;
             // A line that leads nowhere has no piece of the path; left as it is, it would lead back to the point as programmed.
             if let Some(end) = targets.last() {
-                for still in
-                    (owner + 1..part.toolpath.moves.len()).take_while(|index| leads_nowhere(part, &part.toolpath.moves[*index]))
+                while let Some(still) =
+                    Some(last + 1).filter(|next| moves.get(*next).is_some_and(|step| leads_nowhere(part, step)))
                 {
                     let line = writer.line(still, true, end, before_s, 1.0)?;
-                    out.edits.replace_motion(&part.program, part.toolpath.moves[still].block as usize, &[line])?;
+                    out.edits.replace_motion(&part.program, moves[still].block as usize, &[line])?;
                     out.targets.push((still, vec![end.point]));
+                    last = still;
                 }
             }
+            modes.hold_to(moves[last].block as usize, &mut out.edits);
         }
-        let own_tolerance = self.tolerance(&part.toolpath.moves[last])?.map(|[_, own]| own).filter(|own| !own.is_empty());
-        let after: Vec<String> = writer.restore(&part.toolpath.moves[last])?.into_iter().chain(own_tolerance).collect();
-        out.edits.insert_after(&part.program, part.toolpath.moves[last].block as usize, &after)?;
-        self.restore_motion_code(last, out);
+        let after: Vec<String> = writer.restore(&moves[last])?.into_iter().chain(modes.restore(&moves[last])?).collect();
+        out.edits.insert_after(&part.program, moves[last].block as usize, &after)?;
+        restore_motion_code(part, last, &mut out.edits);
         Ok(())
-    }
-
-    /// Takes away a block's own feed mode where its lines state another.
-    fn drop_feed_modes(&self, block: usize, out: &mut Refitted) {
-        let others: &[f64] = match self.settings.carrier {
-            Carrier::G93 => &[94.0, 95.0],
-            Carrier::G94 => &[93.0, 95.0],
-            Carrier::Keep => &[],
-        };
-        let words = self.part.program.block_words(block).iter();
-        for word in words.filter(|word| word.is(b'G') && others.contains(&word.value)) {
-            let blank = Span { start: word.span.end, end: word.span.end + 1 };
-            let end = if self.part.program.text(blank) == b" " { blank.end } else { word.span.end };
-            out.edits.replace(Span { start: word.span.start, end }, "");
-        }
-    }
-
-    /// The line that states the path tolerance before a move, and the one that puts the program's own back after it; `None` where the
-    /// program's own will do. Without merging: a control that merges points of nearly straight lines loses their times.
-    fn tolerance(&self, step: &Move) -> Result<Option<[String; 2]>> {
-        let Some(wanted_mm) = self.settings.path_tolerance_mm.filter(|_| self.part.options.dialect == Dialect::LinuxCnc) else {
-            return Ok(None);
-        };
-        let modal = self.part.toolpath.modal(step);
-        let length = |mm: f64| format_number(mm / modal.units.mm(), 6);
-        let own = match modal.path {
-            PathMode::Continuous { tolerance_mm: Some(own), merge_mm: Some(0.0) } if own <= wanted_mm => return Ok(None),
-            PathMode::Default => String::new(),
-            PathMode::ExactPath => "G61".to_owned(),
-            PathMode::ExactStop => "G61.1".to_owned(),
-            PathMode::Continuous { tolerance_mm, merge_mm } => {
-                let mut own = "G64".to_owned();
-                for (letter, value) in [('P', tolerance_mm), ('Q', merge_mm)] {
-                    if let Some(value) = value {
-                        own.push_str(&format!("{letter}{}", length(value)?));
-                    }
-                }
-                own
-            }
-        };
-        Ok(Some([format!("G64P{}Q0", length(wanted_mm)?), own]))
-    }
-
-    /// A move after the stretch that relies on a motion code which the stretch no longer leaves behind gets it stated.
-    fn restore_motion_code(&self, last: usize, out: &mut Refitted) {
-        let moves = &self.part.toolpath.moves;
-        let Some(next) = moves.get(last + 1) else { return };
-        if next.explicit_motion || self.part.is_shiftable(next) {
-            return;
-        }
-        let code = match (next.kind, moves[last].kind) {
-            (MoveKind::Arc(arc), MoveKind::Arc(_)) => {
-                if arc.sweep > 0.0 {
-                    "G3"
-                } else {
-                    "G2"
-                }
-            }
-            _ => return,
-        };
-        let words = self.part.program.block_words(next.block as usize);
-        if let Some(word) = words.iter().find(|word| gcode::is_motion_word(word)) {
-            out.edits.replace(gcode::Span { start: word.span.start, end: word.span.start }, code);
-        }
     }
 
     fn owner(&self, piece: usize) -> usize {
@@ -323,139 +257,4 @@ fn off_line(point: Vec6, start: Vec6, end: Vec6) -> f64 {
     let (chord, off) = ((end - start).component_mul(&at_lever), (point - start).component_mul(&at_lever));
     let length_squared = chord.norm_squared();
     if length_squared < 1e-24 { off.norm() } else { (off - chord * (off.dot(&chord) / length_squared)).norm() }
-}
-
-/// Which of A, B, C a part's machine turns.
-fn turning_axes(part: &Part) -> [bool; 3] {
-    let kinematics = part.plan.desired.kinematics();
-    ["a", "b", "c"].map(|name| kinematics.turns() && kinematics.axes().iter().any(|axis| axis.name == name))
-}
-
-/// Writes lines in the program's own units and modes.
-struct Writer<'a> {
-    part: &'a Part,
-    settings: &'a RefitSettings,
-    /// Where the written lines have led, program coordinates as rounded: mm, rad.
-    written: Vec6,
-    /// Which of A, B, C the machine turns.
-    turns: [bool; 3],
-    mode: FeedMode,
-    g1_active: bool,
-    /// Feed word in force where feeds are changed.
-    feed: Option<f64>,
-}
-
-impl<'a> Writer<'a> {
-    fn new(part: &'a Part, settings: &'a RefitSettings, first: &Move) -> Self {
-        let modal = part.toolpath.modal(first);
-        Self {
-            part,
-            settings,
-            written: coordinates(&first.start),
-            turns: turning_axes(part),
-            mode: modal.feed_mode,
-            g1_active: false,
-            feed: first.feed_word,
-        }
-    }
-
-    /// The line to `target`, which takes this `share` of its move's way.
-    fn line(&mut self, owner: usize, first_of_block: bool, target: &Target, before_s: f64, share: f64) -> Result<String> {
-        let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
-        let modal = self.part.toolpath.modal(step);
-        let mut text = String::new();
-        let wanted = match self.settings.carrier {
-            Carrier::G93 => FeedMode::InverseTime,
-            Carrier::G94 => FeedMode::PerMinute,
-            Carrier::Keep => self.mode,
-        };
-        if wanted != self.mode {
-            text.push_str(if wanted == FeedMode::InverseTime { "G93" } else { "G94" });
-            self.mode = wanted;
-        }
-        if !self.g1_active || (first_of_block && step.explicit_motion) {
-            text.push_str("G1");
-            self.g1_active = true;
-        }
-        let before = self.written;
-        let mut moves = false;
-        let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
-        for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
-            let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
-            let number = match axis {
-                0..3 => format_coordinate(value, modal.units, decimals)?,
-                _ => format_angle(value, self.settings.decimals)?,
-            };
-            // What a control reads back, so that incremental programs gather no rounding.
-            let read: f64 = number.parse::<f64>().unwrap_or_default();
-            let read = if axis < 3 { read * modal.units.mm() } else { read.to_radians() };
-            let reached = self.written[axis]
-                + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
-            // A line needs an axis word, or it is no move.
-            let last_chance = !moves && axis == 2;
-            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance
-            {
-                text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
-                text.push_str(&number);
-                self.written[axis] = reached;
-                moves = true;
-            }
-        }
-        let duration = (target.time_s - before_s).max(1e-5);
-        match self.settings.carrier {
-            Carrier::G93 => text.push_str(&format!("F{}", format_number(60.0 / duration, 4)?)),
-            Carrier::G94 => {
-                // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
-                let way = self.written - before;
-                let length = way.fixed_rows::<3>(0).norm() / modal.units.mm();
-                let length = if length > 0.0 { length } else { way.fixed_rows::<3>(3).norm().to_degrees() };
-                let feed = length.max(1e-6) / duration * 60.0;
-                text.push_str(&format!("F{}", format_number(feed.max(1e-4), 4)?));
-            }
-            // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
-            Carrier::Keep if self.mode == FeedMode::InverseTime && share < 1.0 => {
-                let Some(word) = step.feed_word else { anyhow::bail!("a move in inverse time has no F") };
-                text.push_str(&format!("F{}", format_number(word * factor / share.max(0.01), 4)?));
-            }
-            Carrier::Keep => {
-                let wanted = step.feed_word.map(|feed| feed * factor);
-                match step.words(&self.part.program).feed {
-                    Some(word) if first_of_block && factor == 1.0 => {
-                        let span = self.part.program.words()[word].span;
-                        text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
-                    }
-                    _ if wanted != self.feed => {
-                        if let Some(feed) = wanted {
-                            text.push_str(&format!("F{}", format_number(feed, 4)?));
-                        }
-                    }
-                    _ => {}
-                }
-                self.feed = wanted;
-            }
-        }
-        Ok(text)
-    }
-
-    /// The line after a stretch that puts the program's own feed back.
-    fn restore(&self, last: &Move) -> Result<Option<String>> {
-        if self.settings.carrier == Carrier::Keep {
-            let changed = self.feed != last.feed_word;
-            let feed = last.feed_word.filter(|_| changed).map(|feed| format_number(feed, 6)).transpose()?;
-            return Ok(feed.map(|feed| format!("F{feed}")));
-        }
-        let modal = self.part.toolpath.modal(last);
-        let mode = match modal.feed_mode {
-            FeedMode::InverseTime => "G93",
-            FeedMode::PerMinute => "G94",
-            FeedMode::PerRevolution => "G95",
-        };
-        let feed = match (last.feed_word, modal.feed_mode) {
-            // Inverse time holds for one line only.
-            (Some(word), FeedMode::PerMinute | FeedMode::PerRevolution) => format!("F{}", format_number(word, 6)?),
-            _ => String::new(),
-        };
-        let text = if modal.feed_mode == self.mode { feed } else { format!("{mode}{feed}") };
-        Ok((!text.is_empty()).then_some(text))
-    }
 }

@@ -1,0 +1,151 @@
+//! Lines of a compensated program, in its own units.
+
+use anyhow::Result;
+use gcode::{FeedMode, Move, Units, format_angle, format_coordinate, format_number};
+use motion::Vec6;
+
+use super::part::coordinates;
+use super::refit::Target;
+use super::{Carrier, Part, RefitSettings};
+
+/// Which of A, B, C a part's machine turns.
+fn turning_axes(part: &Part) -> [bool; 3] {
+    let kinematics = part.plan.desired.kinematics();
+    ["a", "b", "c"].map(|name| kinematics.turns() && kinematics.axes().iter().any(|axis| axis.name == name))
+}
+
+/// Writes lines in the program's own units and modes.
+pub(super) struct Writer<'a> {
+    part: &'a Part,
+    settings: &'a RefitSettings,
+    /// Where the written lines have led, program coordinates as rounded: mm, rad.
+    written: Vec6,
+    /// Which of A, B, C the machine turns.
+    turns: [bool; 3],
+    mode: FeedMode,
+    g1_active: bool,
+    /// Feed word in force where feeds are changed.
+    feed: Option<f64>,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(part: &'a Part, settings: &'a RefitSettings, first: &Move) -> Self {
+        let modal = part.toolpath.modal(first);
+        Self {
+            part,
+            settings,
+            written: coordinates(&first.start),
+            turns: turning_axes(part),
+            mode: modal.feed_mode,
+            g1_active: false,
+            feed: first.feed_word,
+        }
+    }
+
+    /// The line to `target`, which takes this `share` of its move's way.
+    pub(super) fn line(
+        &mut self,
+        owner: usize,
+        first_of_block: bool,
+        target: &Target,
+        before_s: f64,
+        share: f64,
+    ) -> Result<String> {
+        let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
+        let modal = self.part.toolpath.modal(step);
+        let mut text = String::new();
+        let wanted = match self.settings.carrier {
+            Carrier::G93 => FeedMode::InverseTime,
+            Carrier::G94 => FeedMode::PerMinute,
+            Carrier::Keep => self.mode,
+        };
+        if wanted != self.mode {
+            text.push_str(if wanted == FeedMode::InverseTime { "G93" } else { "G94" });
+            self.mode = wanted;
+        }
+        if !self.g1_active || (first_of_block && step.explicit_motion) {
+            text.push_str("G1");
+            self.g1_active = true;
+        }
+        let before = self.written;
+        let mut moves = false;
+        let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
+        for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
+            let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
+            let number = match axis {
+                0..3 => format_coordinate(value, modal.units, decimals)?,
+                _ => format_angle(value, self.settings.decimals)?,
+            };
+            // What a control reads back, so that incremental programs gather no rounding.
+            let read: f64 = number.parse::<f64>().unwrap_or_default();
+            let read = if axis < 3 { read * modal.units.mm() } else { read.to_radians() };
+            let reached = self.written[axis]
+                + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
+            // A line needs an axis word, or it is no move.
+            let last_chance = !moves && axis == 2;
+            if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance
+            {
+                text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
+                text.push_str(&number);
+                self.written[axis] = reached;
+                moves = true;
+            }
+        }
+        let duration = (target.time_s - before_s).max(1e-5);
+        match self.settings.carrier {
+            Carrier::G93 => text.push_str(&format!("F{}", format_number(60.0 / duration, 4)?)),
+            Carrier::G94 => {
+                // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
+                let way = self.written - before;
+                let length = way.fixed_rows::<3>(0).norm() / modal.units.mm();
+                let length = if length > 0.0 { length } else { way.fixed_rows::<3>(3).norm().to_degrees() };
+                let feed = length.max(1e-6) / duration * 60.0;
+                text.push_str(&format!("F{}", format_number(feed.max(1e-4), 4)?));
+            }
+            // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
+            Carrier::Keep if self.mode == FeedMode::InverseTime && share < 1.0 => {
+                let Some(word) = step.feed_word else { anyhow::bail!("a move in inverse time has no F") };
+                text.push_str(&format!("F{}", format_number(word * factor / share.max(0.01), 4)?));
+            }
+            Carrier::Keep => {
+                let wanted = step.feed_word.map(|feed| feed * factor);
+                match step.words(&self.part.program).feed {
+                    Some(word) if first_of_block && factor == 1.0 => {
+                        let span = self.part.program.words()[word].span;
+                        text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
+                    }
+                    _ if wanted != self.feed => {
+                        if let Some(feed) = wanted {
+                            text.push_str(&format!("F{}", format_number(feed, 4)?));
+                        }
+                    }
+                    _ => {}
+                }
+                self.feed = wanted;
+            }
+        }
+        Ok(text)
+    }
+
+    /// The line after a stretch that puts the program's own feed back.
+    pub(super) fn restore(&self, last: &Move) -> Result<Option<String>> {
+        if self.settings.carrier == Carrier::Keep {
+            let changed = self.feed != last.feed_word;
+            let feed = last.feed_word.filter(|_| changed).map(|feed| format_number(feed, 6)).transpose()?;
+            return Ok(feed.map(|feed| format!("F{feed}")));
+        }
+        let modal = self.part.toolpath.modal(last);
+        let mode = match modal.feed_mode {
+            FeedMode::InverseTime => "G93",
+            FeedMode::PerMinute => "G94",
+            FeedMode::PerRevolution => "G95",
+        };
+        let feed = match (last.feed_word, modal.feed_mode) {
+            // Inverse time holds for one line only.
+            (Some(word), FeedMode::PerMinute | FeedMode::PerRevolution) => format!("F{}", format_number(word, 6)?),
+            _ => String::new(),
+        };
+        let text = if modal.feed_mode == self.mode { feed } else { format!("{mode}{feed}") };
+        Ok((!text.is_empty()).then_some(text))
+    }
+}
