@@ -1,8 +1,11 @@
 //! Machines with rotary axes under the workpiece or above the tool.
 
-use nalgebra::Rotation3;
+mod chain;
+mod inverse;
 
-use super::orientation::{Branch, REACH_RAD, TwoJoints, angle, one_joint, turned, unwound};
+use chain::{Frame, Link};
+
+use super::orientation::{REACH_RAD, TwoJoints};
 use super::{Kinematics, rotary_index};
 use crate::{Axis, MotionError, Pose, Vec3};
 
@@ -39,71 +42,8 @@ pub struct RotaryJoint {
     pub travel_rad: Option<[f64; 2]>,
 }
 
-/// A joint as the chain from workpiece to tool meets it.
-#[derive(Debug, Clone, PartialEq)]
-struct Link {
-    /// Index among the axes.
-    axis: usize,
-    /// Index among A, B, C.
-    rotary: usize,
-    /// Unit vector.
-    direction: Vec3,
-    /// From workpiece zero, or from the tool tip for a head joint, mm.
-    pivot: Vec3,
-}
-
-impl Link {
-    /// The joint at an angle.
-    fn at(&self, angle_rad: f64) -> Turn<'_> {
-        Turn { link: self, sin_cos: angle_rad.sin_cos() }
-    }
-}
-
-/// A joint at an angle.
-struct Turn<'a> {
-    link: &'a Link,
-    sin_cos: (f64, f64),
-}
-
-impl Turn<'_> {
-    fn direction(&self, direction: &Vec3) -> Vec3 {
-        turned(&self.link.direction, self.sin_cos, direction)
-    }
-
-    fn point(&self, point: &Vec3) -> Vec3 {
-        self.link.pivot + self.direction(&(point - self.link.pivot))
-    }
-
-    fn pose(&self, pose: &Pose) -> Pose {
-        Pose { tip: self.point(&pose.tip), tool: self.direction(&pose.tool) }
-    }
-}
-
 /// Angles of the links of a chain, in its order, rad; zeros for those that it lacks.
 type Angles = [f64; 2];
-
-/// A frame inside another: `p ↦ rotation·p + origin`.
-struct Frame {
-    rotation: Rotation3<f64>,
-    origin: Vec3,
-}
-
-impl Frame {
-    fn at_rest() -> Self {
-        Self { rotation: Rotation3::identity(), origin: Vec3::zeros() }
-    }
-
-    fn point(&self, point: &Vec3) -> Vec3 {
-        self.rotation * point + self.origin
-    }
-
-    /// Appends a turn about a joint.
-    fn turn(&mut self, link: &Link, angle_rad: f64) {
-        let pivot = self.point(&link.pivot);
-        self.rotation *= Rotation3::from_scaled_axis(link.direction * angle_rad);
-        self.origin = pivot - self.rotation * link.pivot;
-    }
-}
 
 /// Three perpendicular linear axes and up to two rotary ones, each under the workpiece or above the tool.
 ///
@@ -263,84 +203,6 @@ impl FiveAxis {
         self.chain.iter().zip(angles).for_each(|(link, angle)| joints[link.axis] = *angle);
         Ok(())
     }
-
-    fn beyond_travel(&self, axis: usize, angle_rad: f64) -> MotionError {
-        let name = &self.axes[axis].name;
-        let [low, high] = self.travel[axis].unwrap_or([f64::NEG_INFINITY, f64::INFINITY]).map(f64::to_degrees);
-        let angle = angle_rad.to_degrees();
-        MotionError::Unreachable(format!(
-            "axis `{name}` would stand at {angle:.3}°, outside its travel from {low:.3}° to {high:.3}°"
-        ))
-    }
-
-    fn unreached(&self, tool: &Vec3, miss_rad: f64) -> MotionError {
-        let names: Vec<String> = self.chain.iter().map(|link| format!("`{}`", self.axes[link.axis].name)).collect();
-        let who = match names.as_slice() {
-            [] => "a machine without rotary axes misses".to_string(),
-            [only] => format!("axis {only} alone misses"),
-            _ => format!("axes {} miss", names.join(" and ")),
-        };
-        let (x, y, z, miss) = (tool.x, tool.y, tool.z, miss_rad.to_degrees());
-        MotionError::Unreachable(format!("{who} the tool axis ({x:.6}, {y:.6}, {z:.6}) by {miss:.6}°"))
-    }
-
-    /// Angle of `link` at any whole number of turns from `angle_rad`, or where `near` is when it is free; within travel.
-    fn settled(&self, link: &Link, angle_rad: Option<f64>, near: &[f64]) -> Result<f64, MotionError> {
-        let (near, travel) = (near[link.axis], self.travel[link.axis]);
-        match (angle_rad, travel) {
-            (None, None) => Ok(near),
-            (None, Some([low, high])) => Ok(near.clamp(low, high)),
-            (Some(angle), _) => unwound(angle, near, travel).ok_or_else(|| {
-                let angle = unwound(angle, near, None).unwrap_or(angle);
-                self.beyond_travel(link.axis, angle)
-            }),
-        }
-    }
-
-    /// The way to point the tool along `tool` that is the nearest by the move of its inner joint alone; `None` where that does not decide.
-    fn plain_way(&self, tool: &Vec3, near: &[f64]) -> Option<Angles> {
-        let (Some(pair), [outer, inner]) = (&self.pair, self.chain.as_slice()) else { return None };
-        let move_of = |link: &Link, angle: f64| (angle - near[link.axis]).abs();
-        let mut ways = pair.inner_angles(tool).ok()?.map(|angle| {
-            let settled = unwound(angle, near[inner.axis], self.travel[inner.axis]);
-            (angle, settled, settled.map_or(f64::INFINITY, |angle| move_of(inner, angle)))
-        });
-        if ways[1].2 < ways[0].2 {
-            ways.swap(0, 1);
-        }
-        let [(angle, settled, inner_move), (.., others_move)] = ways;
-        let outer_angle = unwound(pair.outer_angle(tool, angle)?, near[outer.axis], self.travel[outer.axis])?;
-        let longest = inner_move.max(move_of(outer, outer_angle));
-        (longest + REACH_RAD < others_move).then_some([outer_angle, settled?])
-    }
-
-    /// Angles at which the tool points along `tool`: the nearest way within the joints' travel, and the other where there is one.
-    fn ways_to_point(&self, tool: &Vec3, near: &[f64]) -> Result<(Angles, Option<Angles>), MotionError> {
-        let missed = |miss| self.unreached(tool, miss);
-        match (&self.pair, self.chain.as_slice()) {
-            (Some(pair), [outer, inner]) => {
-                let branches = pair.branches(tool).map_err(missed)?;
-                let settled = |(outer_angle, inner_angle): Branch| -> Result<Angles, MotionError> {
-                    Ok([self.settled(outer, outer_angle, near)?, self.settled(inner, Some(inner_angle), near)?])
-                };
-                let moves = |[a, b]: &Angles| [(a - near[outer.axis]).abs(), (b - near[inner.axis]).abs()];
-                match branches.map(settled) {
-                    [Ok(first), Ok(second)] if nearer(moves(&second), moves(&first)) => Ok((second, Some(first))),
-                    [Ok(first), Ok(second)] => Ok((first, Some(second))),
-                    [Ok(only), Err(_)] | [Err(_), Ok(only)] => Ok((only, None)),
-                    [Err(error), Err(_)] => Err(error),
-                }
-            }
-            (_, [joint]) => {
-                let angle = self.settled(joint, one_joint(&joint.direction, tool).map_err(missed)?, near)?;
-                Ok(([angle, 0.0], None))
-            }
-            _ => match angle(tool, &Vec3::z()) {
-                miss if miss > REACH_RAD => Err(missed(miss)),
-                _ => Ok((Angles::default(), None)),
-            },
-        }
-    }
 }
 
 impl Kinematics for FiveAxis {
@@ -427,13 +289,6 @@ impl Kinematics for FiveAxis {
 fn unit(vector: &Vec3) -> Option<Vec3> {
     // A norm that overflows leaves zeros, one of NaN leaves NaN.
     vector.try_normalize(0.0).filter(|unit| (unit.norm() - 1.0).abs() < 1e-9)
-}
-
-/// Whether the moves `a` of two axes, rad, are the shorter ones: by the longer of both, then by their sum; rounding does not
-/// decide.
-fn nearer(a: [f64; 2], b: [f64; 2]) -> bool {
-    let ([a_longest, b_longest], [a_sum, b_sum]) = ([a, b].map(|m| m[0].max(m[1])), [a, b].map(|m| m[0] + m[1]));
-    if (a_longest - b_longest).abs() > REACH_RAD { a_longest < b_longest } else { a_sum < b_sum - REACH_RAD }
 }
 
 fn undefined(what: String) -> MotionError {
