@@ -1,6 +1,6 @@
 //! What the commands read: part programs, references, built-in curves, machines and models.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
@@ -126,16 +126,8 @@ pub fn is_reference(path: &Path) -> bool {
 /// # Errors
 /// When there is no such machine, or its description is not sound.
 pub fn machine(machine: &str) -> Result<MachineSpec> {
-    if machine::BUILTIN_MACHINES.iter().any(|(name, _)| *name == machine) {
-        return Ok(MachineSpec::builtin(machine)?);
-    }
-    let path = PathBuf::from(machine);
-    if !path.is_file() {
-        let names: Vec<&str> = machine::BUILTIN_MACHINES.iter().map(|(name, _)| *name).collect();
-        return Err(Usage(format!("there is no machine file {machine}, and the built-in ones are {}", names.join(", "))).into());
-    }
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {machine}"))?;
-    MachineSpec::from_toml(&text).map_err(|error| Refusal(format!("{machine}: {error}")).into())
+    let names = machine::BUILTIN_MACHINES.map(|(name, _)| name);
+    described("machine", machine, &names, MachineSpec::builtin, MachineSpec::from_toml)
 }
 
 /// The controller profile called or described by `controller`: a built-in name or a TOML file.
@@ -143,17 +135,8 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
 /// # Errors
 /// When there is no such profile, or it is not sound.
 pub fn controller(controller: &str) -> Result<ControllerSpec> {
-    if machine::BUILTIN_CONTROLLERS.iter().any(|(name, _)| *name == controller) {
-        return Ok(ControllerSpec::builtin(controller)?);
-    }
-    let path = PathBuf::from(controller);
-    if !path.is_file() {
-        let names: Vec<&str> = machine::BUILTIN_CONTROLLERS.iter().map(|(name, _)| *name).collect();
-        let names = names.join(", ");
-        return Err(Usage(format!("there is no controller file {controller}, and the built-in ones are {names}")).into());
-    }
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {controller}"))?;
-    ControllerSpec::from_toml(&text).map_err(|error| Refusal(format!("{controller}: {error}")).into())
+    let names = machine::BUILTIN_CONTROLLERS.map(|(name, _)| name);
+    described("controller", controller, &names, ControllerSpec::builtin, ControllerSpec::from_toml)
 }
 
 /// The recipe called or described by `predictor`: a built-in name or a TOML file.
@@ -161,18 +144,27 @@ pub fn controller(controller: &str) -> Result<ControllerSpec> {
 /// # Errors
 /// When there is no such recipe, or it cannot be used.
 pub fn recipe(predictor: &str) -> Result<Recipe> {
-    if Recipe::names().any(|name| name == predictor) {
-        return Ok(Recipe::builtin(predictor)?);
+    let names: Vec<&str> = Recipe::names().collect();
+    described("recipe", predictor, &names, Recipe::builtin, Recipe::from_toml)
+}
+
+/// The `kind` of thing that `name` calls, one of the built-in `names`, or describes, a TOML file.
+fn described<T, E: std::error::Error + Send + Sync + 'static>(
+    kind: &str,
+    name: &str,
+    names: &[&str],
+    builtin: impl FnOnce(&str) -> Result<T, E>,
+    from_toml: impl FnOnce(&str) -> Result<T, E>,
+) -> Result<T> {
+    if names.contains(&name) {
+        return Ok(builtin(name)?);
     }
-    let path = PathBuf::from(predictor);
-    if !path.is_file() {
-        let names: Vec<&str> = Recipe::names().collect();
-        return Err(
-            Usage(format!("there is no recipe file {predictor}, and the built-in predictors are {}", names.join(", "))).into()
-        );
+    if !Path::new(name).is_file() {
+        let known = names.join(", ");
+        return Err(Usage(format!("there is no {kind} file {name}, and the built-in ones are {known}")).into());
     }
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {predictor}"))?;
-    Recipe::from_toml(&text).map_err(|error| Refusal(format!("{predictor}: {error}")).into())
+    let text = std::fs::read_to_string(name).with_context(|| format!("cannot read {name}"))?;
+    from_toml(&text).map_err(|error| Refusal(format!("{name}: {error}")).into())
 }
 
 /// The simulated machine of a description; refused where it has no drives.

@@ -37,16 +37,7 @@ impl ControllerSpec {
     /// # Errors
     /// When there is none of that name; the error lists the names.
     pub fn builtin(name: &str) -> Result<Self, MachineError> {
-        match BUILTIN_CONTROLLERS.iter().find(|(other, _)| *other == name) {
-            Some((_, text)) => Self::from_toml(text),
-            None => {
-                let names: Vec<&str> = BUILTIN_CONTROLLERS.iter().map(|(name, _)| *name).collect();
-                Err(MachineError::BadDescription(format!(
-                    "there is no built-in controller `{name}`; there are {}",
-                    names.join(", ")
-                )))
-            }
-        }
+        Self::from_toml(text_of("controller", &BUILTIN_CONTROLLERS, name)?)
     }
 }
 
@@ -56,17 +47,17 @@ impl MachineSpec {
     /// # Errors
     /// When there is none of that name; the error lists the names.
     pub fn builtin(name: &str) -> Result<Self, MachineError> {
-        match BUILTIN_MACHINES.iter().find(|(other, _)| *other == name) {
-            Some((_, text)) => Self::from_toml(text),
-            None => {
-                let names: Vec<&str> = BUILTIN_MACHINES.iter().map(|(name, _)| *name).collect();
-                Err(MachineError::BadDescription(format!(
-                    "there is no built-in machine `{name}`; there are {}",
-                    names.join(", ")
-                )))
-            }
-        }
+        Self::from_toml(text_of("machine", &BUILTIN_MACHINES, name)?)
     }
+}
+
+/// The text that is called `name` among the built-in ones of a kind.
+fn text_of<'a>(kind: &str, all: &[(&str, &'a str)], name: &str) -> Result<&'a str, MachineError> {
+    let found = all.iter().find(|(other, _)| *other == name);
+    found.map(|(_, text)| *text).ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        MachineError::BadDescription(format!("there is no built-in {kind} `{name}`; there are {}", names.join(", ")))
+    })
 }
 
 #[cfg(test)]
