@@ -145,11 +145,10 @@ pub fn compensate(
         figures.push(evaluate::figures(desired, part, actual));
         figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm)
     };
-    let mut rounds = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?.rounds;
+    let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
     let figures: Vec<Figures> = figures.into_iter().collect::<Result<_>>()?;
-    let Some(best) = (0..rounds.len()).min_by(|a, b| rounds[*a].measure.total_cmp(&rounds[*b].measure)) else {
-        anyhow::bail!("the path has no samples");
-    };
+    let Some(best) = learned.best() else { anyhow::bail!("the path has no samples") };
+    let mut rounds = learned.rounds;
     let gained = rounds[best].measure < (1.0 - LEAST_GAIN) * rounds[0].measure;
     let (updates, chosen) = (rounds.len() - 1, if gained { best } else { 0 });
     let Round { reference, actual: forecast, .. } = rounds.swap_remove(chosen);

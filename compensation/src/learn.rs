@@ -33,10 +33,10 @@ pub struct Learned {
 }
 
 impl Learned {
-    /// The run with the smallest measure.
+    /// Index of the run with the smallest measure.
     #[must_use]
-    pub fn best(&self) -> Option<&Round> {
-        self.rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure))
+    pub fn best(&self) -> Option<usize> {
+        (0..self.rounds.len()).min_by(|a, b| self.rounds[*a].measure.total_cmp(&self.rounds[*b].measure))
     }
 
     /// The last run.
