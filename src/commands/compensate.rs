@@ -92,6 +92,9 @@ impl Compensate {
             ..Settings::default()
         };
         let printer = Printer::new(self.common.json.as_deref());
+        if self.reference.is_none() && (self.columns.columns.is_some() || self.columns.period.is_some()) {
+            return Err(Usage("--columns and --period say how the log of --reference is read; there is none".into()).into());
+        }
         let mut readback = None;
         if let Some(log) = &self.reference {
             let (recorded, found) = self.recorded(path, log, &printer)?;
