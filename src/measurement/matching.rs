@@ -119,24 +119,14 @@ fn by_place(path: &[Vec3], commanded: &[Vec3], offset: Vec3) -> Result<Match> {
 
 /// Commanded and actual positions of a log at the instants of the desired path's samples, in its coordinates.
 ///
-/// A rest of the path that the log holds longer or shorter is met at one instant.
+/// A rest of the path lasts as long as in the log, so that axes that lag behind their command arrive; what the path rests longer is met at
+/// the instant at which the log leaves.
 ///
 /// # Errors
 /// When the two do not match.
 pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result<(Trajectory, Trajectory)> {
     let path = desired.trajectory();
-    let places = &matched.places;
-    let mut k = 0;
-    let instants: Vec<f64> = (0..path.len())
-        .map(|sample| {
-            let wanted = sample as f64;
-            while k + 1 < places.len() && places[k + 1] < wanted {
-                k += 1;
-            }
-            let (before, after) = (places[k], places.get(k + 1).copied().unwrap_or(places[k]));
-            k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
-        })
-        .collect();
+    let instants = instants(path, &matched.places);
     let offsets = matched.offsets(path.axes());
     let resampled = |from: &Trajectory| {
         let columns = from.columns().iter().zip(&offsets);
@@ -145,4 +135,45 @@ pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result
         )
     };
     Ok((resampled(&log.reference)?, resampled(&log.actual)?))
+}
+
+/// When a run whose samples lie at `places` passes every sample of the path, in its samples.
+fn instants(path: &Trajectory, places: &[f64]) -> Vec<f64> {
+    let mut k = 0;
+    let mut passes = |sample: usize| {
+        let wanted = sample as f64;
+        while k + 1 < places.len() && places[k + 1] < wanted {
+            k += 1;
+        }
+        let (before, after) = (places[k], places.get(k + 1).copied().unwrap_or(places[k]));
+        k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    let samples: Vec<usize> = (0..path.len()).collect();
+    let mut instants = Vec::with_capacity(samples.len());
+    for rest in samples.chunk_by(|a, b| path.at(*a).eq(path.at(*b))) {
+        let (arrives, last) = (passes(rest[0]), rest[rest.len() - 1] as f64);
+        let leaves = places.partition_point(|place| *place <= last).saturating_sub(1) as f64;
+        instants.extend((0..rest.len()).map(|waited| (arrives + waited as f64).min(leaves.max(arrives))));
+    }
+    instants
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::Axis;
+
+    use super::*;
+
+    #[test]
+    fn a_rest_lasts_as_long_as_in_the_run() {
+        let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
+        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]);
+        // Half as fast, a shorter rest in between, and a longer one at the end.
+        let places = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 4.5, 5.0, 5.5, 6.0, 6.0, 6.0, 6.0];
+        assert_eq!(instants(&desired, &places), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
+        assert_eq!(
+            instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+        );
+    }
 }
