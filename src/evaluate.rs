@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use motion::contour::{
-    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, orientation_errors, summary,
-    summary_of,
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, orientation_errors, poses_at_places,
+    summary, summary_of,
 };
 use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 use serde_json::{Value, json};
@@ -112,6 +112,19 @@ pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     let turns = desired.kinematics().turns();
     let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, counts)).transpose()?;
     Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
+}
+
+/// As [`figures`], for a run whose command `reference` keeps near the path but not its time.
+///
+/// # Errors
+/// As [`contour_errors_along`].
+pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Trajectory, actual: &Trajectory) -> Result<Figures> {
+    let (errors, places) = contour_errors_along(desired, reference, actual)?;
+    let poses = poses_at_places(desired.poses(), &places);
+    let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
+    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(places[*k]));
+    let orientation = orientation(desired, &errors, &poses, actual, counts)?;
+    Ok(Figures { tip: summary_of_feed_moves(part, places.iter().copied().zip(errors))?, orientation })
 }
 
 /// Figures of the tool's direction at the feet of `errors` on the poses `path`, over the samples of `actual` that count; `None` on a machine that

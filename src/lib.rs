@@ -15,6 +15,7 @@ mod limits_from_log;
 pub mod measurement;
 mod output;
 pub mod pipeline;
+pub mod programmed;
 mod progress;
 pub mod recording;
 mod report;

@@ -6,11 +6,10 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, write_log};
 use machine::{Machine, Sensor, SimulationOptions};
-use motion::contour::poses_at_places;
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
-use crate::evaluate::{self, Figures};
+use crate::evaluate;
 use crate::input;
 use crate::output::{Printer, check_not_input, write_json};
 
@@ -74,13 +73,7 @@ impl Simulate {
         write_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
         let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &self.program)).transpose()?;
         let needed = against.as_ref().unwrap_or(&path);
-        let (errors, places) = evaluate::contour_errors_along(&needed.desired, reference, &actual)?;
-        let poses = poses_at_places(needed.desired.poses(), &places);
-        let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
-        let counts = |k: &usize| needed.part.as_ref().is_none_or(|part| part.feeds_at(places[*k]));
-        let orientation = evaluate::orientation(&needed.desired, &errors, &poses, &actual, counts)?;
-        let tip = evaluate::summary_of_feed_moves(needed.part.as_ref(), places.iter().copied().zip(errors))?;
-        let figures = Figures { tip, orientation };
+        let figures = evaluate::figures_along(&needed.desired, needed.part.as_ref(), reference, &actual)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
             "{}: {:.2} s; {}; log in {}",

@@ -1,9 +1,12 @@
 //! Paper C, tables I to III: spatial and tracking-error ILC of a five-axis machine, and what a model of the machine makes of the first run.
+//!
+//! Once with references that keep their time sample by sample, and once as the paper has it: every reference is a program of short lines, whose
+//! time the control plans itself.
 
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
-use machine::{Machine, MachineSpec};
+use machine::{Machine, MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::DesiredPath;
 use motion::contour::MovingWindow;
@@ -16,6 +19,7 @@ use crate::evaluate::{self, Figures};
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, Settings};
 use crate::output::{Printer, table, um};
+use crate::programmed::{Pairing, Programmed};
 use crate::recording::{TRAVEL_MM, record};
 use crate::training_run::{TrainSettings, train};
 
@@ -25,14 +29,18 @@ const ALPHA: f64 = 0.5;
 const PATHS: [(&str, &str, f64, usize); 3] =
     [("I", "saddle", 1000.0, 7), ("II", "saddle-butterfly", 1500.0, 7), ("III", "saddle-butterfly", 3000.0, 6)];
 
+/// Length of a program's lines, mm. Paper C does not say; Paper A's step of 0.005 in a curve's parameter is this on the saddle.
+const SPACING_MM: f64 = 0.2;
+
 /// What the paper prints: table, method, tip MAX and RMS in µm, direction MAX and RMS in µrad.
-const PRINTED: [(&str, &str, [Option<f64>; 4]); 6] = [
-    ("I", UNCOMPENSATED, [Some(8.656), Some(5.380), Some(329.0), Some(299.3)]),
-    ("I", SPATIAL, [Some(2.399), Some(0.755), Some(25.12), Some(6.845)]),
-    ("II", UNCOMPENSATED, [Some(49.633), Some(26.664), Some(745.0), Some(313.9)]),
-    ("II", SPATIAL, [Some(15.376), Some(0.896), Some(259.0), Some(12.85)]),
-    ("II", TRACKING, [Some(36.992), Some(2.591), None, None]),
-    ("III", SPATIAL, [Some(36.244), Some(3.149), None, None]),
+const PRINTED: [(&str, &str, [f64; 4]); 7] = [
+    ("I", UNCOMPENSATED, [8.656, 5.380, 329.0, 299.3]),
+    ("I", SPATIAL, [2.399, 0.755, 25.12, 6.845]),
+    ("I", TRACKING, [2.628, 0.830, 30.0, 7.043]),
+    ("II", UNCOMPENSATED, [49.633, 26.664, 745.0, 313.9]),
+    ("II", SPATIAL, [15.376, 0.896, 259.0, 12.85]),
+    ("II", TRACKING, [36.992, 2.591, 445.0, 37.82]),
+    ("III", SPATIAL, [36.244, 3.149, 610.4, 47.27]),
 ];
 
 const UNCOMPENSATED: &str = "uncompensated";
@@ -40,16 +48,69 @@ const SPATIAL: &str = "spatial ILC";
 const SPATIAL_FILTERED: &str = "spatial ILC, low-pass 100 Hz";
 const TRACKING: &str = "tracking-error ILC";
 const TRACKING_FILTERED: &str = "tracking-error ILC, low-pass 100 Hz";
+const OWN: &str = "tracking-error ILC, behind each run's own command";
+const OWN_FILTERED: &str = "tracking-error ILC, behind each run's own command, low-pass 100 Hz";
 const FIRST_RUN: &str = "first run, compensated by the model";
 const FLOOR: &str = "floor: a run around the mean of runs";
+
+/// What the machine is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Given {
+    /// Positions, one a sample.
+    Samples,
+    /// Programs, planned anew by the control.
+    Programs,
+}
+
+impl Given {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Programs => "programs",
+        }
+    }
+
+    fn in_words(self) -> String {
+        match self {
+            Self::Samples => "references that keep their time".to_owned(),
+            Self::Programs => format!("as G-code, lines of {SPACING_MM} mm, planned anew by the control"),
+        }
+    }
+}
 
 struct Row {
     table: &'static str,
     curve: &'static str,
     feed_mm_min: f64,
+    given: Given,
     method: &'static str,
     runs: usize,
     figures: Figures,
+}
+
+/// Methods in the order of the table, learning runs before the one that counts, and figures, one a seed.
+#[derive(Default)]
+struct Found(Vec<(&'static str, usize, Vec<Figures>)>);
+
+impl Found {
+    fn push(&mut self, method: &'static str, runs: usize, figures: Figures) {
+        match self.0.iter_mut().find(|(known, ..)| *known == method) {
+            Some((.., all)) => all.push(figures),
+            None => self.0.push((method, runs, vec![figures])),
+        }
+    }
+
+    fn means(self) -> impl Iterator<Item = (&'static str, usize, Figures)> {
+        self.0.into_iter().filter_map(|(method, runs, all)| Some((method, runs, Figures::mean(&all)?)))
+    }
+}
+
+fn spatial(low_pass: Option<LowPass>) -> Result<Box<dyn CompensationLaw>> {
+    Ok(Box::new(SpatialIlc::new(Gain::Constant(ALPHA), low_pass)?.with_estimator(Box::new(MovingWindow::default()))))
+}
+
+fn tracking(low_pass: Option<LowPass>) -> Box<dyn CompensationLaw> {
+    Box::new(TrackingIlc::new(Gain::Constant(ALPHA), low_pass))
 }
 
 impl Reproduce {
@@ -60,64 +121,92 @@ impl Reproduce {
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let recipe = Recipe::builtin("staged")?;
         let trained = train(&logs, Some(&spec), &TrainSettings::of(recipe, self.common.seed))?;
+        let frame = Frame::of(&spec)?;
         let mut rows = Vec::new();
         for (table, curve, feed_mm_min, runs) in PATHS {
-            let desired = Input::curve(curve, feed_mm_min / 60.0, &Frame::of(&spec)?)?.desired;
-            for (method, runs, figures) in self.methods(&spec, &trained.bundle, &desired, runs)? {
-                rows.push(Row { table, curve, feed_mm_min, method, runs, figures });
+            let feed_mm_s = feed_mm_min / 60.0;
+            let desired = Input::curve(curve, feed_mm_s, &frame)?.desired;
+            let programmed = Programmed::curve(curve, feed_mm_s, SPACING_MM, &frame)?;
+            let found = [
+                (Given::Samples, self.on_samples(&spec, &trained.bundle, &desired, runs)?),
+                (Given::Programs, self.on_programs(&spec, &trained.bundle, &programmed, runs)?),
+            ];
+            for (given, found) in found {
+                let row = |(method, runs, figures)| Row { table, curve, feed_mm_min, given, method, runs, figures };
+                rows.extend(found.means().map(row));
             }
         }
-        Ok(say(printer, &rows))
+        Ok(say(printer, &rows, frame.period_s))
     }
 
-    /// Method, runs on the machine before the one that counts, and its figures; means over the seeds.
-    fn methods(
-        &self,
-        spec: &MachineSpec,
-        bundle: &Bundle,
-        desired: &DesiredPath,
-        runs: usize,
-    ) -> Result<Vec<(&'static str, usize, Figures)>> {
+    /// One machine a seed.
+    fn machines(&self, spec: &MachineSpec) -> impl Iterator<Item = Result<SimulatedMachine>> {
+        (1..=self.seeds).map(|seed| input::simulated(spec, self.common.seed.wrapping_add(1000 * seed)))
+    }
+
+    fn on_samples(&self, spec: &MachineSpec, bundle: &Bundle, desired: &DesiredPath, runs: usize) -> Result<Found> {
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
-        let limits = spec.limits();
-        let first_run = learning::compensate_with(bundle, &limits, desired, None, &Settings::default())?.reference;
-        let mut found: Vec<(&'static str, usize, Vec<Figures>)> = Vec::new();
-        for seed in 0..self.seeds {
-            let mut machine = input::simulated(spec, self.common.seed.wrapping_add(1000 * (seed + 1)))?;
-            let spatial = |low_pass| -> Result<Box<dyn CompensationLaw>> {
-                Ok(Box::new(SpatialIlc::new(Gain::Constant(ALPHA), low_pass)?.with_estimator(Box::new(MovingWindow::default()))))
-            };
-            let tracking = |low_pass| TrackingIlc::new(Gain::Constant(ALPHA), low_pass);
-            let laws: [(&'static str, Box<dyn CompensationLaw>); 4] = [
+        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, None, &Settings::default())?.reference;
+        let mut found = Found::default();
+        for machine in self.machines(spec) {
+            let mut machine = machine?;
+            let laws = [
                 (SPATIAL, spatial(None)?),
                 (SPATIAL_FILTERED, spatial(low_pass)?),
-                (TRACKING, Box::new(tracking(None))),
-                (TRACKING_FILTERED, Box::new(tracking(low_pass))),
+                (TRACKING, tracking(None)),
+                (TRACKING_FILTERED, tracking(low_pass)),
             ];
-            let mut push = |method, runs, figures| match found.iter_mut().find(|(known, ..)| *known == method) {
-                Some((.., all)) => all.push(figures),
-                None => found.push((method, runs, vec![figures])),
-            };
-            push(UNCOMPENSATED, 0, evaluate::figures(desired, None, &machine.run(desired.trajectory())?)?);
+            found.push(UNCOMPENSATED, 0, evaluate::figures(desired, None, &machine.run(desired.trajectory())?)?);
             for (method, mut law) in laws {
                 let stop = StopRule { updates: runs, stall: f64::NEG_INFINITY };
                 let learned = learn(&mut machine, law.as_mut(), desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
                 if let Some(last) = learned.last() {
-                    push(method, runs, evaluate::figures(desired, None, &last.actual)?);
+                    found.push(method, runs, evaluate::figures(desired, None, &last.actual)?);
                 }
             }
-            push(FIRST_RUN, 0, evaluate::figures(desired, None, &machine.run(&first_run)?)?);
-            push(FLOOR, 0, floor(&mut machine, desired)?);
+            found.push(FIRST_RUN, 0, evaluate::figures(desired, None, &machine.run(&first_run)?)?);
+            found.push(FLOOR, 0, floor(&mut machine, desired)?);
         }
-        Ok(found.into_iter().filter_map(|(method, runs, all)| Some((method, runs, Figures::mean(&all)?))).collect())
+        Ok(found)
+    }
+
+    fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, programmed: &Programmed, runs: usize) -> Result<Found> {
+        let part = programmed.part();
+        let desired = &part.plan.desired;
+        let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
+        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, Some(part), &Settings::default())?.reference;
+        let mut found = Found::default();
+        for machine in self.machines(spec) {
+            let mut machine = machine?;
+            let laws = [
+                (SPATIAL, spatial(None)?, Pairing::Place),
+                (SPATIAL_FILTERED, spatial(low_pass)?, Pairing::Place),
+                (TRACKING, tracking(None), Pairing::Time),
+                (TRACKING_FILTERED, tracking(low_pass), Pairing::Time),
+                (OWN, tracking(None), Pairing::Place),
+                (OWN_FILTERED, tracking(low_pass), Pairing::Place),
+            ];
+            found.push(UNCOMPENSATED, 0, programmed.run(&mut machine, desired.trajectory())?.figures);
+            for (method, mut law, pairing) in laws {
+                if let Some(last) = programmed.learn(&mut machine, law.as_mut(), pairing, runs)?.last() {
+                    found.push(method, runs, last.figures);
+                }
+            }
+            found.push(FIRST_RUN, 0, programmed.run(&mut machine, &first_run)?.figures);
+        }
+        Ok(found)
     }
 }
 
-fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
+fn say(printer: &Printer, rows: &[Row], period_s: f64) -> Vec<Value> {
     let mut tables = Vec::new();
-    for rows in rows.chunk_by(|a, b| a.table == b.table) {
+    for rows in rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)) {
         let first = &rows[0];
-        printer.line(format!("Paper C, table {}: {} at {} mm/min, α = {ALPHA}", first.table, first.curve, first.feed_mm_min));
+        let given = first.given.in_words();
+        printer.line(format!(
+            "Paper C, table {}: {} at {} mm/min, α = {ALPHA}; {given}",
+            first.table, first.curve, first.feed_mm_min
+        ));
         let lines: Vec<Vec<String>> = rows
             .iter()
             .map(|row| {
@@ -130,6 +219,7 @@ fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
                     row.runs.to_string(),
                     format!("{tip_rms} / {tip_max}"),
                     format!("{} / {}", um(row.figures.tip.rms_mm), um(row.figures.tip.max_mm)),
+                    format!("{:.2}", row.figures.tip.max_at as f64 * period_s),
                     format!("{turn_rms} / {turn_max}"),
                     format!("{} / {}", urad(orientation.map(|o| o.rms_rad)), urad(orientation.map(|o| o.max_rad))),
                 ]
@@ -141,6 +231,7 @@ fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
                 "learning runs",
                 "printed tip RMS / MAX µm",
                 "tip µm",
+                "MAX at s",
                 "printed direction RMS / MAX µrad",
                 "direction µrad",
             ],
@@ -157,6 +248,7 @@ fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
                     "measured": {
                         "rms_um": row.figures.tip.rms_mm * 1e3,
                         "max_um": row.figures.tip.max_mm * 1e3,
+                        "max_at_s": row.figures.tip.max_at as f64 * period_s,
                         "orientation_rms_urad": row.figures.orientation.map(|o| o.rms_rad * 1e6),
                         "orientation_max_urad": row.figures.orientation.map(|o| o.max_rad * 1e6),
                     },
@@ -164,16 +256,18 @@ fn say(printer: &Printer, rows: &[Row]) -> Vec<Value> {
             })
             .collect();
         tables.push(json!({
-            "paper": "C", "table": first.table, "curve": first.curve, "feed_mm_min": first.feed_mm_min, "rows": lines,
+            "paper": "C", "table": first.table, "curve": first.curve, "feed_mm_min": first.feed_mm_min, "given": first.given.name(),
+            "rows": lines,
         }));
     }
     tables
 }
 
-/// Tip MAX and RMS, µm, direction MAX and RMS, µrad, as printed.
+/// Tip MAX and RMS, µm, direction MAX and RMS, µrad, as printed. The paper does not say which of the two its tracking error is.
 fn printed(row: &Row) -> [Option<f64>; 4] {
+    let method = if row.method == OWN { TRACKING } else { row.method };
     PRINTED
         .iter()
-        .find(|(table, method, _)| *table == row.table && *method == row.method)
-        .map_or([None; 4], |(.., figures)| *figures)
+        .find(|(table, known, _)| *table == row.table && *known == method)
+        .map_or([None; 4], |(.., figures)| figures.map(Some))
 }

@@ -14,6 +14,7 @@ use super::Reproduce;
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
+use crate::programmed::in_step;
 
 /// 1000 mm/min.
 const FEED_MM_S: f64 = 1000.0 / 60.0;
@@ -68,7 +69,7 @@ impl Reproduce {
             let command = planned(&desired.tips_of(&points)?, &Frame::of(spec)?)?;
             let actual = machine.run(&command)?;
             // The law sees the run sample by sample beside the points, as if it had kept their time.
-            let actual = resized(&actual, points.len())?;
+            let actual = in_step(&actual, points.len())?;
             runs.push(figures(desired, &actual)?);
             points = law.update(desired, &points, &actual)?;
         }
@@ -89,15 +90,6 @@ fn planned(points: &[Vec3], frame: &Frame) -> Result<Trajectory> {
     }
     let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
     Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired.trajectory().clone())
-}
-
-/// The first `samples` of a run, the last one held where there are fewer.
-fn resized(run: &Trajectory, samples: usize) -> Result<Trajectory> {
-    let columns = run.columns().iter().map(|column| {
-        let last = column.last().copied().unwrap_or_default();
-        column.iter().copied().chain(std::iter::repeat(last)).take(samples).collect()
-    });
-    Ok(Trajectory::new(run.period_s(), run.axes().to_vec(), columns.collect())?)
 }
 
 fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {

@@ -1,0 +1,192 @@
+//! Learning on a machine that is given programs: every reference is written as G-code, whose time the control plans anew.
+
+use std::fmt::Write;
+
+use anyhow::Result;
+use compensation::{CompensationLaw, Guard};
+use datasets::Log;
+use gcode::{Dialect, Options, Units, edit, format_angle, format_coordinate, format_number};
+use machine::{Machine, ProgramWords};
+use motion::contour::{at_places, follow};
+use motion::{DesiredPath, PlanSettings, Trajectory, Vec3, Vec6};
+
+use crate::evaluate::{self, Figures};
+use crate::input::{Frame, Input};
+use crate::measurement::{Match, in_path_time};
+use crate::pipeline::part::stated;
+use crate::pipeline::{Carrier, Part, RefitSettings, refit};
+
+/// Digits after the point, mm and degrees: far below an encoder's count.
+const DECIMALS: usize = 6;
+
+/// Points are moved, none is added: more of them where a program is slow would only bring noise there, which a control slows down for.
+const MOVE_POINTS: RefitSettings =
+    RefitSettings { carrier: Carrier::Keep, decimals: DECIMALS, spacing_s: f64::INFINITY, chord_tolerance_mm: f64::INFINITY };
+
+/// How a law sees a run that does not keep the path's time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pairing {
+    /// At the instants at which its own command passes the path's places.
+    Place,
+    /// At the path's instants, as if it had kept them.
+    Time,
+}
+
+/// One run of a program.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// What the control commanded.
+    pub command: Trajectory,
+    /// What the machine did, at the same instants.
+    pub actual: Trajectory,
+    /// Against the program's own path.
+    pub figures: Figures,
+}
+
+/// A program, and the control that plans what becomes of it.
+#[derive(Debug)]
+pub struct Programmed {
+    part: Part,
+    frame: Frame,
+}
+
+impl Programmed {
+    /// A built-in curve as short lines in words of the tool tip at one feed.
+    ///
+    /// # Errors
+    /// When there is no such curve, or the machine cannot run it.
+    pub fn curve(name: &str, feed_mm_s: f64, spacing_mm: f64, frame: &Frame) -> Result<Self> {
+        let curve = Input::curve(name, feed_mm_s, frame)?.desired;
+        let text = short_lines(&curve, feed_mm_s, spacing_mm)?;
+        let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+        let options = Options::from(Dialect::Fanuc);
+        let part = Part::read(name, text.into_bytes(), Some(&options), Vec3::zeros(), frame, &settings)?;
+        Ok(Self { part, frame: frame.clone() })
+    }
+
+    /// The program as planned uncompensated: its path is what the part needs.
+    #[must_use]
+    pub fn part(&self) -> &Part {
+        &self.part
+    }
+
+    /// Runs the program with its points moved as `reference` says.
+    ///
+    /// # Errors
+    /// When the program cannot be written or planned, or the run fails.
+    pub fn run(&self, machine: &mut dyn Machine, reference: &Trajectory) -> Result<Run> {
+        let Part { name, options, settings, program, .. } = &self.part;
+        let bytes = edit(program, &refit(&self.part, reference, &MOVE_POINTS)?.edits)?;
+        let planned = Part::read(name, bytes, Some(options), self.part.work_offset, &self.frame, settings)?;
+        let command = planned.plan.desired.trajectory().clone();
+        let actual = machine.run(&command)?;
+        let figures = evaluate::figures_along(&self.part.plan.desired, Some(&self.part), &command, &actual)?;
+        Ok(Run { command, actual, figures })
+    }
+
+    /// Runs the program, lets `law` move its points, and runs it again, `updates` times.
+    ///
+    /// # Errors
+    /// As [`Programmed::run`], and when the law or the guard fails.
+    pub fn learn(
+        &self,
+        machine: &mut dyn Machine,
+        law: &mut dyn CompensationLaw,
+        pairing: Pairing,
+        updates: usize,
+    ) -> Result<Vec<Run>> {
+        let desired = &self.part.plan.desired;
+        let guard = Guard { weights: weights(desired.trajectory()), ..Guard::default() };
+        let mut reference = desired.trajectory().clone();
+        let mut runs: Vec<Run> = Vec::with_capacity(updates + 1);
+        for _ in 0..=updates {
+            if let Some(last) = runs.last() {
+                let seen = self.seen(last, pairing)?;
+                reference = guard.apply(desired, &law.update(desired, &reference, &seen)?)?;
+            }
+            runs.push(self.run(machine, &reference)?);
+        }
+        Ok(runs)
+    }
+
+    /// The run with one sample for every sample of the path.
+    fn seen(&self, run: &Run, pairing: Pairing) -> Result<Trajectory> {
+        let desired = &self.part.plan.desired;
+        match pairing {
+            Pairing::Time => in_step(&run.actual, desired.trajectory().len()),
+            Pairing::Place => {
+                // The command tells where the run should have been, to the micrometre: better than a delay of the whole run.
+                let path = desired.tips();
+                let places = follow(&desired.tips_of(&run.command)?, &path)?;
+                let path = at_places(&path, &places);
+                let matched = Match { delay_s: None, offset: Vec3::zeros(), places, path };
+                let log = Log::new(self.part.name.clone(), run.command.clone(), run.actual.clone())?;
+                Ok(in_path_time(desired, &log, &matched)?.1)
+            }
+        }
+    }
+}
+
+/// The first `samples` of a run, the last one held where there are fewer: beside a path as if it had kept its time.
+///
+/// # Errors
+/// As [`Trajectory::new`].
+pub fn in_step(run: &Trajectory, samples: usize) -> Result<Trajectory> {
+    let columns = run.columns().iter().map(|column| {
+        let last = column.last().copied().unwrap_or_default();
+        column.iter().copied().chain(std::iter::repeat(last)).take(samples).collect()
+    });
+    Ok(Trajectory::new(run.period_s(), run.axes().to_vec(), columns.collect())?)
+}
+
+/// None of a correction where the path stands still, all of it elsewhere: a program begins and ends where it says, and there a servo's
+/// integrator brings the axes to where they are commanded.
+fn weights(path: &Trajectory) -> Vec<f64> {
+    let moves = |k: usize| k + 1 < path.len() && path.at(k).ne(path.at(k + 1));
+    (0..path.len()).map(|k| f64::from(u8::from(k > 0 && moves(k - 1) && moves(k)))).collect()
+}
+
+/// A program through the path's places at least `spacing_mm` apart, its ends included.
+fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
+    let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\nG43.4 H1\n");
+    let kinematics = path.kinematics().as_ref();
+    for (number, point) in points(path, spacing_mm).into_iter().enumerate() {
+        match number {
+            0 => text.push_str("G0"),
+            1 => write!(text, "G1F{}", format_number(feed_mm_s * 60.0, DECIMALS)?)?,
+            _ => {}
+        }
+        for axis in kinematics.axes() {
+            let Some(slot) = axis.slot() else { continue };
+            let value = match slot {
+                0..3 => format_coordinate(point[slot], Units::Mm, DECIMALS)?,
+                _ => format_angle(point[slot], DECIMALS)?,
+            };
+            write!(text, "{}{value}", axis.name.to_uppercase())?;
+        }
+        text.push('\n');
+    }
+    text.push_str("M30\n");
+    Ok(text)
+}
+
+/// Tip and rotary axes at the path's first sample, at every one `spacing_mm` after the one before, and at its last.
+fn points(path: &DesiredPath, spacing_mm: f64) -> Vec<Vec6> {
+    let (trajectory, kinematics) = (path.trajectory(), path.kinematics().as_ref());
+    let at = |k: usize| stated(&trajectory.at(k).collect::<Vec<f64>>(), kinematics, ProgramWords::Tip);
+    let apart = |a: &Vec6, b: &Vec6, least_mm: f64| (b - a).fixed_rows::<3>(0).norm() >= least_mm;
+    let mut points: Vec<Vec6> = Vec::new();
+    for point in (0..trajectory.len()).map(at) {
+        if points.last().is_none_or(|before| apart(before, &point, spacing_mm)) {
+            points.push(point);
+        }
+    }
+    // No line at the end is much shorter than the others.
+    if let Some(end) = trajectory.len().checked_sub(1).map(at) {
+        if points.len() > 1 && !points.last().is_none_or(|before| apart(before, &end, 0.5 * spacing_mm)) {
+            points.pop();
+        }
+        points.push(end);
+    }
+    points
+}
