@@ -20,8 +20,13 @@ use crate::pipeline::{Carrier, Part, RefitSettings, refit};
 const DECIMALS: usize = 6;
 
 /// Points are moved, none is added: more of them where a program is slow would only bring noise there, which a control slows down for.
-const MOVE_POINTS: RefitSettings =
-    RefitSettings { carrier: Carrier::Keep, decimals: DECIMALS, spacing_s: f64::INFINITY, chord_tolerance_mm: f64::INFINITY };
+const MOVE_POINTS: RefitSettings = RefitSettings {
+    carrier: Carrier::Keep,
+    decimals: DECIMALS,
+    spacing_s: f64::INFINITY,
+    chord_tolerance_mm: f64::INFINITY,
+    path_tolerance_mm: None,
+};
 
 /// How a law sees a run that does not keep the path's time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
