@@ -62,7 +62,7 @@ pub struct ProgramArgs {
     /// Machine minus program coordinates, mm: where the part lies on the machine
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_offset, default_value = "0,0,0", allow_hyphen_values = true)]
     pub work_offset: [f64; 3],
-    /// How far the control may round corners off, mm; 0 plans a stop at every corner
+    /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner
     #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
     pub corner_tolerance: f64,
     /// Feed of built-in test curves (`curve:crown`), mm/s

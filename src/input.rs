@@ -41,6 +41,8 @@ pub struct Frame {
     pub limits: Limits,
     /// Sampling period, s.
     pub period_s: f64,
+    /// How programs are planned, but for the sampling period.
+    pub plan: PlanSettings,
     /// What its control's programs are written in, where its profile says so.
     pub dialect: Option<Dialect>,
 }
@@ -57,7 +59,20 @@ impl Frame {
             ProgramDialect::Fanuc => Dialect::Fanuc,
             ProgramDialect::LinuxCnc => Dialect::LinuxCnc,
         });
-        Ok(Self { kinematics, words, limits: spec.limits(), period_s: spec.sampling_period_s(), dialect })
+        Ok(Self {
+            kinematics,
+            words,
+            limits: spec.limits(),
+            period_s: spec.sampling_period_s(),
+            plan: spec.plan_settings(),
+            dialect,
+        })
+    }
+
+    /// How programs are planned.
+    #[must_use]
+    pub fn plan_settings(&self) -> PlanSettings {
+        PlanSettings { period_s: self.period_s, ..self.plan.clone() }
     }
 }
 
@@ -68,8 +83,7 @@ impl Input {
     /// When the file cannot be read, or its content is refused.
     pub fn read(input: &Path, frame: &Frame, args: &ProgramArgs) -> Result<Self> {
         let text = input.to_string_lossy();
-        let settings =
-            PlanSettings { period_s: frame.period_s, corner_tolerance_mm: args.corner_tolerance, ..PlanSettings::default() };
+        let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
         if let Some(name) = text.strip_prefix(CURVE) {
             return Self::curve(name, args.feed, frame);
         }
@@ -109,8 +123,7 @@ impl Input {
     /// When there is no such curve.
     pub fn curve(name: &str, feed_mm_s: f64, frame: &Frame) -> Result<Self> {
         let curve = library::by_name(name).map_err(|error| Usage(error.to_string()))?;
-        let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
-        let desired = plan_curve_on(curve, feed_mm_s, &frame.kinematics, &frame.limits, &settings)?;
+        let desired = plan_curve_on(curve, feed_mm_s, &frame.kinematics, &frame.limits, &frame.plan_settings())?;
         Ok(Self { name: name.to_owned(), desired, part: None })
     }
 }

@@ -60,6 +60,8 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
         name: "from the log".to_owned(),
         sampling_period_ms: period_s * 1e3,
         path: PathSpec {
+            smoothing_ms: 20.0,
+            short_line_acceleration: 1.0,
             velocity_mm_s: path.0,
             acceleration_mm_s2: path.1,
             jerk_mm_s3: 2.0 * path.1 / RISE_S,

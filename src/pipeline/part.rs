@@ -239,7 +239,8 @@ fn pieces(
             MoveKind::Dwell { seconds } => builder.dwell(seconds.unwrap_or(0.0)),
             MoveKind::Home => builder.stop(),
             MoveKind::Line | MoveKind::Arc(_) => {
-                let exact = matches!(toolpath.modal(step).path, PathMode::ExactPath | PathMode::ExactStop);
+                let mode = toolpath.modal(step).path;
+                let exact = matches!(mode, PathMode::ExactPath | PathMode::ExactStop);
                 builder.rapid(start, None);
                 let curve: Arc<dyn Curve> = match step.kind {
                     MoveKind::Arc(arc) => Arc::new(circular(&arc, linear(&start), linear(&end), work_offset)?),
@@ -258,6 +259,9 @@ fn pieces(
                 if way > POINT_MM {
                     let mut piece = Piece::whole(curve, feed_mm_s * feed_factors[index]).turning(builder.turning(start, end));
                     piece.stop_after = exact;
+                    if let PathMode::Continuous { tolerance_mm, .. } = mode {
+                        piece.corner_tolerance_mm = tolerance_mm;
+                    }
                     builder.push(piece, Some(index), end);
                 }
             }

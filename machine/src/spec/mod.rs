@@ -17,7 +17,7 @@ pub(crate) use drive::Rates;
 pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
 pub use friction::{FrictionSpec, Patch, PreslidingSpec, Wave};
 pub use kinematics::{FiveAxisSpec, KinematicsSpec, Mount, ProgramWords, RotaryJointSpec};
-use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, RotaryJoint, RotaryMount, Vec3};
+use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, PlanSettings, RotaryJoint, RotaryMount, Vec3};
 pub use rotary_drive::{
     GearSpec, RotaryDriveSpec, RotaryFrictionSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
 };
@@ -58,6 +58,20 @@ pub struct PathSpec {
     pub jerk_mm_s3: f64,
     /// Largest acceleration across the path, mm/s².
     pub centripetal_mm_s2: f64,
+    /// Time over which a change of acceleration is smoothed besides the jerk limit, ms; 0 for a control that knows no jerk limit.
+    #[serde(default = "smoothing_ms")]
+    pub smoothing_ms: f64,
+    /// Share of the acceleration that the control uses along lines too short for the blends of their corners.
+    #[serde(default = "whole")]
+    pub short_line_acceleration: f64,
+}
+
+fn smoothing_ms() -> f64 {
+    PlanSettings::default().smoothing_s * 1e3
+}
+
+fn whole() -> f64 {
+    PlanSettings::default().short_line_acceleration
 }
 
 /// What a controller reads: how a compensated program is written for it.
@@ -143,6 +157,17 @@ impl MachineSpec {
         }
     }
 
+    /// How its control plans a program, corners aside.
+    #[must_use]
+    pub fn plan_settings(&self) -> PlanSettings {
+        PlanSettings {
+            period_s: self.sampling_period_s(),
+            smoothing_s: self.path.smoothing_ms * 1e-3,
+            short_line_acceleration: self.path.short_line_acceleration,
+            ..PlanSettings::default()
+        }
+    }
+
     /// How the axes place the tool.
     ///
     /// # Errors
@@ -192,6 +217,15 @@ impl MachineSpec {
             ("path.centripetal_mm_s2", self.path.centripetal_mm_s2),
         ] {
             positive(key, value)?;
+        }
+        let PathSpec { smoothing_ms, short_line_acceleration, .. } = self.path;
+        if !(smoothing_ms.is_finite() && smoothing_ms >= 0.0) {
+            return Err(MachineError::BadDescription(format!("`path.smoothing_ms` is {smoothing_ms}; it must be 0 or more")));
+        }
+        if !(short_line_acceleration > 0.0 && short_line_acceleration <= 1.0) {
+            return Err(MachineError::BadDescription(format!(
+                "`path.short_line_acceleration` is {short_line_acceleration}; it must be above 0 and at most 1"
+            )));
         }
         if let Some(controller) = &self.controller {
             controller.check()?;

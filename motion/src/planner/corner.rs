@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::Piece;
 use super::geometry::{angle, length_between, parameter_after};
 use super::piece::{MM_PER_RAD, RotaryPath};
-use crate::Vec3;
+use super::{Piece, PlanSettings};
 use crate::curves::Bezier;
+use crate::{Limits, Vec3};
 
 /// Directions that differ by less pass as smooth, rad: at 100 mm/s a step of 2 µm/s.
 const SMOOTH_RAD: f64 = 2e-5;
@@ -36,6 +36,35 @@ struct Corner {
     leave: f64,
     meet: f64,
     blend: Piece,
+    /// Whether the pieces are too short for as much rounding as the tolerance allows.
+    crowded: bool,
+}
+
+/// How corners are rounded.
+pub(super) struct Rounding {
+    tolerance_mm: f64,
+    /// Share of the acceleration that is left along pieces that are too short for the rounding of their corners.
+    crowded_acceleration: f64,
+    /// Jump of velocity below which a corner is none to the control, mm/s.
+    jump_mm_s: f64,
+}
+
+/// Jump of velocity that a control takes without a blend, as a share of what its acceleration does in a period.
+const JUMP: f64 = 0.1;
+
+impl Rounding {
+    pub fn new(settings: &PlanSettings, limits: &Limits) -> Self {
+        Self {
+            tolerance_mm: settings.corner_tolerance_mm,
+            crowded_acceleration: settings.short_line_acceleration,
+            jump_mm_s: JUMP * limits.path_acceleration_mm_s2 * settings.period_s,
+        }
+    }
+
+    /// Tolerance of the corner at the end of a piece, mm.
+    pub fn tolerance_mm(&self, piece: &Piece) -> f64 {
+        piece.corner_tolerance_mm.unwrap_or(self.tolerance_mm)
+    }
 }
 
 impl Corner {
@@ -45,16 +74,16 @@ impl Corner {
     }
 }
 
-/// The pieces between two rests with every corner replaced by a Bézier that leaves the corner by at most `tolerance_mm` and takes
+/// The pieces between two rests with every corner replaced by a Bézier that leaves the corner by at most the tolerance and takes
 /// at most half of each neighbour. Returns the pieces and, for each, the index in the whole path.
-pub(super) fn round(pieces: &[Piece], first: usize, tolerance_mm: f64) -> (Vec<Piece>, Vec<usize>) {
+pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec<Piece>, Vec<usize>) {
     let length = |piece: &Piece| length_between(piece, piece.range.0, piece.range.1);
     let lengths: Vec<f64> = pieces.par_iter().with_min_len(SHARE).map(length).collect();
     let kept: Vec<usize> = (0..pieces.len()).filter(|k| lengths[*k] >= POINT_MM).collect();
     let corner = |pair: &[usize]| {
         // The half of a piece that its two corners may use is measured on the whole piece.
         let most_mm = lengths[pair[0]].min(lengths[pair[1]]) / 2.0;
-        blend(&pieces[pair[0]], &pieces[pair[1]], most_mm, tolerance_mm)
+        blend(&pieces[pair[0]], &pieces[pair[1]], most_mm, rounding)
     };
     let corners: Vec<Option<Corner>> = kept.par_windows(2).with_min_len(SHARE).map(corner).collect();
     let mut rounded: Vec<Piece> = Vec::with_capacity(3 * pieces.len());
@@ -62,6 +91,9 @@ pub(super) fn round(pieces: &[Piece], first: usize, tolerance_mm: f64) -> (Vec<P
     for (number, &k) in kept.iter().enumerate() {
         let before = number.checked_sub(1).and_then(|corner| corners[corner].as_ref());
         let after = corners.get(number).and_then(Option::as_ref);
+        let crowded = before.is_some_and(|corner| corner.crowded) || after.is_some_and(|corner| corner.crowded);
+        let acceleration = pieces[k].acceleration * if crowded { rounding.crowded_acceleration } else { 1.0 };
+        let start = rounded.len();
         let (from, to) = pieces[k].range;
         let range = (before.map_or(from, |corner| corner.meet), after.map_or(to, |corner| corner.leave));
         rounded.extend(before.map(|corner| corner.half((0.5, 1.0))));
@@ -70,19 +102,24 @@ pub(super) fn round(pieces: &[Piece], first: usize, tolerance_mm: f64) -> (Vec<P
             rounded.push(Piece { range, ..pieces[k].clone() });
         }
         rounded.extend(after.map(|corner| corner.half((0.0, 0.5))));
+        rounded[start..].iter_mut().for_each(|piece| piece.acceleration = acceleration);
         index.resize(rounded.len(), first + k);
     }
     (rounded, index)
 }
 
 /// The blend between two pieces; `None` where they join smoothly.
-fn blend(before: &Piece, after: &Piece, most_mm: f64, tolerance_mm: f64) -> Option<Corner> {
+fn blend(before: &Piece, after: &Piece, most_mm: f64, rounding: &Rounding) -> Option<Corner> {
     let turn = turn(before, after);
     if turn < SMOOTH_RAD {
         return None;
     }
+    let tolerance_mm = rounding.tolerance_mm(before);
     // The middle of the blend of two lines is l·sin(turn/2)/2 from the corner.
-    let mut legs = (2.0 * tolerance_mm / (turn / 2.0).sin()).min(most_mm);
+    let wanted_mm = 2.0 * tolerance_mm / (turn / 2.0).sin();
+    let feed_mm_s = before.feed_mm_s.min(after.feed_mm_s);
+    let crowded = wanted_mm > most_mm && turn * feed_mm_s > rounding.jump_mm_s;
+    let mut legs = wanted_mm.min(most_mm);
     for (piece, u) in [(before, before.range.1), (after, after.range.0)] {
         if piece.degree() == Some(1) {
             continue;
@@ -109,9 +146,11 @@ fn blend(before: &Piece, after: &Piece, most_mm: f64, tolerance_mm: f64) -> Opti
         curve: Arc::new(Bezier { points: linear }),
         turning: before.turning.along(RotaryPath::bezier(rotary)),
         range: (0.0, 1.0),
-        feed_mm_s: before.feed_mm_s.min(after.feed_mm_s),
+        feed_mm_s,
+        corner_tolerance_mm: None,
+        acceleration: 1.0,
         stop_after: false,
         dwell_s: 0.0,
     };
-    Some(Corner { leave, meet, blend })
+    Some(Corner { leave, meet, blend, crowded })
 }

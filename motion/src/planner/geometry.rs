@@ -104,6 +104,11 @@ impl<'a> Stretch<'a> {
         self.pieces[node.piece].feed_mm_s
     }
 
+    /// Share of the acceleration that may be used at a node.
+    pub fn acceleration(&self, node: &Node) -> f64 {
+        self.pieces[node.piece].acceleration
+    }
+
     /// The piece at the way `s`, clamped to the stretch.
     pub fn piece_at(&self, s: f64) -> usize {
         self.nodes[self.node_after(s, 1)].piece

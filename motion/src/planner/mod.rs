@@ -22,6 +22,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::{AxisLimits, Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
+use corner::Rounding;
 use geometry::{Followed, Stretch};
 use piece::Seats;
 use profile::SpeedLimit;
@@ -35,13 +36,15 @@ pub struct PlanSettings {
     pub corner_tolerance_mm: f64,
     /// Second smoothing window, s: acceleration is continuous in its derivative too.
     pub smoothing_s: f64,
+    /// Share of the acceleration along the path that is left on pieces too short for the rounding of their corners.
+    pub short_line_acceleration: f64,
     /// Rest before the first and after the last motion, s.
     pub rest_s: f64,
 }
 
 impl Default for PlanSettings {
     fn default() -> Self {
-        Self { period_s: 0.002, corner_tolerance_mm: 0.01, smoothing_s: 0.02, rest_s: 0.2 }
+        Self { period_s: 0.002, corner_tolerance_mm: 0.01, smoothing_s: 0.02, short_line_acceleration: 1.0, rest_s: 0.2 }
     }
 }
 
@@ -83,7 +86,7 @@ pub fn plan(
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
     let machine = Seats::of(kinematics.as_ref());
-    for pieces in path.stretches(settings.corner_tolerance_mm) {
+    for pieces in path.stretches(&Rounding::new(settings, limits)) {
         let near: Vec<f64> = columns.iter().map(|column| column.last().copied().unwrap_or(0.0)).collect();
         // Pieces without length have nowhere to go; only their dwell counts.
         let stretch = Stretch::new(&pieces.pieces, &pieces.first_index, &machine, &near);
@@ -172,6 +175,10 @@ fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn Kinematics) 
         ("smoothing_s", settings.smoothing_s),
         ("rest_s", settings.rest_s),
     ];
+    if !(settings.short_line_acceleration > 0.0 && settings.short_line_acceleration <= 1.0) {
+        let (name, value) = ("short_line_acceleration", settings.short_line_acceleration);
+        return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0 and at most 1" });
+    }
     match rest.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
         Some((name, value)) => Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" }),
         None => Ok(()),

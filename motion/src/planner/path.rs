@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::corner::Rounding;
 use super::{Piece, corner};
 
 /// A tool path: every piece starts where the one before it ends.
@@ -31,14 +32,14 @@ impl ToolPath {
     }
 
     /// The stretches between rests, corners within them rounded.
-    pub(super) fn stretches(&self, corner_tolerance_mm: f64) -> Vec<Run> {
-        let stops = |pair: &[Piece]| pair[0].stops() || !corner::can_pass(&pair[0], &pair[1], corner_tolerance_mm);
+    pub(super) fn stretches(&self, rounding: &Rounding) -> Vec<Run> {
+        let stops = |pair: &[Piece]| pair[0].stops() || !corner::can_pass(&pair[0], &pair[1], rounding.tolerance_mm(&pair[0]));
         let stops: Vec<bool> = self.pieces.par_windows(2).with_min_len(corner::SHARE).map(stops).collect();
         let mut runs = Vec::new();
         let mut first = 0;
         for index in 0..self.pieces.len() {
             if stops.get(index).copied().unwrap_or(true) {
-                let (pieces, first_index) = corner::round(&self.pieces[first..=index], first, corner_tolerance_mm);
+                let (pieces, first_index) = corner::round(&self.pieces[first..=index], first, rounding);
                 runs.push(Run { first_index, pieces, dwell_s: self.pieces[index].dwell_s });
                 first = index + 1;
             }

@@ -89,6 +89,10 @@ pub struct Piece {
     /// Programmed feed along the way, mm/s, where a degree of a rotary axis that [`Turning`] states counts as a millimetre; infinite for as
     /// fast as the limits allow (a rapid).
     pub feed_mm_s: f64,
+    /// How far the corner at its end may be rounded off, mm; as the plan's settings say where `None`.
+    pub corner_tolerance_mm: Option<f64>,
+    /// Share of the acceleration along the path that may be used on it.
+    pub acceleration: f64,
     /// Come to rest at the end, even where the next piece goes on smoothly.
     pub stop_after: bool,
     /// Rest at the end, s; implies a stop when positive.
@@ -100,7 +104,16 @@ impl Piece {
     #[must_use]
     pub fn whole(curve: Arc<dyn Curve>, feed_mm_s: f64) -> Self {
         let range = curve.domain();
-        Self { curve, turning: Turning::Curve, range, feed_mm_s, stop_after: false, dwell_s: 0.0 }
+        Self {
+            curve,
+            turning: Turning::Curve,
+            range,
+            feed_mm_s,
+            corner_tolerance_mm: None,
+            acceleration: 1.0,
+            stop_after: false,
+            dwell_s: 0.0,
+        }
     }
 
     /// The same piece with the tool turned so.

@@ -86,7 +86,7 @@ impl<'a> SpeedLimit<'a> {
         for (k, node) in nodes.iter().enumerate() {
             // The speed at a node is asked for with that of its neighbours.
             let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
-            bounds(node, &axes, limits).for_each(|bound| add(bound, top, room_of[k], &mut room));
+            bounds(node, stretch.acceleration(node), &axes, limits).for_each(|bound| add(bound, top, room_of[k], &mut room));
             room_of.push(room.len());
         }
         let share = vec![1.0; nodes.len()];
@@ -174,11 +174,11 @@ fn add(bound: Room, top: f64, first: usize, room: &mut Vec<Room>) {
     room.push(bound);
 }
 
-/// What bounds the acceleration along the path at one place: the path itself, and every axis.
-fn bounds(node: &Node, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
+/// What bounds the acceleration along the path at one place: the path itself, of whose acceleration `part` may be used, and every axis.
+fn bounds(node: &Node, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
     let [tangent, normal, _] = node.axes;
     // Along a turn on the spot the path has no acceleration of its own.
-    let path = Room { most: limits.path_acceleration_mm_s2 / node.point[0].max(1e-3), bend: 0.0 };
+    let path = Room { most: part * limits.path_acceleration_mm_s2 / node.point[0].max(1e-3), bend: 0.0 };
     let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
         share if share > 1e-9 => Room { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
         _ => Room { most: f64::INFINITY, bend: 0.0 },
