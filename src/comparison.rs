@@ -315,7 +315,7 @@ fn run_ilc(
     settings: &CompareSettings,
 ) -> Result<Vec<Trajectory>> {
     // Never stops early: the last run counts, whatever the noise of the one before.
-    let stop = StopRule { updates: settings.ilc_runs, stall: f64::NEG_INFINITY };
+    let stop = StopRule::after(settings.ilc_runs);
     let learned = learn(machine, law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
     Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
 }

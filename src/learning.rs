@@ -6,14 +6,15 @@ use anyhow::Result;
 use clap::ValueEnum;
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, Round, StopRule, learn};
-use machine::{Machine, MachineError};
+use machine::Machine;
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
 use motion::contour::Exact;
 use motion::{DesiredPath, Limits, Trajectory};
 use serde::Serialize;
 
+use crate::control::Control;
 use crate::evaluate::{self, Figures};
-use crate::pipeline::Part;
+use crate::pipeline::{Part, RefitSettings};
 
 /// How the reference is learned on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
@@ -51,13 +52,34 @@ pub struct Settings {
     pub max_shift: f64,
     /// Largest correction of the tool's direction, rad.
     pub max_turn_rad: f64,
+    /// How a program will be written: the last updates are then made on what a control commands when it has read it. `None` where the
+    /// control takes the reference itself.
+    pub written: Option<RefitSettings>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { law: LawName::Virtual, iterations: 4, gain: 0.9, low_pass_hz: 100.0, max_shift: 0.1, max_turn_rad: 0.01 }
+        Self {
+            law: LawName::Virtual,
+            iterations: 4,
+            gain: 0.9,
+            low_pass_hz: 100.0,
+            max_shift: 0.1,
+            max_turn_rad: 0.01,
+            written: None,
+        }
     }
 }
+
+/// Difference of the forecasts on the reference itself and on what a control makes of the program, as a share, up to which the control
+/// does as it is told.
+const SAME: f64 = 0.02;
+/// Updates on what a control makes of the program, and how many of them in a row may bring nothing.
+const PLANNED_UPDATES: usize = 8;
+const PLANNED_PATIENCE: usize = 4;
+/// Gain and cut-off (Hz) of these updates: what is learned above it comes back as kinks, at which a control slows down.
+const PLANNED_GAIN: f64 = 0.7;
+const PLANNED_LOW_PASS_HZ: f64 = 40.0;
 
 /// Least predicted gain for which a path is changed at all, as a share of its RMS contour error.
 const LEAST_GAIN: f64 = 0.05;
@@ -80,6 +102,8 @@ pub struct Outcome {
     pub updates: usize,
     /// Whether the model predicts a gain worth having.
     pub gained: bool,
+    /// How long the program takes before and after, as the control is expected to plan it, s; `None` where it takes the reference.
+    pub cycle_s: Option<(f64, f64)>,
     /// Where the model is out of its depth: axis, reason, samples.
     pub outside: Vec<OutsideRange>,
 }
@@ -118,56 +142,104 @@ pub fn compensate(
     model.freeze_flags(command);
     let (mut weights, reasons) = fade(coverage, model.predictors(), command);
     let outside = ranges(path, &reasons, &weights);
-    let model = &mut Controlled { machine: model, part };
     if let Some(part) = part {
         for (weight, allowed) in weights.iter_mut().zip(part.weights(FADE_S)) {
             *weight *= allowed;
         }
     }
+    let mut control = Control::new(model, part);
+    let mut law = law(settings, path, part, &mut control)?;
+    let Settings { max_shift, max_turn_rad, .. } = *settings;
+    let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
+    let task = Task { desired, part, guard };
+    let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
+    let mut runs = task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates))?;
+    let mut updates = runs.len() - 1;
+    let most = (1.0 - LEAST_GAIN) * runs[0].0.measure;
+    let mut chosen = best(&runs, most).map(|run| runs.swap_remove(run));
+    let mut cycle_s = None;
+    if let (Some((ideal, _)), Some(written), Some(limits)) = (&chosen, settings.written, limits)
+        && control.plans(written, limits)
+    {
+        let seen = control.run(&ideal.reference)?;
+        let mut after_s = control.durations_s.last().copied().unwrap_or_default();
+        if (task.figures(&seen)?.judged_mm() / ideal.measure - 1.0).abs() > SAME {
+            let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
+            let stop = StopRule { updates: PLANNED_UPDATES, patience: PLANNED_PATIENCE };
+            let first = control.durations_s.len();
+            let mut planned = task.practise(&mut control, &mut law, Some(ideal.reference.clone()), stop)?;
+            updates += planned.len() - 1;
+            let run = best(&planned, most);
+            after_s = run.map_or(after_s, |run| control.durations_s[first + run]);
+            chosen = run.map(|run| planned.swap_remove(run));
+        }
+        cycle_s = Some((path.duration_s(), after_s)).filter(|_| chosen.is_some());
+    }
+    let (first, before) = runs.swap_remove(0);
+    let gained = chosen.is_some();
+    let (Round { reference, actual: forecast, .. }, after) = chosen.unwrap_or((first, before));
+    Ok(Outcome { reference, forecast, before, after, updates, gained, cycle_s, outside })
+}
+
+/// The law that `settings` name.
+fn law(
+    settings: &Settings,
+    path: &Trajectory,
+    part: Option<&Part>,
+    machine: &mut dyn Machine,
+) -> Result<Box<dyn CompensationLaw>> {
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
-    let mut law: Box<dyn CompensationLaw> = match settings.law {
+    Ok(match settings.law {
         LawName::Virtual => {
-            let spatial = SpatialIlc::new(Gain::Constant(settings.gain), low_pass)?.with_estimator(Box::new(Exact::default()));
+            let spatial = spatial(settings.gain, low_pass)?;
             // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
             Box::new(if part.is_some() { spatial } else { spatial.with_tracking_in_turns(TURN_S) })
         }
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
-        LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
-        LawName::CrossCoupled => Box::new(norm_optimal(1.0, ImpulseResponse::probe(model, path, PROBE, RESPONSE_S)?)?),
-    };
-    let Settings { max_shift, max_turn_rad, .. } = *settings;
-    let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
-    let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
-    let stop = StopRule { updates, stall: 0.0 };
-    let mut figures = Vec::new();
-    let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
-        figures.push(evaluate::figures(desired, part, actual));
-        figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm)
-    };
-    let learned = learn(model, law.as_mut(), desired, None, &guard, &stop, &mut measure)?;
-    let figures: Vec<Figures> = figures.into_iter().collect::<Result<_>>()?;
-    let Some(best) = learned.best() else { anyhow::bail!("the path has no samples") };
-    let mut rounds = learned.rounds;
-    let gained = rounds[best].measure < (1.0 - LEAST_GAIN) * rounds[0].measure;
-    let (updates, chosen) = (rounds.len() - 1, if gained { best } else { 0 });
-    let Round { reference, actual: forecast, .. } = rounds.swap_remove(chosen);
-    Ok(Outcome { reference, forecast, before: figures[0], after: figures[chosen], updates, gained, outside })
+        LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(machine, path, PROBE, RESPONSE_S)?)?),
+        LawName::CrossCoupled => Box::new(norm_optimal(1.0, ImpulseResponse::probe(machine, path, PROBE, RESPONSE_S)?)?),
+    })
 }
 
-/// A machine behind a control that leaves the path of its program, by as much as it did in a recorded run.
-struct Controlled<'a> {
-    machine: &'a mut LearnedMachine,
+fn spatial(gain: f64, low_pass: Option<LowPass>) -> Result<SpatialIlc> {
+    Ok(SpatialIlc::new(Gain::Constant(gain), low_pass)?.with_estimator(Box::new(Exact::default())))
+}
+
+/// What is learned, and within which bounds.
+struct Task<'a> {
+    desired: &'a DesiredPath,
     part: Option<&'a Part>,
+    guard: Guard,
 }
 
-impl Machine for Controlled<'_> {
-    fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
-        match self.part {
-            Some(part) => self.machine.run(&part.commanded(reference)?),
-            None => self.machine.run(reference),
-        }
+impl Task<'_> {
+    fn figures(&self, actual: &Trajectory) -> Result<Figures> {
+        evaluate::figures(self.desired, self.part, actual)
     }
+
+    /// Lets `law` learn on `machine` from `start`, or from the desired path: every run with its figures.
+    fn practise(
+        &self,
+        machine: &mut dyn Machine,
+        law: &mut dyn CompensationLaw,
+        start: Option<Trajectory>,
+        stop: StopRule,
+    ) -> Result<Vec<(Round, Figures)>> {
+        let mut figures = Vec::new();
+        let mut measure = |_: &DesiredPath, actual: &Trajectory| {
+            figures.push(self.figures(actual));
+            figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm)
+        };
+        let learned = learn(machine, law, self.desired, start, &self.guard, &stop, &mut measure)?;
+        learned.rounds.into_iter().zip(figures).map(|(round, figures)| Ok((round, figures?))).collect()
+    }
+}
+
+/// The run with the smallest measure, where that is below `most`.
+fn best(runs: &[(Round, Figures)], most: f64) -> Option<usize> {
+    let measure = |run: &usize| runs[*run].0.measure;
+    (0..runs.len()).min_by(|a, b| measure(a).total_cmp(&measure(b))).filter(|run| measure(run) < most)
 }
 
 /// Paper E's law with its printed weights; `a` is the share of the contour error.

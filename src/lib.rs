@@ -7,6 +7,7 @@ pub mod adaptation;
 pub mod cli;
 mod commands;
 pub mod comparison;
+mod control;
 pub mod evaluate;
 pub mod feeds;
 pub mod input;

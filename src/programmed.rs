@@ -4,17 +4,15 @@ use std::fmt::Write;
 
 use anyhow::Result;
 use compensation::{CompensationLaw, Guard};
-use datasets::Log;
-use gcode::{Dialect, Options, Units, edit, format_angle, format_coordinate, format_number};
+use gcode::{Dialect, Options, Units, format_angle, format_coordinate, format_number};
 use machine::{Machine, ProgramWords};
-use motion::contour::{at_places, follow};
-use motion::{DesiredPath, PlanSettings, Trajectory, Vec3, Vec6};
+use motion::{DesiredPath, Trajectory, Vec3, Vec6};
 
 use crate::evaluate::{self, Figures};
 use crate::input::{Frame, Input};
-use crate::measurement::{Match, in_path_time};
+use crate::measurement::in_time_of;
 use crate::pipeline::part::stated;
-use crate::pipeline::{Carrier, Part, RefitSettings, refit};
+use crate::pipeline::{Carrier, Part, RefitSettings, Replanned};
 
 /// Digits after the point, mm and degrees: far below an encoder's count.
 const DECIMALS: usize = 6;
@@ -42,6 +40,8 @@ pub enum Pairing {
 pub struct Run {
     /// What the control commanded.
     pub command: Trajectory,
+    /// For every sample its place on the path, as a sample index with fraction.
+    pub places: Vec<f64>,
     /// What the machine did, at the same instants.
     pub actual: Trajectory,
     /// Against the program's own path.
@@ -63,7 +63,7 @@ impl Programmed {
     pub fn curve(name: &str, feed_mm_s: f64, spacing_mm: f64, frame: &Frame) -> Result<Self> {
         let curve = Input::curve(name, feed_mm_s, frame)?.desired;
         let text = short_lines(&curve, feed_mm_s, spacing_mm)?;
-        let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+        let settings = frame.plan_settings();
         let options = Options::from(Dialect::Fanuc);
         let part = Part::read(name, text.into_bytes(), Some(&options), Vec3::zeros(), frame, &settings)?;
         Ok(Self { part, frame: frame.clone() })
@@ -80,13 +80,10 @@ impl Programmed {
     /// # Errors
     /// When the program cannot be written or planned, or the run fails.
     pub fn run(&self, machine: &mut dyn Machine, reference: &Trajectory) -> Result<Run> {
-        let Part { name, options, settings, program, .. } = &self.part;
-        let bytes = edit(program, &refit(&self.part, reference, &MOVE_POINTS)?.edits)?;
-        let planned = Part::read(name, bytes, Some(options), self.part.work_offset, &self.frame, settings)?;
-        let command = planned.plan.desired.trajectory().clone();
+        let Replanned { command, places, .. } = Replanned::new(&self.part, reference, &MOVE_POINTS, &self.frame.limits)?;
         let actual = machine.run(&command)?;
         let figures = evaluate::figures_along(&self.part.plan.desired, Some(&self.part), &command, &actual)?;
-        Ok(Run { command, actual, figures })
+        Ok(Run { command, places, actual, figures })
     }
 
     /// Runs the program, lets `law` move its points, and runs it again, `updates` times.
@@ -119,15 +116,8 @@ impl Programmed {
         let desired = &self.part.plan.desired;
         match pairing {
             Pairing::Time => in_step(&run.actual, desired.trajectory().len()),
-            Pairing::Place => {
-                // The command tells where the run should have been, to the micrometre: better than a delay of the whole run.
-                let path = desired.tips();
-                let places = follow(&desired.tips_of(&run.command)?, &path)?;
-                let path = at_places(&path, &places);
-                let matched = Match { delay_s: None, offset: Vec3::zeros(), places, path };
-                let log = Log::new(self.part.name.clone(), run.command.clone(), run.actual.clone())?;
-                Ok(in_path_time(desired, &log, &matched)?.1)
-            }
+            // The command tells where the run should have been, to the micrometre: better than a delay of the whole run.
+            Pairing::Place => Ok(in_time_of(desired.trajectory(), &run.actual, &run.places)?),
         }
     }
 }

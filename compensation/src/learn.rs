@@ -6,12 +6,26 @@ use motion::{DesiredPath, Trajectory};
 use crate::{CompensationError, CompensationLaw, Guard};
 
 /// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StopRule {
     /// Largest number of updates.
     pub updates: usize,
-    /// Stop when an update lowers the measure by less than this share of it; negative never stops early.
-    pub stall: f64,
+    /// Stop after so many runs in a row without a new smallest measure.
+    pub patience: usize,
+}
+
+impl StopRule {
+    /// So many updates, whatever they bring.
+    #[must_use]
+    pub fn after(updates: usize) -> Self {
+        Self { updates, patience: usize::MAX }
+    }
+
+    /// At most so many updates, up to the first that does not lower the measure.
+    #[must_use]
+    pub fn while_better(updates: usize) -> Self {
+        Self { updates, patience: 1 }
+    }
 }
 
 /// One run of the loop.
@@ -62,7 +76,8 @@ pub fn learn(
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
     let mut reference = start.unwrap_or_else(|| desired.trajectory().clone());
-    let mut rounds = Vec::with_capacity(stop.updates + 1);
+    let mut rounds: Vec<Round> = Vec::with_capacity(stop.updates + 1);
+    let mut best = 0;
     for update in 0..=stop.updates {
         let actual = machine.run(&reference)?;
         // The law does not wait for the figure, which only says whether its update counts.
@@ -72,10 +87,12 @@ pub fn learn(
                 .then(|| law.update(desired, &reference, &actual).and_then(|next| guard.apply(desired, &next)));
             (figure.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), next)
         });
-        let stalled = rounds.last().is_some_and(|last: &Round| figure > (1.0 - stop.stall) * last.measure);
         rounds.push(Round { reference, actual, measure: figure });
+        if figure < rounds[best].measure {
+            best = update;
+        }
         match next {
-            Some(next) if !stalled => reference = next?,
+            Some(next) if update - best < stop.patience => reference = next?,
             _ => break,
         }
     }

@@ -14,7 +14,7 @@ use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
-use crate::pipeline::{Carried, Part, RowsWritten, as_recorded, write_out};
+use crate::pipeline::{Carried, Carrier, Part, RefitSettings, RowsWritten, as_recorded, write_out};
 use crate::report::{PathReport, Series, write_report};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -83,12 +83,14 @@ impl Compensate {
         let spec = self.carrier.on(spec)?;
         let frame = Frame::of(&spec)?;
         let mut path = Input::read(&self.input, &frame, &self.program)?;
-        Carried::of(&self.carrier, &spec).check(&path, &self.out)?;
+        let mut carried = Carried::of(&self.carrier, &spec);
+        carried.check(&path, &self.out)?;
         let settings = Settings {
             law: self.law,
             iterations: self.iterations,
             max_shift: self.max_shift,
             max_turn_rad: self.max_turn.to_radians(),
+            written: carried.program(&self.carrier, &spec).filter(|_| path.part.is_some()),
             ..Settings::default()
         };
         let printer = Printer::new(self.common.json.as_deref());
@@ -102,7 +104,7 @@ impl Compensate {
             readback = Some(found);
         }
         let mut feeds = serde_json::Value::Null;
-        let outcome = match self.tolerance {
+        let mut outcome = match self.tolerance {
             Some(tolerance_mm) => {
                 let Some(part) = path.part.take() else {
                     return Err(Usage(
@@ -120,12 +122,22 @@ impl Compensate {
             }
             None => learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?,
         };
+        if let (None, None, Some(written)) = (self.carrier.carrier, self.tolerance, settings.written)
+            && let Some(kept) = with_own_feeds(&path, &bundle, &frame, &settings, written, &outcome)?
+        {
+            let slower = 100.0 * slowdown(&outcome);
+            printer.line(format!(
+                "note: with the time of every point the cycle would take {slower:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
+                written.carrier.name()
+            ));
+            (outcome, carried) = (kept, Carried::Program(Carrier::Keep));
+        }
         if bundle.manifest.limits_from_log {
             printer
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
         self.say(&printer, &path, &outcome);
-        let written = write_out(&path, &outcome.reference, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
         printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
         written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         if let Some(report) = &self.report {
@@ -147,6 +159,7 @@ impl Compensate {
                     "before": evaluate::orientation_json(outcome.before.orientation.as_ref()),
                     "after": evaluate::orientation_json(outcome.after.orientation.as_ref()),
                 },
+                "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
                 "carrier": written.carried.filter(|_| outcome.gained || written.rows.is_some()),
                 "rows": written.rows.map(|rows| rows.json()),
                 "feeds": feeds,
@@ -206,10 +219,41 @@ impl Compensate {
                 urad(after.max_rad)
             ));
         }
+        if let Some((before_s, after_s)) = outcome.cycle_s {
+            printer.line(format!(
+                "expected cycle time: {before_s:.2} → {after_s:.2} s ({:+.1} %)",
+                100.0 * (after_s / before_s - 1.0)
+            ));
+        }
         if !outcome.gained {
             printer.line("the model predicts no gain worth having: what is written is the input, unchanged");
         }
     }
+}
+
+/// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
+const SLOWER: f64 = 0.03;
+
+fn slowdown(outcome: &Outcome) -> f64 {
+    outcome.cycle_s.map_or(0.0, |(before_s, after_s)| after_s / before_s - 1.0)
+}
+
+/// Where `outcome`, written with the time of every point, makes the cycle too long: the compensation with the program's own feeds, if that is
+/// shorter.
+fn with_own_feeds(
+    path: &Input,
+    bundle: &models::Bundle,
+    frame: &Frame,
+    settings: &Settings,
+    written: RefitSettings,
+    outcome: &Outcome,
+) -> Result<Option<Outcome>> {
+    if written.carrier == Carrier::Keep || slowdown(outcome) <= SLOWER {
+        return Ok(None);
+    }
+    let settings = Settings { written: Some(RefitSettings { carrier: Carrier::Keep, ..written }), ..*settings };
+    let kept = learning::compensate_with(bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?;
+    Ok(Some(kept).filter(|kept| kept.gained && slowdown(kept) < slowdown(outcome)))
 }
 
 /// Lines above the tolerance that are named one by one.

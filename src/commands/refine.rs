@@ -79,7 +79,8 @@ impl Refine {
         let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
         let path = Input::read(&self.input, &frame, &self.program)?;
-        Carried::of(&self.carrier, &spec).check(&path, &self.out)?;
+        let carried = Carried::of(&self.carrier, &spec);
+        carried.check(&path, &self.out)?;
         let desired = &path.desired;
         desired.trajectory().check_axes(log.axes()).map_err(|error| {
             Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
@@ -101,7 +102,7 @@ impl Refine {
         let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
 
         printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
-        let written = write_out(&path, &next, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let written = write_out(&path, &next, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
         printer.line(format!(
             "largest shift {} µm; the program of run {} is {}",
             um(written.largest_shift_mm),

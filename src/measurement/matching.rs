@@ -3,7 +3,7 @@
 use anyhow::Result;
 use datasets::Log;
 use motion::contour::{AlignSettings, align, at_places, follow};
-use motion::{Axis, DesiredPath, Trajectory, Vec3, cubic};
+use motion::{Axis, DesiredPath, MotionError, Trajectory, Vec3, cubic};
 
 /// A command within this of the desired path, delay and offset taken off, keeps its time, mm.
 const IN_TIME_MM: f64 = 0.2;
@@ -126,15 +126,22 @@ fn by_place(path: &[Vec3], commanded: &[Vec3], offset: Vec3) -> Result<Match> {
 /// When the two do not match.
 pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result<(Trajectory, Trajectory)> {
     let path = desired.trajectory();
-    let instants = instants(path, &matched.places);
     let offsets = matched.offsets(path.axes());
-    let resampled = |from: &Trajectory| {
-        let columns = from.columns().iter().zip(&offsets);
-        path.with_columns(
-            columns.map(|(column, offset)| instants.iter().map(|at| cubic(column, *at).0 - offset).collect()).collect(),
-        )
+    let resampled = |from: &Trajectory| -> Result<Trajectory> {
+        let run = in_time_of(path, from, &matched.places)?;
+        let columns = run.columns().iter().zip(&offsets);
+        Ok(run.with_columns(columns.map(|(column, offset)| column.iter().map(|value| value - offset).collect()).collect())?)
     };
     Ok((resampled(&log.reference)?, resampled(&log.actual)?))
+}
+
+/// A run whose samples lie at `places` of the path, at the instants at which it passes the path's samples; rests as with [`in_path_time`].
+///
+/// # Errors
+/// When the run does not have the path's axes.
+pub fn in_time_of(path: &Trajectory, run: &Trajectory, places: &[f64]) -> Result<Trajectory, MotionError> {
+    let instants = instants(path, places);
+    path.with_columns(run.columns().iter().map(|column| instants.iter().map(|at| cubic(column, *at).0).collect()).collect())
 }
 
 /// When a run whose samples lie at `places` passes every sample of the path, in its samples.

@@ -18,7 +18,7 @@ use motion::{Vec3, lag_s};
 use crate::evaluate::{self, OrientationSummary, summary_of_feed_moves};
 use crate::input::Input;
 pub use fit::{Fit, fits};
-pub use matching::{Match, in_path_time, match_places, match_run, without_approach};
+pub use matching::{Match, in_path_time, in_time_of, match_places, match_run, without_approach};
 pub use readback::{Readback, readback};
 pub use reversals::{Reversal, reversals};
 

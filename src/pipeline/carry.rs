@@ -10,9 +10,9 @@ use machine::MachineSpec;
 use motion::Trajectory;
 use serde::Serialize;
 
+use super::refit::DECIMALS;
 use super::rows::{RowSettings, Rows, RowsWritten, write_rows};
-use super::write::DECIMALS;
-use super::{Carrier, write_program};
+use super::{Carrier, RefitSettings, write_program};
 use crate::cli::CarrierArgs;
 use crate::input::{self, Input};
 use crate::output::Usage;
@@ -70,6 +70,15 @@ impl Carried {
         wanted.carrier.unwrap_or(profile)
     }
 
+    /// How programs are written in this way; `None` for rows.
+    #[must_use]
+    pub fn program(self, wanted: &CarrierArgs, spec: &MachineSpec) -> Option<RefitSettings> {
+        match self {
+            Self::Program(carrier) => Some(RefitSettings::of(carrier, wanted, spec)),
+            Self::Rows(_) => None,
+        }
+    }
+
     /// Whether `path` can be written to `out` in this way.
     ///
     /// # Errors
@@ -99,19 +108,19 @@ pub struct Written {
     pub rows: Option<RowsWritten>,
 }
 
-/// Writes `reference`, learned for `path`, to `out` as `wanted` and the machine's profile say.
+/// Writes `reference`, learned for `path`, to `out`, carried so; spacing and decimals are as `wanted` and the machine's profile say.
 ///
 /// # Errors
 /// When a setting is out of range, or what was written did not pass its check.
 pub fn write_out(
     path: &Input,
     reference: &Trajectory,
+    carried: Carried,
     spec: &MachineSpec,
     wanted: &CarrierArgs,
     max_shift_mm: f64,
     out: &Path,
 ) -> Result<Written> {
-    let carried = Carried::of(wanted, spec);
     match (carried, &path.part) {
         (Carried::Rows(rows), _) => {
             let profile = spec.controller.filter(|profile| Carried::from(profile.carrier) == carried);
@@ -126,7 +135,8 @@ pub fn write_out(
             Ok(Written { largest_shift_mm: path.largest_shift(reference), carried: Some(carried), rows: Some(written) })
         }
         (Carried::Program(carrier), Some(part)) => {
-            let largest_shift_mm = write_program(part, reference, spec, wanted, carrier, max_shift_mm, out)?;
+            let settings = RefitSettings::of(carrier, wanted, spec);
+            let largest_shift_mm = write_program(part, reference, &settings, max_shift_mm, out)?;
             Ok(Written { largest_shift_mm, carried: Some(carried), rows: None })
         }
         (Carried::Program(_), None) => {

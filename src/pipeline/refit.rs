@@ -5,6 +5,7 @@
 
 use anyhow::Result;
 use gcode::{Edits, Move, MoveKind};
+use machine::MachineSpec;
 use motion::{Trajectory, Vec6};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,7 @@ use super::Part;
 use super::lines::Writer;
 use super::modes::{Modes, restore_motion_code};
 use super::part::{POINT_MM, coordinates, stated};
+use crate::cli::CarrierArgs;
 
 /// How the points of a compensated program carry their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -23,6 +25,18 @@ pub enum Carrier {
     G94,
     /// The program's own feed words, unchanged.
     Keep,
+}
+
+impl Carrier {
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::G93 => "g93",
+            Self::G94 => "g94",
+            Self::Keep => "keep",
+        }
+    }
 }
 
 /// How a program is written.
@@ -38,6 +52,27 @@ pub struct RefitSettings {
     pub chord_tolerance_mm: f64,
     /// Path tolerance that a stretch states, mm, where the control knows one; `None` keeps the program's own.
     pub path_tolerance_mm: Option<f64>,
+}
+
+/// Largest distance of a written line from the corrected curve between its ends, mm.
+const CHORD_TOLERANCE_MM: f64 = 2e-4;
+/// Decimals of coordinates in mm, and time between points, ms, where neither the user nor the machine's profile says: what LinuxCNC needs.
+pub(super) const DECIMALS: usize = 6;
+const SPACING_MS: f64 = 4.0;
+
+impl RefitSettings {
+    /// What `wanted` says, else the profile of the control.
+    #[must_use]
+    pub fn of(carrier: Carrier, wanted: &CarrierArgs, spec: &MachineSpec) -> Self {
+        let profile = spec.controller;
+        Self {
+            carrier,
+            decimals: wanted.decimals.unwrap_or(profile.map_or(DECIMALS, |profile| usize::from(profile.decimals))),
+            spacing_s: wanted.spacing.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
+            chord_tolerance_mm: CHORD_TOLERANCE_MM,
+            path_tolerance_mm: profile.and_then(|profile| profile.path_tolerance_mm),
+        }
+    }
 }
 
 /// A program with its points moved.

@@ -5,7 +5,8 @@ use crate::common::Folder;
 pub fn stated_for_the_control_and_put_back(folder: &Folder) {
     let part = "G21 G90 G17 G61\nG0 X0 Y0 Z0\nG4 P0.2\nG94 G1 X2 F1800\nX20\nG94\nG3 X20 Y20 I0 J10\nG61 G1 X0\nG1 X0\nM8 G64 P0.1\nG1 Y0\nG0 Z5\nM2\n";
     std::fs::write(folder.path("modes.ngc"), part).unwrap();
-    let words = ["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-c.ngc", "--controller", "linuxcnc"];
+    let words =
+        ["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-c.ngc", "--controller", "linuxcnc", "--carrier", "g93"];
     assert_eq!(folder.figures(&words)["changed"], true);
     let out = std::fs::read_to_string(folder.path("modes-c.ngc")).unwrap();
     let lines: Vec<&str> = out.lines().collect();

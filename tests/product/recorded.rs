@@ -61,7 +61,7 @@ pub fn a_recorded_command_is_gone_by_instead_of_the_plan(folder: &Folder) {
         assert!(differs("commanded_s") > 1.1 * differs("planned_s"), "{back}");
         let [raw, own, recorded] = ["recorded.nc", "own.nc", "by-record.nc"].map(|program| control.error_um(folder, program));
         println!("smoothed over {}: {raw:.2} µm raw, {own:.2} by our plan, {recorded:.2} by the record", control.smoothed);
-        assert!(recorded < 0.7 * own && recorded < 0.4 * raw, "{raw} {own} {recorded}");
+        assert!(recorded < 0.85 * own && recorded < 0.4 * raw, "{raw} {own} {recorded}");
     }
     the_record_may_be_late_shifted_coarse_and_of_another_rate(folder);
     what_is_no_record_of_the_program_is_refused(folder);

@@ -6,7 +6,7 @@ use compensation::{Guard, StopRule, learn};
 use machine::{Machine, MachineSpec};
 use motion::contour::{PAPER_B_RATIO, PAPER_B_SUPPORT, corner_flags, stretches};
 use motion::curves::library;
-use motion::{DesiredPath, Piece, PlanSettings, ToolPath};
+use motion::{DesiredPath, Piece, ToolPath};
 use serde_json::{Value, json};
 
 use super::Reproduce;
@@ -53,7 +53,7 @@ impl Reproduce {
             let desired = planned(&spec, feed / 60.0, corner.map(|corner| corner / 60.0), &corners)?;
             let mut machine = input::simulated(&spec, self.common.seed)?;
             let mut law = SpatialIlc::new(Gain::Constant(0.8), None)?;
-            let stop = StopRule { updates: RUNS, stall: f64::NEG_INFINITY };
+            let stop = StopRule::after(RUNS);
             let learned = learn(&mut machine, &mut law, &desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
             let max = |round: Option<&compensation::Round>| -> Result<f64> {
                 round.map_or(Ok(f64::NAN), |round| Ok(evaluate::contour(&desired, None, &round.actual)?.max_mm))
@@ -113,7 +113,7 @@ fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners
         at = *to;
     }
     stretch(at, end, feed_mm_s);
-    let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+    let settings = frame.plan_settings();
     Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired)
 }
 

@@ -158,7 +158,7 @@ impl Reproduce {
             ];
             found.push(UNCOMPENSATED, 0, evaluate::figures(desired, None, &machine.run(desired.trajectory())?)?);
             for (method, mut law) in laws {
-                let stop = StopRule { updates: runs, stall: f64::NEG_INFINITY };
+                let stop = StopRule::after(runs);
                 let learned = learn(&mut machine, law.as_mut(), desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
                 if let Some(last) = learned.last() {
                     found.push(method, runs, evaluate::figures(desired, None, &last.actual)?);

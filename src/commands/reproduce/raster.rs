@@ -53,7 +53,7 @@ impl Reproduce {
         let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
         let mut law = norm_optimal(row.a, responses)?;
         row.permitted += law.permitted_model_error(desired)? / self.seeds as f64;
-        let stop = StopRule { updates: RUNS, stall: f64::NEG_INFINITY };
+        let stop = StopRule::after(RUNS);
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
         let share = 1.0 / (CONVERGED as f64 * self.seeds as f64);
         for round in learned.rounds.iter().rev().take(CONVERGED) {

@@ -7,7 +7,7 @@ use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, StopRule, learn};
 use machine::{Machine, MachineSpec};
 use motion::curves::Line;
-use motion::{DesiredPath, Piece, PlanSettings, ToolPath, Trajectory, Vec3};
+use motion::{DesiredPath, Piece, ToolPath, Trajectory, Vec3};
 use serde_json::{Value, json};
 
 use super::Reproduce;
@@ -55,7 +55,7 @@ impl Reproduce {
     fn learned(&self, spec: &MachineSpec, desired: &DesiredPath, gain: f64, updates: usize) -> Result<Runs> {
         let mut machine = input::simulated(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
-        let stop = StopRule { updates, stall: f64::NEG_INFINITY };
+        let stop = StopRule::after(updates);
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
         learned.rounds.iter().map(|round| figures(desired, &round.actual)).collect()
     }
@@ -88,7 +88,7 @@ fn planned(points: &[Vec3], frame: &Frame) -> Result<Trajectory> {
     for pair in points.windows(2).filter(|pair| (pair[1] - pair[0]).norm() > 1e-6) {
         path.push(Piece::whole(Arc::new(Line { start: pair[0], end: pair[1] }), FEED_MM_S));
     }
-    let settings = PlanSettings { period_s: frame.period_s, ..PlanSettings::default() };
+    let settings = frame.plan_settings();
     Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired.trajectory().clone())
 }
 
