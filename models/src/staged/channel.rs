@@ -27,6 +27,11 @@ pub enum Carrier {
     SlowStop(usize, usize),
     /// Magnitude of a stop operator, which differs between the two directions.
     StopMagnitude(usize),
+    /// Drag that is proportional to the expected velocity up to a speed and constant beyond it: `v/q` within −1…1.
+    Drag(usize),
+    /// Play between the motor and what is measured: a stop operator whose contribution the motor does not feel, so that the next
+    /// pass's expected position is without it.
+    Play(usize),
 }
 
 /// The part of a channel that follows the place.
@@ -77,8 +82,11 @@ impl Channel {
         let stops = scales.stop_half_widths.len();
         let carrier = match self.carrier {
             Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Sign => true,
-            Carrier::Stop(stop) | Carrier::StopLessSign(stop) | Carrier::StopMagnitude(stop) => stop < stops,
+            Carrier::Stop(stop) | Carrier::StopLessSign(stop) | Carrier::StopMagnitude(stop) | Carrier::Play(stop) => {
+                stop < stops
+            }
             Carrier::SlowStop(stop, speed) => stop < stops && speed < scales.slow_speeds.len(),
+            Carrier::Drag(speed) => speed < scales.drag_speeds.len(),
         };
         carrier && self.line().is_none_or(|line| line < scales.lines.len())
     }
@@ -91,7 +99,7 @@ impl Channel {
             Carrier::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
             Carrier::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
             Carrier::Sign => out.copy_from_slice(&signals.sign()[rows.clone()]),
-            Carrier::Stop(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
+            Carrier::Stop(stop) | Carrier::Play(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
             Carrier::StopLessSign(stop) => {
                 let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.sign()[rows.clone()]);
                 for (y, (z, sign)) in out.iter_mut().zip(stops) {
@@ -104,6 +112,7 @@ impl Channel {
                     *y = z * slow;
                 }
             }
+            Carrier::Drag(speed) => out.copy_from_slice(&signals.drag(speed)[rows.clone()]),
             Carrier::StopMagnitude(stop) => {
                 for (y, z) in out.iter_mut().zip(&signals.stop(stop)[rows.clone()]) {
                     *y = z.abs();

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Channel, Waves};
+use super::channel::{Carrier, Channel, Waves};
 use super::fir::LagBasis;
 use super::signals::{Scales, Signals};
 
@@ -124,6 +124,27 @@ impl FeatureSet {
         let mut room = Vec::new();
         for (index, rows) in out.chunks_mut(BLOCK_ROWS).enumerate() {
             self.predict_block(signals, weights, index * BLOCK_ROWS, rows, &mut room);
+        }
+        out
+    }
+
+    /// What play contributes to the prediction: the part by which the motor is elsewhere than what is measured.
+    #[must_use]
+    pub fn play(&self, signals: &Signals, weights: &[f64]) -> Option<Vec<f64>> {
+        let mut out: Option<Vec<f64>> = None;
+        let mut column = 0;
+        for group in &self.groups {
+            let responses = group.basis.len();
+            for channel in &group.channels {
+                if let Carrier::Play(stop) = channel.carrier {
+                    let response = group.basis.combine(&weights[column..column + responses]);
+                    let start = (signals.pad() as isize + response.first_lag) as usize;
+                    let out = out.get_or_insert_with(|| vec![0.0; signals.len()]);
+                    let end = start + out.len() + response.taps.len() - 1;
+                    response.add_to(&signals.stop(stop)[start..end], response.first_lag, 1.0, out);
+                }
+                column += responses;
+            }
         }
         out
     }

@@ -25,6 +25,17 @@ impl Pass {
         self.features.predict(&self.signals(signal, expected), &self.weights)
     }
 
+    /// Position that the drive of a run with these signals is expected to take, where `error` is this pass's prediction: the reference
+    /// less the error, but for play, which the drive does not see.
+    #[must_use]
+    pub fn position(&self, reference: &[f64], signals: &Signals, error: &[f64]) -> Vec<f64> {
+        let mut position: Vec<f64> = reference.iter().zip(error).map(|(r, e)| r - e).collect();
+        if let Some(play) = self.features.play(signals, &self.weights) {
+            position.iter_mut().zip(play).for_each(|(x, play)| *x += play);
+        }
+        position
+    }
+
     /// Signals of a run, as this pass sees them.
     #[must_use]
     pub fn signals(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Signals {
@@ -117,14 +128,14 @@ impl StagedPredictor {
         // The motion is the same in all passes; rest at the ends may be longer than one needs.
         let pad = self.passes.iter().map(|pass| pass.features.pad()).max().unwrap_or(0);
         let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad);
-        for (index, pass) in self.passes.iter().enumerate() {
-            if index > 0 {
-                for ((x, r), e) in expected.iter_mut().zip(signal.reference).zip(&error) {
-                    *x = r - e;
-                }
+        let mut before: Option<&Pass> = None;
+        for pass in &self.passes {
+            if let Some(before) = before {
+                expected = before.position(signal.reference, &signals, &error);
             }
             signals.expect(&expected, &pass.features.scales);
             error = pass.features.predict(&signals, &pass.weights);
+            before = Some(pass);
         }
         (error, expected)
     }

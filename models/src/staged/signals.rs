@@ -11,6 +11,9 @@ pub struct Scales {
     pub stop_half_widths: Vec<f64>,
     /// Decay speeds of the terms that act in slow motion only, unit/s.
     pub slow_speeds: Vec<f64>,
+    /// Speeds from which on a drag is constant, unit/s.
+    #[serde(default)]
+    pub drag_speeds: Vec<f64>,
     /// Middle of the trained positions, from which the position lines count their phase.
     pub centre: f64,
     /// Half the trained travel. Beyond it the position lines fade over as much again: their phase is known less and less.
@@ -23,7 +26,14 @@ impl Scales {
     /// No operators, no lines: what a linear pass needs.
     #[must_use]
     pub fn linear() -> Self {
-        Self { stop_half_widths: Vec::new(), slow_speeds: Vec::new(), centre: 0.0, half_travel: 0.0, lines: Vec::new() }
+        Self {
+            stop_half_widths: Vec::new(),
+            slow_speeds: Vec::new(),
+            drag_speeds: Vec::new(),
+            centre: 0.0,
+            half_travel: 0.0,
+            lines: Vec::new(),
+        }
     }
 
     /// Whether widths and speeds are positive and everything is finite.
@@ -31,6 +41,7 @@ impl Scales {
         let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
         if positive(&self.stop_half_widths)
             && positive(&self.slow_speeds)
+            && positive(&self.drag_speeds)
             && positive(&self.lines)
             && self.centre.is_finite()
             && self.half_travel.is_finite()
@@ -47,6 +58,7 @@ impl Scales {
 pub struct Signals {
     pad: usize,
     len: usize,
+    period_s: f64,
     velocity: Vec<f64>,
     step: Vec<f64>,
     sign: Vec<f64>,
@@ -55,6 +67,7 @@ pub struct Signals {
     slow: Vec<Vec<f64>>,
     position: Vec<f64>,
     stops: Vec<Vec<f64>>,
+    drag: Vec<Vec<f64>>,
 }
 
 impl Signals {
@@ -78,8 +91,8 @@ impl Signals {
             step[k] = velocity[k] - velocity[k - 1];
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
-        let (slow_speeds, slow, position, stops) = Default::default();
-        Self { pad, len: reference.len(), velocity, step, sign, slow_speeds, slow, position, stops }
+        let (slow_speeds, slow, position, stops, drag) = Default::default();
+        Self { pad, len: reference.len(), period_s, velocity, step, sign, slow_speeds, slow, position, stops, drag }
     }
 
     /// Takes the position that is expected, seen on these scales.
@@ -91,6 +104,14 @@ impl Signals {
         }
         pad_into(expected, self.pad, &mut self.position);
         run_stops(&self.position, &scales.stop_half_widths, &mut self.stops);
+        self.drag.resize(scales.drag_speeds.len(), Vec::new());
+        for (drag, speed) in self.drag.iter_mut().zip(&scales.drag_speeds) {
+            let gain = 1.0 / (speed * self.period_s);
+            drag.resize(self.position.len(), 0.0);
+            for (drag, pair) in drag.iter_mut().skip(1).zip(self.position.windows(2)) {
+                *drag = ((pair[1] - pair[0]) * gain).clamp(-1.0, 1.0);
+            }
+        }
         self.position.iter_mut().for_each(|x| *x -= scales.centre);
     }
 
@@ -146,6 +167,12 @@ impl Signals {
     #[must_use]
     pub fn stop(&self, index: usize) -> &[f64] {
         &self.stops[index]
+    }
+
+    /// Drag that is constant from speed `index` on, in −1…1, padded.
+    #[must_use]
+    pub fn drag(&self, index: usize) -> &[f64] {
+        &self.drag[index]
     }
 }
 

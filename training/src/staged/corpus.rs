@@ -143,8 +143,12 @@ impl<'a> Corpus<'a> {
 
     /// Position that each run is expected to take after `pass`, which ran on `expected`.
     pub fn expected_after(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let errors = self.predictions(pass, expected);
-        self.runs.iter().zip(errors).map(|(run, error)| run.reference.iter().zip(error).map(|(r, e)| r - e).collect()).collect()
+        let after = |(run, x): (&AxisRun, &Vec<f64>)| {
+            let signals = pass.signals(&run.signal(), x);
+            let error = pass.features.predict(&signals, &pass.weights);
+            pass.position(&run.reference, &signals, &error)
+        };
+        self.runs.iter().zip(expected).map(after).collect()
     }
 
     /// Every scored row as `(run, row)`.

@@ -6,6 +6,7 @@ use super::corpus::{AxisRun, Corpus};
 use super::gram::FoldErrors;
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
 use super::operators::{Bank, FittedPass, best_ridge, fit_pass, knots, operator_features, penalties};
+use super::play::with_drag_and_play;
 use super::recipe::StagedRecipe;
 use super::refine::refined_lines;
 use super::report::{StageReport, StagedReport};
@@ -46,16 +47,22 @@ fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candida
     let (linear, law, few, ridge) = best.ok_or_else(|| TrainingError::Unusable("the recipe has no memory to try".into()))?;
     let mut ladder = Vec::from(pure_delays(corpus, &references)?);
     ladder.extend([simple, linear.clone(), few.clone()]);
-    let mut base = (few, Bank::Anchored, ridge);
+    let mut base = (few, ridge);
     for bank in [Bank::Full, Bank::Shaped] {
         let (candidate, ridge) = with_operators(corpus, &references, &linear, &law, bank, recipe)?;
         ladder.push(candidate.clone());
         if pays(&candidate, &base.0, recipe) {
-            base = (candidate, bank, ridge);
+            base = (candidate, ridge);
         }
     }
-    let (base, bank, ridge) = base;
-    ladder.extend(with_position_lines(corpus, &law, &base, bank, ridge, recipe)?);
+    if let Some((candidate, ridge)) = with_drag_and_play(corpus, &references, &linear, &law, &base.0, recipe)? {
+        ladder.push(candidate.clone());
+        if pays(&candidate, &base.0, recipe) {
+            base = (candidate, ridge);
+        }
+    }
+    let (base, ridge) = base;
+    ladder.extend(with_position_lines(corpus, &law, &base, ridge, recipe)?);
     Ok((ladder, Some(ridge)))
 }
 
@@ -121,14 +128,13 @@ fn with_position_lines(
     corpus: &Corpus<'_>,
     law: &LinearLaw,
     base: &Candidate,
-    bank: Bank,
     ridge: f64,
     recipe: &StagedRecipe,
 ) -> Result<Option<Candidate>, TrainingError> {
     let Some(operators) = base.passes.last() else {
         return Ok(None);
     };
-    let bare = operator_features(&law.features, bank, corpus, recipe);
+    let bare = operators.features.clone();
     let Some(filters) = leading_filters(operators, recipe.lines.filters) else {
         return Ok(None);
     };

@@ -8,6 +8,7 @@ mod gram;
 mod linear;
 mod lines;
 mod operators;
+mod play;
 mod recipe;
 mod refine;
 mod report;

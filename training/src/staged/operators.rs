@@ -3,7 +3,7 @@
 use models::staged::{Carrier, FeatureSet, LagBasis, Pass, Scales};
 
 use super::corpus::Corpus;
-use super::gram::{FoldGrams, Penalty};
+use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw, group};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
@@ -32,8 +32,6 @@ impl Bank {
 
 /// Columns of the linear law followed by those of the operators.
 pub fn operator_features(linear: &FeatureSet, bank: Bank, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
-    let scaled = |list: &[f64]| list.iter().map(|x| x * corpus.unit).collect();
-    let (low, high) = corpus.travel();
     let knots = knots(&recipe.knots_s, corpus.period_s());
     let mut groups = linear.groups.clone();
     match bank {
@@ -52,15 +50,20 @@ pub fn operator_features(linear: &FeatureSet, bank: Bank, corpus: &Corpus<'_>, r
         let shaped: Vec<Carrier> = slow.chain(recipe.shape_stops.iter().map(|&i| Carrier::StopMagnitude(i))).collect();
         groups.push(group(LagBasis::hats(&every(&knots, 2)), &shaped));
     }
-    FeatureSet {
-        scales: Scales {
-            stop_half_widths: scaled(&recipe.stop_half_widths),
-            slow_speeds: scaled(&recipe.slow_speeds),
-            centre: f64::midpoint(low, high),
-            half_travel: 0.5 * (high - low),
-            lines: Vec::new(),
-        },
-        groups,
+    FeatureSet { scales: scales(corpus, recipe), groups }
+}
+
+/// Widths and speeds of the operators on this axis.
+pub fn scales(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Scales {
+    let scaled = |list: &[f64]| list.iter().map(|x| x * corpus.unit).collect();
+    let (low, high) = corpus.travel();
+    Scales {
+        stop_half_widths: scaled(&recipe.stop_half_widths),
+        slow_speeds: scaled(&recipe.slow_speeds),
+        drag_speeds: Vec::new(),
+        centre: f64::midpoint(low, high),
+        half_travel: 0.5 * (high - low),
+        lines: Vec::new(),
     }
 }
 
@@ -125,6 +128,18 @@ pub struct FittedPass {
 }
 
 impl FittedPass {
+    /// The same sums solved with other penalties.
+    pub fn with_penalties(mut self, penalties: Vec<Penalty>) -> Result<Self, TrainingError> {
+        self.pass.weights = self.grams.total().solve(&penalties).ok_or(TrainingError::Singular("operators"))?;
+        self.penalties = penalties;
+        Ok(self)
+    }
+
+    /// Squared errors on each fold, fitted without it.
+    pub fn cross_validate(&self) -> Result<FoldErrors, TrainingError> {
+        self.grams.cross_validate(&self.penalties).ok_or(TrainingError::Singular("operators"))
+    }
+
     /// As a candidate that goes through `before` first.
     pub fn candidate(self, name: &'static str, free: bool, before: &[Pass]) -> Result<Candidate, TrainingError> {
         let singular = TrainingError::Singular(name);

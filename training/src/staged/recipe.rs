@@ -41,6 +41,12 @@ pub struct StagedRecipe {
     pub slow_stop: usize,
     /// The operators whose magnitude, and whose product with the lines, is used, by index.
     pub shape_stops: Vec<usize>,
+    /// Speeds from which on a drag is constant.
+    pub drag_speeds: Vec<f64>,
+    /// Half-width of the play from which the search for the true one starts.
+    pub play_half_width: f64,
+    /// Most passes of drag and play; zero for none.
+    pub play_passes: usize,
     /// Least gain in mean square, as a share, for which a richer stage is taken.
     pub least_gain: f64,
     /// Standard errors by which the gain has to be above zero.
@@ -101,7 +107,7 @@ impl Default for StagedRecipe {
             speed_unit: 80.0,
             skip_s: 0.3,
             folds: 8,
-            memory_s: vec![0.01, 0.02, 0.03],
+            memory_s: vec![0.01, 0.02, 0.03, 0.05],
             memories: 4.0,
             future_s: 0.05,
             correlated: 3.0,
@@ -114,6 +120,9 @@ impl Default for StagedRecipe {
             slow_speeds: vec![1.5, 5.0, 15.0],
             slow_stop: 1,
             shape_stops: vec![1, 3, 5, 7],
+            drag_speeds: vec![0.1, 0.3, 1.0, 3.0],
+            play_half_width: 3e-3,
+            play_passes: 4,
             least_gain: 0.02,
             standard_errors: 1.0,
             carry_loss: 0.25,

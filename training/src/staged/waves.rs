@@ -74,8 +74,8 @@ pub fn leading_filters(pass: &Pass, count: usize) -> Option<LagBasis> {
     for group in &pass.features.groups {
         let responses = group.basis.len();
         for channel in &group.channels {
-            let stop = matches!(channel.carrier, Carrier::Stop(_) | Carrier::StopLessSign(_));
-            if stop && channel.line().is_none() {
+            let friction = matches!(channel.carrier, Carrier::Stop(_) | Carrier::StopLessSign(_) | Carrier::Drag(_));
+            if friction && channel.line().is_none() {
                 rows.push(group.basis.combine(&pass.weights[taken..taken + responses]));
             }
             taken += responses;
