@@ -75,7 +75,7 @@ impl Default for Settings {
 /// does as it is told.
 const SAME: f64 = 0.02;
 /// Updates on what a control makes of the program, and how many of them in a row may bring nothing.
-const PLANNED_UPDATES: usize = 8;
+const PLANNED_UPDATES: usize = 12;
 const PLANNED_PATIENCE: usize = 4;
 /// Gain and cut-off (Hz) of these updates: what is learned above it comes back as kinks, at which a control slows down.
 const PLANNED_GAIN: f64 = 0.7;

@@ -265,8 +265,16 @@ impl Stretch<'_> {
         for i in 1..steps {
             // The line so far reaches to point `i`; if it leaves the curve in between, the last good point is written.
             let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
-            let candidate = corrected(at(i + 1).min(to_s));
-            let fits = (held + 1..=i).all(|j| off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm)
+            let next_s = at(i + 1).min(to_s);
+            let candidate = corrected(next_s);
+            // Where lines carry times the speed on one is even: a line over a change of speed would be late or early in between.
+            let even = |time_s: f64| {
+                let share = (time_s - start.0) / (next_s - start.0);
+                let way = way_at(start.0) + (way_at(next_s) - way_at(start.0)) * share;
+                self.settings.carrier == Carrier::Keep || (way_at(time_s) - way).abs() * length <= ALONG_MM
+            };
+            let fits = (held + 1..=i)
+                .all(|j| even(at(j)) && off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm)
                 && i - held < MOST_POINTS;
             if !fits {
                 let point = corrected(at(i));
@@ -279,6 +287,9 @@ impl Stretch<'_> {
         targets
     }
 }
+
+/// Distance along the path by which a point of a line that carries its time may be passed early or late, mm.
+const ALONG_MM: f64 = 0.02;
 
 /// Samples over which one line may reach: bounds the work of checking it.
 const MOST_POINTS: usize = 64;

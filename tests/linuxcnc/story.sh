@@ -24,7 +24,7 @@ cd "$work"
 cp "$here"/parts/*.ngc .
 # A five-petalled flower of short lines.
 awk 'BEGIN {
-  print "G21 G90 G17 G64 P0.001 Q0\nG0 X40 Y0\nG4 P0.3\nG1 F2400"
+  print "G21 G90 G17 G64 P0.001 Q0\nG0 X40 Y0 Z0\nG4 P0.3\nG1 F2400"
   for (i = 0; i <= 1500; i++) {
     t = 2 * atan2(0, -1) * i / 1500; r = 25 + 15 * cos(5 * t)
     printf "X%.6f Y%.6f Z%.6f\n", r * cos(t), r * sin(t), 3 * sin(3 * t)
