@@ -89,6 +89,9 @@ impl Trial {
 /// When a plan fails, or the model does not fit.
 pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings, goal: Goal) -> Result<Adjusted> {
     let count = part.toolpath.moves.len();
+    // What planning the written program anew changes from trial to trial would hide what a feed does.
+    let wanted = settings;
+    let settings = &Settings { written: None, ..*wanted };
     let mut trial = Trial::of(part, bundle, limits, settings)?;
     let before_s = trial.seconds();
     let before_mm = trial.worst.iter().copied().fold(0.0, f64::max);
@@ -139,5 +142,10 @@ pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings,
         .map(|index| (trial.part.toolpath.moves[index].block as usize + 1, trial.worst[index]))
         .collect();
     above.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Ok(Adjusted { cycle_s: (before_s, trial.seconds()), moves, max_mm, above, part: trial.part, outcome: trial.outcome })
+    let cycle_s = (before_s, trial.seconds());
+    let Trial { part, mut outcome, .. } = trial;
+    if wanted.written.is_some() {
+        outcome = learning::compensate_with(bundle, limits, &part.plan.desired, Some(&part), wanted)?;
+    }
+    Ok(Adjusted { cycle_s, moves, max_mm, above, part, outcome })
 }

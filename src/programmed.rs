@@ -18,7 +18,7 @@ use crate::pipeline::{Carrier, Part, RefitSettings, Replanned};
 const DECIMALS: usize = 6;
 
 /// Points are moved, none is added: more of them where a program is slow would only bring noise there, which a control slows down for.
-const MOVE_POINTS: RefitSettings = RefitSettings {
+pub const MOVE_POINTS: RefitSettings = RefitSettings {
     carrier: Carrier::Keep,
     decimals: DECIMALS,
     spacing_s: f64::INFINITY,

@@ -98,3 +98,39 @@ pub fn learn(
     }
     Ok(Learned { rounds })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use machine::MachineError;
+    use motion::{Axis, Cartesian};
+
+    use super::*;
+    use crate::laws::{Gain, TrackingIlc};
+
+    /// Does what it is told.
+    struct Obedient;
+
+    impl Machine for Obedient {
+        fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+            Ok(reference.clone())
+        }
+    }
+
+    #[test]
+    fn patience_counts_runs_without_a_new_best_one() {
+        let path = Trajectory::new(0.002, Axis::xyz(), vec![vec![0.0; 4]; 3]).unwrap();
+        let desired = DesiredPath::new(path, Arc::new(Cartesian::new(Axis::xyz()))).unwrap();
+        let runs = |stop: &StopRule| {
+            let mut figures = [5.0, 4.0, 6.0, 3.0, 7.0, 7.0, 2.0].into_iter();
+            let mut law = TrackingIlc::new(Gain::Constant(0.5), None);
+            let mut measure = |_: &DesiredPath, _: &Trajectory| figures.next().unwrap();
+            let learned = learn(&mut Obedient, &mut law, &desired, None, &Guard::default(), stop, &mut measure).unwrap();
+            (learned.rounds.len(), learned.best().unwrap())
+        };
+        assert_eq!(runs(&StopRule::while_better(6)), (3, 1));
+        assert_eq!(runs(&StopRule { updates: 6, patience: 2 }), (6, 3));
+        assert_eq!(runs(&StopRule::after(6)), (7, 6));
+    }
+}

@@ -169,6 +169,38 @@ fn a_dense_polyline_is_followed_like_its_curve() {
     assert!((0.99..1.05).contains(&ratio), "{ratio}");
 }
 
+/// A staircase in steps of this length, each turned by a small angle against the one before.
+fn zigzag(step_mm: f64, tolerance_mm: Option<f64>, settings: &PlanSettings) -> Plan {
+    let mut path = ToolPath::default();
+    let mut at = Vec3::zeros();
+    for k in 0..(60.0 / step_mm) as usize {
+        let end = at + step_mm * Vec3::new(1.0, if k % 2 == 0 { 0.05 } else { -0.05 }, 0.0);
+        let mut piece = Piece::whole(Arc::new(Line { start: at, end }), 80.0);
+        piece.corner_tolerance_mm = tolerance_mm;
+        path.push(piece);
+        at = end;
+    }
+    plan(&path, &xyz(), &limits(), settings).unwrap()
+}
+
+#[test]
+fn a_control_may_use_less_of_its_acceleration_along_short_lines() {
+    let settings = |share| PlanSettings { corner_tolerance_mm: 0.01, short_line_acceleration: share, ..PlanSettings::default() };
+    let seconds = |step_mm, share| zigzag(step_mm, None, &settings(share)).desired.trajectory().duration_s();
+    // The blend of a turn of 0.1 rad takes 0.4 mm of either line: half a millimetre is too short for two of them.
+    let (half, whole) = (seconds(0.5, 0.5), seconds(0.5, 1.0));
+    assert!(half > whole + 0.05, "{half} {whole}");
+    assert_eq!(seconds(5.0, 0.5), seconds(5.0, 1.0));
+}
+
+#[test]
+fn a_piece_may_have_a_tolerance_of_its_own() {
+    let settings = PlanSettings { corner_tolerance_mm: 0.05, ..PlanSettings::default() };
+    let corner = Vec3::new(5.0, 0.25, 0.0);
+    let off = |tolerance_mm| distance_to(&zigzag(5.0, tolerance_mm, &settings), corner);
+    assert!(off(Some(0.002)) < 0.3 * off(None), "{} {}", off(Some(0.002)), off(None));
+}
+
 #[test]
 fn unsound_settings_are_refused() {
     let curve: Arc<dyn Curve> = Arc::new(library::CROWN);
@@ -176,6 +208,8 @@ fn unsound_settings_are_refused() {
     let settings = PlanSettings::default;
     assert!(matches!(with(PlanSettings { period_s: 0.0, ..settings() }, limits()), Err(MotionError::BadPeriod(_))));
     assert!(matches!(with(PlanSettings { rest_s: f64::NAN, ..settings() }, limits()), Err(MotionError::BadSetting { .. })));
+    let none = PlanSettings { short_line_acceleration: 0.0, ..settings() };
+    assert!(matches!(with(none, limits()), Err(MotionError::BadSetting { name: "short_line_acceleration", .. })));
     assert!(matches!(with(settings(), Limits::uniform(2, 80.0, 800.0, 0.02)), Err(MotionError::Mismatch(_))));
     assert!(matches!(with(settings(), Limits::uniform(3, 80.0, -1.0, 0.02)), Err(MotionError::BadSetting { .. })));
 }

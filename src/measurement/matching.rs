@@ -14,6 +14,8 @@ const OFFSET_STEP_MM: f64 = 1e-4;
 
 /// A command within this of the path's start or end is there, mm.
 const THERE_MM: f64 = 0.02;
+/// Largest rounding of the corner at the path's start, mm.
+const CORNER_MM: f64 = 0.5;
 /// What is kept of a rest at the path's start, s.
 const BEFORE_S: f64 = 0.02;
 
@@ -29,7 +31,11 @@ pub fn without_approach(log: &Log, desired: &DesiredPath) -> Result<(Log, [f64; 
     else {
         return Ok((log.clone(), [0.0; 2]));
     };
-    let near = |point: &Vec3, place: &Vec3| (point - place).norm() < THERE_MM;
+    // A control may round off the corner at the path's start: what counts is how near it comes when it first comes by.
+    let off = commanded.iter().map(|point| (point - start).norm());
+    let nearest = off.skip_while(|off| *off >= CORNER_MM).take_while(|off| *off < CORNER_MM).reduce(f64::min);
+    let there_mm = nearest.map_or(THERE_MM, |nearest| THERE_MM.max(1.01 * nearest));
+    let near = |point: &Vec3, place: &Vec3| (point - place).norm() < there_mm;
     let from = if near(first, start) {
         0
     } else {

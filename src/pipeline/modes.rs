@@ -5,6 +5,10 @@ use gcode::{Dialect, Edits, Move, MoveKind, PathMode, Span, Word, format_number}
 
 use super::{Carrier, Part, RefitSettings};
 
+/// Share of the program's own path tolerance that compensated stretches keep, where that is more than the control's least: rounding takes
+/// less time than following every kink.
+const OF_ITS_OWN: f64 = 0.1;
+
 /// What the program may state in a stretch is taken out of it where the stretch states another.
 pub(super) struct Modes<'a> {
     part: &'a Part,
@@ -27,8 +31,8 @@ impl<'a> Modes<'a> {
             Carrier::G94 => &[93.0, 95.0],
             Carrier::Keep => &[],
         };
-        let tolerance_mm = settings.path_tolerance_mm.filter(|_| part.options.dialect == Dialect::LinuxCnc);
         let (modal, block) = (part.toolpath.modal(first), first.block as usize);
+        let tolerance_mm = tolerance_mm(part, settings, modal.path);
         let mut path = modal.path;
         if let Some(wanted_mm) = tolerance_mm {
             let will_do =
@@ -68,6 +72,26 @@ impl<'a> Modes<'a> {
         }
         stated(modal.path, modal.units.mm()).map(Some)
     }
+}
+
+/// Path tolerance that stretches of a program state, mm, where they state one.
+fn tolerance_mm(part: &Part, settings: &RefitSettings, own: PathMode) -> Option<f64> {
+    let least_mm = settings.path_tolerance_mm.filter(|_| part.options.dialect == Dialect::LinuxCnc)?;
+    Some(match own {
+        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => least_mm.max(OF_ITS_OWN * own_mm),
+        _ => least_mm,
+    })
+}
+
+/// Whether a control rounds corners less under the tolerance that stretches state than under the program's own.
+pub(super) fn rounds_less(part: &Part, settings: &RefitSettings) -> bool {
+    let moves = part.toolpath.moves.iter().filter(|step| part.is_shiftable(step));
+    moves.map(|step| part.toolpath.modal(step).path).any(|own| match own {
+        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => {
+            tolerance_mm(part, settings, own).is_some_and(|stated_mm| stated_mm < own_mm)
+        }
+        _ => false,
+    })
 }
 
 /// Whether a word is G61, G61.1 or G64.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Part;
 use super::lines::Writer;
-use super::modes::{Modes, restore_motion_code};
+use super::modes::{self, Modes, restore_motion_code};
 use super::part::{POINT_MM, coordinates, stated};
 use crate::cli::CarrierArgs;
 
@@ -94,6 +94,7 @@ pub struct Refitted {
 /// When a block cannot be split into several lines.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
     let shifts = shifts(part, reference)?;
+    let rounded = modes::rounds_less(part, settings).then(|| places(part));
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted { edits: Edits::new(), targets: Vec::new(), largest_shift_mm: 0.0 };
     let pieces: Vec<usize> = (0..part.owners.len()).collect();
@@ -106,10 +107,18 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
         if shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.iter().any(refed)) {
             let largest = samples.clone().map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
             out.largest_shift_mm = out.largest_shift_mm.max(largest);
-            Stretch { part, shifts: &shifts, settings }.write(run, &mut out)?;
+            Stretch { part, shifts: &shifts, rounded: rounded.as_deref(), settings }.write(run, &mut out)?;
         }
     }
     Ok(out)
+}
+
+/// The planned path at every sample, in the program's coordinates: mm, rad.
+fn places(part: &Part) -> Vec<Vec6> {
+    let (path, kinematics) = (part.plan.desired.trajectory(), part.plan.desired.kinematics().as_ref());
+    let offset = Vec6::new(part.work_offset.x, part.work_offset.y, part.work_offset.z, 0.0, 0.0, 0.0);
+    let words = |k: usize| part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
+    (0..path.len()).map(|k| stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words(k)) - offset).collect()
 }
 
 /// The correction of every sample, in the coordinates of the words of its move: mm, rad.
@@ -146,6 +155,8 @@ fn leads_nowhere(part: &Part, step: &Move) -> bool {
 struct Stretch<'a> {
     part: &'a Part,
     shifts: &'a [Vec6],
+    /// The planned path, where the control is no longer to round the program's corners as far as it did: the points do.
+    rounded: Option<&'a [Vec6]>,
     settings: &'a RefitSettings,
 }
 
@@ -229,11 +240,16 @@ impl Stretch<'_> {
 
     /// The correction at a time, mm and rad.
     fn shift_at(&self, time_s: f64) -> Vec6 {
+        self.between(self.shifts, time_s)
+    }
+
+    /// The value at a time of what is known at every sample.
+    fn between(&self, values: &[Vec6], time_s: f64) -> Vec6 {
         let index = time_s / self.part.plan.desired.trajectory().period_s();
-        let last = self.shifts.len() - 1;
+        let last = values.len() - 1;
         let before = (index.floor() as usize).min(last);
         let after = (before + 1).min(last);
-        self.shifts[before].lerp(&self.shifts[after], index - before as f64)
+        values[before].lerp(&values[after], index - before as f64)
     }
 
     /// Ends of the lines that replace a move.
@@ -251,15 +267,18 @@ impl Stretch<'_> {
             let position = a.position_mm + (b.position_mm - a.position_mm) * (time_s / period - index as f64);
             ((position - from_mm) / length).clamp(0.0, 1.0)
         };
-        let corrected = |time_s: f64| {
-            let share = way_at(time_s);
+        let place = |time_s: f64, share: f64| {
+            if let Some(rounded) = self.rounded {
+                return self.between(rounded, time_s);
+            }
             let [x, y, z] = step.point_mm(share);
             let turned = coordinates(&step.start).lerp(&coordinates(&step.end), share);
-            Vec6::new(x, y, z, turned[3], turned[4], turned[5]) + self.shift_at(time_s)
+            Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
-        let end = Target { point: coordinates(&step.end) + self.shift_at(to_s), time_s: to_s, way: 1.0 };
+        let corrected = |time_s: f64| place(time_s, way_at(time_s)) + self.shift_at(time_s);
+        let end = Target { point: place(to_s, 1.0) + self.shift_at(to_s), time_s: to_s, way: 1.0 };
         let mut targets = Vec::new();
-        let mut start = (from_s, coordinates(&step.start) + self.shift_at(from_s));
+        let mut start = (from_s, place(from_s, 0.0) + self.shift_at(from_s));
         let steps = ((to_s - from_s) / self.settings.spacing_s).floor() as usize;
         let mut held = 0;
         for i in 1..steps {

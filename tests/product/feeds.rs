@@ -16,13 +16,14 @@ pub fn slower_where_the_forecast_asks_for_it(folder: &Folder) {
     // A tolerance that is kept anyway changes nothing.
     let wide = compensate("wide.nc", &["--tolerance", "1mm"]);
     assert_eq!(wide["slower_moves"], 0);
-    assert_eq!(read("wide.nc"), read("out.nc"));
+    assert!(read("wide.nc") == read("out.nc"), "a tolerance that is kept changes the program");
 
     let max = figure(&wide, "max_before_um");
-    let tight = format!("{}um", 0.8 * max);
+    let tight = format!("{}um", 0.4 * max);
     let slow = compensate("slow.nc", &["--tolerance", &tight]);
     assert!(figure(&slow, "slower_moves") >= 1.0, "{slow}");
-    assert!(figure(&slow, "max_after_um") < max, "{slow}");
+    // A move whose error is none of speed keeps its feed, and the largest error may be one of those.
+    assert!(figure(&slow, "max_after_um") <= max, "{slow}");
     assert!(figure(&slow, "cycle_after_s") > figure(&slow, "cycle_before_s"), "{slow}");
     let kept = compensate("kept.nc", &["--tolerance", &tight, "--keep-time"]);
     assert!(figure(&kept, "cycle_after_s") < figure(&slow, "cycle_after_s"), "{kept} against {slow}");

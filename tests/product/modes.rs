@@ -1,6 +1,6 @@
 //! Modes that a control's profile asks for, and the program's own. Works on the story's model.
 
-use crate::common::Folder;
+use crate::common::{Folder, text};
 
 pub fn stated_for_the_control_and_put_back(folder: &Folder) {
     let part = "G21 G90 G17 G61\nG0 X0 Y0 Z0\nG4 P0.2\nG94 G1 X2 F1800\nX20\nG94\nG3 X20 Y20 I0 J10\nG61 G1 X0\nG1 X0\nM8 G64 P0.1\nG1 Y0\nG0 Z5\nM2\n";
@@ -22,6 +22,11 @@ pub fn stated_for_the_control_and_put_back(folder: &Folder) {
     let first = stretch[0];
     let feed: f64 = first.rsplit('F').next().unwrap().parse().unwrap();
     assert!(feed > 400.0, "{out}");
+    // Where the times of points cost too much of the cycle, the program keeps its feeds.
+    let output =
+        folder.precomp(&["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-f.ngc", "--controller", "linuxcnc"]);
+    assert!(text(&output.stdout).contains("the program keeps its feeds instead (--carrier g93 states the times)"));
+    assert!(!std::fs::read_to_string(folder.path("modes-f.ngc")).unwrap().contains("G93"));
     // Whoever writes for another control gets none of it.
     folder.figures(&["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-k.ngc", "--controller", "generic"]);
     let out = std::fs::read_to_string(folder.path("modes-k.ngc")).unwrap();

@@ -24,7 +24,7 @@ pub use rotary_drive::{
 use serde::{Deserialize, Serialize};
 
 use crate::MachineError;
-use check::positive;
+use check::{not_negative, positive, within};
 
 /// A machine: axes, limits, kinematics, controller, and the drives of a simulated one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -219,14 +219,9 @@ impl MachineSpec {
             positive(key, value)?;
         }
         let PathSpec { smoothing_ms, short_line_acceleration, .. } = self.path;
-        if !(smoothing_ms.is_finite() && smoothing_ms >= 0.0) {
-            return Err(MachineError::BadDescription(format!("`path.smoothing_ms` is {smoothing_ms}; it must be 0 or more")));
-        }
-        if !(short_line_acceleration > 0.0 && short_line_acceleration <= 1.0) {
-            return Err(MachineError::BadDescription(format!(
-                "`path.short_line_acceleration` is {short_line_acceleration}; it must be above 0 and at most 1"
-            )));
-        }
+        not_negative("path.smoothing_ms", smoothing_ms)?;
+        let used = short_line_acceleration;
+        within("path.short_line_acceleration", used, used > 0.0 && used <= 1.0, "above 0 and at most 1")?;
         if let Some(controller) = &self.controller {
             controller.check()?;
         }

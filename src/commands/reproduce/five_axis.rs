@@ -19,7 +19,7 @@ use crate::evaluate::{self, Figures};
 use crate::input::{self, Frame, Input};
 use crate::learning::{self, Settings};
 use crate::output::{Printer, table, um};
-use crate::programmed::{Pairing, Programmed};
+use crate::programmed::{MOVE_POINTS, Pairing, Programmed};
 use crate::recording::{TRAVEL_MM, record};
 use crate::training_run::{TrainSettings, train};
 
@@ -174,7 +174,8 @@ impl Reproduce {
         let part = programmed.part();
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
-        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, Some(part), &Settings::default())?.reference;
+        let settings = Settings { written: Some(MOVE_POINTS), ..Settings::default() };
+        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, Some(part), &settings)?.reference;
         let mut found = Found::default();
         for machine in self.machines(spec) {
             let mut machine = machine?;
