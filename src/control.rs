@@ -4,7 +4,7 @@ use machine::{Machine, MachineError};
 use models::LearnedMachine;
 use motion::{Limits, Trajectory};
 
-use crate::pipeline::{Part, RefitSettings, Replanned};
+use crate::pipeline::{Carrier, Part, RefitSettings, Replanned};
 
 /// A learned machine behind a control that commands the reference itself; or what it did in a recorded run, shifted by as much; or what it
 /// plans when it reads the program that the reference is written into.
@@ -22,12 +22,18 @@ impl<'a> Control<'a> {
         Self { machine, part, written: None, durations_s: Vec::new() }
     }
 
-    /// From here on the control reads the program, written so, and plans it anew. `false` where there is none, or where a recorded run
-    /// says what the control commands.
+    /// From here on the control reads the program, written so, and plans it anew. `false` where there is none, where a recorded run
+    /// says what the control commands, or where the program states the time of every line.
     pub fn plans(&mut self, written: RefitSettings, limits: &'a Limits) -> bool {
-        let plans = self.part.is_some_and(|part| part.command.is_none());
+        let timed = |part: &Part| written.carrier == Carrier::Keep && part.states_times();
+        let plans = self.part.is_some_and(|part| part.command.is_none() && !timed(part));
         self.written = plans.then_some((written, limits));
         plans
+    }
+
+    /// How long the program planned last takes, s.
+    pub fn last_s(&self) -> f64 {
+        self.durations_s.last().copied().unwrap_or_default()
     }
 }
 

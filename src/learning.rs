@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::control::Control;
 use crate::evaluate::{self, Figures};
-use crate::pipeline::{Part, RefitSettings};
+use crate::pipeline::{Carrier, Part, RefitSettings};
 
 /// How the reference is learned on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
@@ -55,6 +55,8 @@ pub struct Settings {
     /// How a program will be written: the last updates are then made on what a control commands when it has read it. `None` where the
     /// control takes the reference itself.
     pub written: Option<RefitSettings>,
+    /// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
+    pub slowest: f64,
 }
 
 impl Default for Settings {
@@ -67,6 +69,7 @@ impl Default for Settings {
             max_shift: 0.1,
             max_turn_rad: 0.01,
             written: None,
+            slowest: f64::INFINITY,
         }
     }
 }
@@ -104,6 +107,8 @@ pub struct Outcome {
     pub gained: bool,
     /// How long the program takes before and after, as the control is expected to plan it, s; `None` where it takes the reference.
     pub cycle_s: Option<(f64, f64)>,
+    /// Where the program keeps its feeds because the times of its points would cost too much: how much, as a share of the cycle time.
+    pub kept_feeds: Option<f64>,
     /// Where the model is out of its depth: axis, reason, samples.
     pub outside: Vec<OutsideRange>,
 }
@@ -157,12 +162,18 @@ pub fn compensate(
     let mut updates = runs.len() - 1;
     let most = (1.0 - LEAST_GAIN) * runs[0].0.measure;
     let mut chosen = best(&runs, most).map(|run| runs.swap_remove(run));
-    let mut cycle_s = None;
+    let (mut cycle_s, mut kept_feeds) = (None, None);
     if let (Some((ideal, _)), Some(written), Some(limits)) = (&chosen, settings.written, limits)
         && control.plans(written, limits)
     {
-        let seen = control.run(&ideal.reference)?;
-        let mut after_s = control.durations_s.last().copied().unwrap_or_default();
+        let mut seen = control.run(&ideal.reference)?;
+        let slowdown = control.last_s() / path.duration_s() - 1.0;
+        if slowdown > settings.slowest && written.carrier != Carrier::Keep {
+            kept_feeds = Some(slowdown);
+            control.plans(RefitSettings { carrier: Carrier::Keep, ..written }, limits);
+            seen = control.run(&ideal.reference)?;
+        }
+        let mut after_s = control.last_s();
         if (task.figures(&seen)?.judged_mm() / ideal.measure - 1.0).abs() > SAME {
             let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
             let stop = StopRule { updates: PLANNED_UPDATES, patience: PLANNED_PATIENCE };
@@ -178,7 +189,7 @@ pub fn compensate(
     let (first, before) = runs.swap_remove(0);
     let gained = chosen.is_some();
     let (Round { reference, actual: forecast, .. }, after) = chosen.unwrap_or((first, before));
-    Ok(Outcome { reference, forecast, before, after, updates, gained, cycle_s, outside })
+    Ok(Outcome { reference, forecast, before, after, updates, gained, cycle_s, kept_feeds, outside })
 }
 
 /// The law that `settings` name.

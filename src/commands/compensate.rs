@@ -14,7 +14,7 @@ use crate::input::{self, Frame, Input};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
-use crate::pipeline::{Carried, Carrier, Part, RefitSettings, RowsWritten, as_recorded, write_out};
+use crate::pipeline::{Carried, Carrier, Part, RowsWritten, as_recorded, write_out};
 use crate::report::{PathReport, Series, write_report};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -91,6 +91,7 @@ impl Compensate {
             max_shift: self.max_shift,
             max_turn_rad: self.max_turn.to_radians(),
             written: carried.program(&self.carrier, &spec).filter(|_| path.part.is_some()),
+            slowest: if self.carrier.carrier.is_some() { f64::INFINITY } else { SLOWEST },
             ..Settings::default()
         };
         let printer = Printer::new(self.common.json.as_deref());
@@ -104,7 +105,7 @@ impl Compensate {
             readback = Some(found);
         }
         let mut feeds = serde_json::Value::Null;
-        let mut outcome = match self.tolerance {
+        let outcome = match self.tolerance {
             Some(tolerance_mm) => {
                 let Some(part) = path.part.take() else {
                     return Err(Usage(
@@ -122,15 +123,13 @@ impl Compensate {
             }
             None => learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?,
         };
-        if let (None, None, Some(written)) = (self.carrier.carrier, self.tolerance, settings.written)
-            && let Some(kept) = with_own_feeds(&path, &bundle, &frame, &settings, written, &outcome)?
-        {
-            let slower = 100.0 * slowdown(&outcome);
+        if let (true, Some(slowdown), Some(written)) = (outcome.gained, outcome.kept_feeds, settings.written) {
             printer.line(format!(
-                "note: with the time of every point the cycle would take {slower:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
+                "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
+                100.0 * slowdown,
                 written.carrier.name()
             ));
-            (outcome, carried) = (kept, Carried::Program(Carrier::Keep));
+            carried = Carried::Program(Carrier::Keep);
         }
         if bundle.manifest.limits_from_log {
             printer
@@ -232,29 +231,7 @@ impl Compensate {
 }
 
 /// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
-const SLOWER: f64 = 0.03;
-
-fn slowdown(outcome: &Outcome) -> f64 {
-    outcome.cycle_s.map_or(0.0, |(before_s, after_s)| after_s / before_s - 1.0)
-}
-
-/// Where `outcome`, written with the time of every point, makes the cycle too long: the compensation with the program's own feeds, if that is
-/// shorter.
-fn with_own_feeds(
-    path: &Input,
-    bundle: &models::Bundle,
-    frame: &Frame,
-    settings: &Settings,
-    written: RefitSettings,
-    outcome: &Outcome,
-) -> Result<Option<Outcome>> {
-    if written.carrier == Carrier::Keep || slowdown(outcome) <= SLOWER {
-        return Ok(None);
-    }
-    let settings = Settings { written: Some(RefitSettings { carrier: Carrier::Keep, ..written }), ..*settings };
-    let kept = learning::compensate_with(bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?;
-    Ok(Some(kept).filter(|kept| kept.gained && slowdown(kept) < slowdown(outcome)))
-}
+const SLOWEST: f64 = 0.03;
 
 /// Lines above the tolerance that are named one by one.
 const NAMED: usize = 5;

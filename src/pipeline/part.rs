@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use gcode::{
-    Diagnostic, Feed, GcodeError, Move, MoveKind, Options, PathMode, Position, Program, Severity, Shiftable, ToolLength, Toolpath,
+    Diagnostic, Feed, FeedMode, GcodeError, Move, MoveKind, Options, PathMode, Position, Program, Severity, Shiftable,
+    ToolLength, Toolpath,
 };
 use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
@@ -138,6 +139,13 @@ impl Part {
     pub fn is_shiftable(&self, of: &Move) -> bool {
         let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();
         of.shiftable == Shiftable::Yes && of.is_feed() && (!turned || self.plan.desired.kinematics().turns())
+    }
+
+    /// Whether every feed move states its time (G93).
+    #[must_use]
+    pub fn states_times(&self) -> bool {
+        let mut feeds = self.toolpath.moves.iter().filter(|step| step.is_feed());
+        feeds.all(|step| self.toolpath.modal(step).feed_mode == FeedMode::InverseTime)
     }
 
     /// What the words of a move mean.
