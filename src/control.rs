@@ -27,7 +27,9 @@ impl<'a> Control<'a> {
     pub fn plans(&mut self, written: RefitSettings, limits: &'a Limits) -> bool {
         let timed = |part: &Part| written.carrier == Carrier::Keep && part.states_times();
         let plans = self.part.is_some_and(|part| part.command.is_none() && !timed(part));
-        self.written = plans.then_some((written, limits));
+        if plans {
+            self.written = Some((written, limits));
+        }
         plans
     }
 

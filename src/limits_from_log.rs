@@ -4,7 +4,7 @@ use anyhow::Result;
 use datasets::Log;
 use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis};
 use models::Coverage;
-use motion::AxisKind;
+use motion::{AxisKind, PlanSettings};
 
 /// Jerk lets the acceleration swing from one limit to the other in this time, s.
 const RISE_S: f64 = 0.02;
@@ -60,8 +60,8 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
         name: "from the log".to_owned(),
         sampling_period_ms: period_s * 1e3,
         path: PathSpec {
-            smoothing_ms: 20.0,
-            short_line_acceleration: 1.0,
+            smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
+            short_line_acceleration: PlanSettings::default().short_line_acceleration,
             velocity_mm_s: path.0,
             acceleration_mm_s2: path.1,
             jerk_mm_s3: 2.0 * path.1 / RISE_S,

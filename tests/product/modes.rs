@@ -27,6 +27,9 @@ pub fn stated_for_the_control_and_put_back(folder: &Folder) {
         folder.precomp(&["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-f.ngc", "--controller", "linuxcnc"]);
     assert!(text(&output.stdout).contains("the program keeps its feeds instead (--carrier g93 states the times)"));
     assert!(!std::fs::read_to_string(folder.path("modes-f.ngc")).unwrap().contains("G93"));
+    // A law of the papers is not learned on; only its forecast is of the program as planned.
+    let words = ["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-o.ngc", "--law", "one-shot"];
+    assert_eq!(folder.figures(&words)["updates"], 1);
     // Whoever writes for another control gets none of it.
     folder.figures(&["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-k.ngc", "--controller", "generic"]);
     let out = std::fs::read_to_string(folder.path("modes-k.ngc")).unwrap();
