@@ -74,6 +74,8 @@ impl Default for Settings {
     }
 }
 
+/// Share by which an update on the reference has to lower the forecast for another to follow.
+const WORTH: f64 = 0.02;
 /// Difference of the forecasts on the reference itself and on what a control makes of the program, as a share, up to which the control
 /// does as it is told.
 const SAME: f64 = 0.02;
@@ -158,7 +160,7 @@ pub fn compensate(
     let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
     let task = Task { desired, part, guard };
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
-    let mut runs = task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates))?;
+    let mut runs = task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?;
     let mut updates = runs.len() - 1;
     let most = (1.0 - LEAST_GAIN) * runs[0].0.measure;
     let mut chosen = best(&runs, most).map(|run| runs.swap_remove(run));
@@ -180,7 +182,7 @@ pub fn compensate(
         // The papers' laws are left as they are; only the forecast is the control's.
         if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME {
             let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
-            let stop = StopRule { updates: PLANNED_UPDATES * settings.iterations, patience: PLANNED_PATIENCE };
+            let stop = StopRule { updates: PLANNED_UPDATES * settings.iterations, patience: PLANNED_PATIENCE, worth: 0.0 };
             let first = control.durations_s.len();
             let mut planned = task.practise(&mut control, &mut law, Some(reference), stop)?;
             updates += planned.len() - 1;

@@ -6,25 +6,27 @@ use motion::{DesiredPath, Trajectory};
 use crate::{CompensationError, CompensationLaw, Guard};
 
 /// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopRule {
     /// Largest number of updates.
     pub updates: usize,
     /// Stop after so many runs in a row without a new smallest measure.
     pub patience: usize,
+    /// Share by which a measure has to be smaller to count as such.
+    pub worth: f64,
 }
 
 impl StopRule {
     /// So many updates, whatever they bring.
     #[must_use]
     pub fn after(updates: usize) -> Self {
-        Self { updates, patience: usize::MAX }
+        Self { updates, patience: usize::MAX, worth: 0.0 }
     }
 
-    /// At most so many updates, up to the first that does not lower the measure.
+    /// At most so many updates, up to the first that does not lower the measure by this share.
     #[must_use]
-    pub fn while_better(updates: usize) -> Self {
-        Self { updates, patience: 1 }
+    pub fn while_better(updates: usize, worth: f64) -> Self {
+        Self { updates, patience: 1, worth }
     }
 }
 
@@ -82,7 +84,7 @@ pub fn learn(
             (figure.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), next)
         });
         rounds.push(Round { reference, actual, measure: figure });
-        if figure < rounds[best].measure {
+        if figure < (1.0 - stop.worth) * rounds[best].measure {
             best = update;
         }
         match next {
@@ -123,8 +125,9 @@ mod tests {
             let learned = learn(&mut Obedient, &mut law, &desired, None, &Guard::default(), stop, &mut measure).unwrap();
             learned.rounds.len()
         };
-        assert_eq!(runs(&StopRule::while_better(6)), 3);
-        assert_eq!(runs(&StopRule { updates: 6, patience: 2 }), 6);
+        assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);
+        assert_eq!(runs(&StopRule::while_better(6, 0.25)), 2);
+        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: 0.0 }), 6);
         assert_eq!(runs(&StopRule::after(6)), 7);
     }
 }

@@ -2,7 +2,9 @@
 
 use machine::{Machine, MachineError};
 use motion::{Axis, Trajectory};
+use rayon::prelude::*;
 
+use crate::memory::keep_memory;
 use crate::{AxisPredictor, AxisSignal, ModelError};
 
 /// A machine whose axes are predicted: `actual = reference − predicted tracking error`.
@@ -73,22 +75,15 @@ impl LearnedMachine {
             Some(desired) if desired.check_matches(reference).is_ok() => Some(desired),
             _ => None,
         };
-        Ok(std::thread::scope(|scope| {
-            let axes: Vec<_> = self
-                .predictors
-                .iter()
-                .enumerate()
-                .map(|(axis, predictor)| {
-                    let signal = AxisSignal {
-                        reference: &reference.columns()[axis],
-                        desired: desired.map(|desired| desired.columns()[axis].as_slice()),
-                        period_s: self.period_s,
-                    };
-                    scope.spawn(move || predictor.predict(&signal))
-                })
-                .collect();
-            axes.into_iter().map(|axis| axis.join().unwrap_or_default()).collect()
-        }))
+        let of_axis = |(axis, predictor): (usize, &Box<dyn AxisPredictor>)| {
+            predictor.predict(&AxisSignal {
+                reference: &reference.columns()[axis],
+                desired: desired.map(|desired| desired.columns()[axis].as_slice()),
+                period_s: self.period_s,
+            })
+        };
+        keep_memory();
+        Ok(self.predictors.par_iter().enumerate().map(of_axis).collect())
     }
 }
 

@@ -7,6 +7,7 @@ mod error;
 pub mod features;
 mod learned;
 mod load;
+mod memory;
 pub mod narx;
 pub mod network;
 mod predictor;

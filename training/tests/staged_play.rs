@@ -6,10 +6,11 @@ use training::staged::{AxisRun, LineRecipe, StagedRecipe, StagedReport, fit};
 
 const PERIOD_S: f64 = 1e-3;
 
-/// Table of a cascade (P position with feed-forward, PI velocity) with Coulomb friction at the motor and play of `half_width` behind it.
-fn table(reference: &[f64], half_width: f64) -> Vec<f64> {
+/// Table of a cascade (P position with feed-forward, PI velocity) with Coulomb friction at the motor and play of `half_width` behind it,
+/// in which it begins off the motor by `start`.
+fn table(reference: &[f64], half_width: f64, start: f64) -> Vec<f64> {
     let (mut position, mut speed, mut integral) = (reference[0], 0.0, 0.0);
-    let (mut command, mut wanted, mut table) = (position, 0.0, position);
+    let (mut command, mut wanted, mut table) = (position, 0.0, position + start);
     reference
         .iter()
         .map(|&r| {
@@ -25,7 +26,8 @@ fn table(reference: &[f64], half_width: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Moves of various lengths and speeds back and forth, some of them with a rest between.
+/// Moves of various lengths and speeds back and forth, some of them with a rest between. Before most of them the table lies on one side
+/// of its play, before a few on the other.
 fn run(seed: u32, half_width: f64) -> AxisRun {
     let mut state = seed;
     let mut random = move || {
@@ -47,7 +49,8 @@ fn run(seed: u32, half_width: f64) -> AxisRun {
         reference.extend(std::iter::repeat_n(x, rest));
     }
     reference.extend(std::iter::repeat_n(x, 300));
-    let actual = table(&reference, half_width);
+    let start = if seed % 4 == 0 { -half_width } else { half_width };
+    let actual = table(&reference, half_width, start);
     AxisRun { reference, actual, period_s: PERIOD_S }
 }
 
@@ -95,8 +98,8 @@ fn the_half_width_of_the_play_is_found_and_the_table_rests_where_the_motor_left_
             play_of(&predictor),
             1e3 * half_width
         );
-        assert!(play_of(&predictor).is_some_and(|found| (found / (1e3 * half_width) - 1.0).abs() < 0.1));
-        assert!(all < 0.05e3 * half_width && rests < 0.1e3 * half_width);
+        assert!(play_of(&predictor).is_some_and(|found| (found / (1e3 * half_width) - 1.0).abs() < 0.01));
+        assert!(all < 0.1 && rests < 0.15);
     }
 }
 

@@ -3,9 +3,8 @@
 #![cfg_attr(feature = "ndarray", allow(deprecated))] // Upstream deprecates that backend; who asks for the feature wants it.
 
 use std::{
-    hint::black_box,
     mem::take,
-    sync::{Arc, Mutex, Once},
+    sync::{Arc, Mutex},
 };
 
 use burn::backend::{
@@ -25,6 +24,7 @@ use super::{
     Kind,
     kernel::{self, Level, PackedLayer, Pass, Shape, Tape, Weights, Work},
 };
+use crate::memory::keep_memory;
 
 /// What a backend must offer for recurrent layers; [`lstm`] and [`gru`] are the ways to call it.
 #[backend_extension(Flex, NdArray: cfg(feature = "ndarray"), Autodiff)]
@@ -163,17 +163,10 @@ const STORED: usize = 8;
 impl Memory {
     /// Used memory if there is some.
     fn take() -> Self {
-        TAUGHT.call_once(|| drop(black_box(Vec::<f32>::with_capacity(LESSON))));
+        keep_memory();
         STORE.lock().ok().and_then(|mut store| store.pop()).unwrap_or_default()
     }
 }
-
-/// Whether the allocator has seen a large block freed.
-static TAUGHT: Once = Once::new();
-/// Numbers in that block. The GNU allocator fetches blocks larger than any that it has seen freed (up to 32 MiB) anew from the
-/// system every time, page by page; having seen one this large, untouched, it keeps the sequences' memory of a training step
-/// instead: a quarter of the page faults remain. Other allocators do not mind.
-const LESSON: usize = 7 << 20;
 
 impl Drop for Memory {
     fn drop(&mut self) {

@@ -1,10 +1,10 @@
 //! Channels: the signals that act on the tracking error through a response of their own.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::phase::sin_cos_of;
 use super::signals::{Scales, Signals};
 
 /// The part of a channel that follows the motion.
@@ -91,6 +91,18 @@ impl Channel {
         carrier && self.line().is_none_or(|line| line < scales.lines.len())
     }
 
+    /// The signal that this channel is as it stands, over all padded samples, if it is one.
+    pub(super) fn signal<'a>(&self, signals: &'a Signals) -> Option<&'a [f64]> {
+        match (self.carrier, self.wave) {
+            (Carrier::Velocity, Wave::Flat) => Some(signals.velocity()),
+            (Carrier::VelocityStep, Wave::Flat) => Some(signals.step()),
+            (Carrier::Sign, Wave::Flat) => Some(signals.sign()),
+            (Carrier::Stop(stop) | Carrier::Play(stop), Wave::Flat) => Some(signals.stop(stop)),
+            (Carrier::Drag(speed), Wave::Flat) => Some(signals.drag(speed)),
+            _ => None,
+        }
+    }
+
     /// Writes the channel's values at the padded samples `start..start + out.len()` to `out`.
     pub fn fill(&self, signals: &Signals, waves: &Waves, start: usize, out: &mut [f64]) {
         let rows = start..start + out.len();
@@ -142,22 +154,23 @@ impl Waves {
     /// Waves of all lines at the given positions (relative to the centre), the first of which is padded sample `origin`.
     #[must_use]
     pub fn new(position: &[f64], origin: usize, scales: &Scales) -> Self {
-        let share = |x: f64| {
+        let share = |x: &f64| {
             let beyond = x.abs() - scales.half_travel;
             if beyond <= 0.0 { 1.0 } else { (1.0 - beyond / scales.half_travel).max(0.0) }
         };
-        let (cos, sin) = scales
-            .lines
-            .iter()
-            .map(|line| {
-                let turns = position.iter().map(|x| {
-                    let ((sin, cos), share) = ((TAU * line * x).sin_cos(), share(*x));
-                    (sin * share, cos * share)
-                });
-                let (sin, cos): (Vec<f64>, Vec<f64>) = turns.unzip();
-                (cos, sin)
-            })
-            .unzip();
+        let fades = position.iter().any(|x| x.abs() > scales.half_travel);
+        let shares: Vec<f64> = if fades && !scales.lines.is_empty() { position.iter().map(share).collect() } else { Vec::new() };
+        let mut turns = vec![0.0; position.len()];
+        let of_line = |line: &f64| {
+            turns.iter_mut().zip(position).for_each(|(turns, x)| *turns = line * x);
+            let (mut sin, mut cos) = (vec![0.0; turns.len()], vec![0.0; turns.len()]);
+            sin_cos_of(&turns, &mut sin, &mut cos);
+            for wave in [&mut sin, &mut cos] {
+                wave.iter_mut().zip(&shares).for_each(|(wave, share)| *wave *= share);
+            }
+            (cos, sin)
+        };
+        let (cos, sin) = scales.lines.iter().map(of_line).unzip();
         Self { origin, cos, sin }
     }
 

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::channel::{Carrier, Channel, Waves};
 use super::fir::LagBasis;
 use super::signals::{Scales, Signals};
-
-/// Rows that are worked on at once: small enough that a block's channels stay in the cache.
-const BLOCK_ROWS: usize = 512;
+use super::weighted::Weighted;
 
 /// Channels that share a basis; one column for each channel and response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,10 +89,12 @@ impl FeatureSet {
         (0..signals.len()).flat_map(|k| columns.iter().map(move |column| column[k] as f32)).collect()
     }
 
-    /// Signals of a run, as these features need them.
+    /// Signals of a run, as these features need them. Where there is play, the run starts with the motor off the table by `start`.
     #[must_use]
-    pub fn signals(&self, reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64) -> Signals {
-        Signals::new(reference, flags, expected, period_s, self.pad(), &self.scales)
+    pub fn signals(&self, reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64, start: f64) -> Signals {
+        let mut channels = self.groups.iter().flat_map(|group| &group.channels);
+        let start = if channels.any(|channel| matches!(channel.carrier, Carrier::Play(_))) { start } else { 0.0 };
+        Signals::new(reference, flags, expected, period_s, start, self.pad(), &self.scales)
     }
 
     /// Columns at samples `start..start + rows` of a run, followed by `spare` columns of zeros for the caller to fill.
@@ -120,12 +120,7 @@ impl FeatureSet {
     /// Prediction at every sample of a run: columns times `weights`.
     #[must_use]
     pub fn predict(&self, signals: &Signals, weights: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; signals.len()];
-        let mut room = Vec::new();
-        for (index, rows) in out.chunks_mut(BLOCK_ROWS).enumerate() {
-            self.predict_block(signals, weights, index * BLOCK_ROWS, rows, &mut room);
-        }
-        out
+        Weighted::new(self, weights).predict(signals)
     }
 
     /// What play contributes to the prediction: the part by which the motor is elsewhere than what is measured.
@@ -147,28 +142,6 @@ impl FeatureSet {
             }
         }
         out
-    }
-
-    fn predict_block(&self, signals: &Signals, weights: &[f64], start: usize, out: &mut [f64], room: &mut Vec<f64>) {
-        let waves = self.waves(signals, start, out.len());
-        let mut taken = 0;
-        for group in &self.groups {
-            let responses = group.basis.len();
-            let (first, _) = group.basis.span();
-            let used = &weights[taken..taken + group.columns()];
-            taken += group.columns();
-            let inputs = channels(group, signals, &waves, start, out.len(), room);
-            if group.channels.len() == 1 {
-                let response = group.basis.combine(used);
-                response.add_to(inputs.column(0).as_slice(), first, 1.0, out);
-            } else {
-                // Mixing the channels before filtering: one response is applied once, however many channels pass through it.
-                let mixed = inputs * DMatrix::from_row_slice(group.channels.len(), responses, used);
-                for (fir, input) in group.basis.filters().iter().zip(mixed.column_iter()) {
-                    fir.add_to(input.as_slice(), first, 1.0, out);
-                }
-            }
-        }
     }
 
     /// First and last lag that any channel on a line is looked at.

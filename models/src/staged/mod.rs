@@ -6,9 +6,12 @@
 mod channel;
 mod features;
 mod fir;
+mod phase;
 mod predictor;
 mod signals;
 mod stop;
+mod taps;
+mod weighted;
 
 pub use channel::{Carrier, Channel, Wave, Waves};
 pub use features::{FeatureGroup, FeatureSet};

@@ -39,7 +39,7 @@ impl Pass {
     /// Signals of a run, as this pass sees them.
     #[must_use]
     pub fn signals(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Signals {
-        self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s)
+        self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s, 0.0)
     }
 }
 

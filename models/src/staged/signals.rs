@@ -59,6 +59,8 @@ pub struct Signals {
     pad: usize,
     len: usize,
     period_s: f64,
+    /// Strain of the stop operators at the start.
+    start: f64,
     velocity: Vec<f64>,
     step: Vec<f64>,
     sign: Vec<f64>,
@@ -74,10 +76,18 @@ impl Signals {
     /// Signals of a reference with `pad` samples of rest before and after it.
     ///
     /// `flags` is the path whose direction of motion counts; `expected` the position that the axis is expected to take, on which the
-    /// operators run. All three have one value a period and the same length.
+    /// operators run, strained by `start` at first. All three have one value a period and the same length.
     #[must_use]
-    pub fn new(reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64, pad: usize, scales: &Scales) -> Self {
-        let mut signals = Self::of_motion(reference, flags, period_s, pad);
+    pub fn new(
+        reference: &[f64],
+        flags: &[f64],
+        expected: &[f64],
+        period_s: f64,
+        start: f64,
+        pad: usize,
+        scales: &Scales,
+    ) -> Self {
+        let mut signals = Self { start, ..Self::of_motion(reference, flags, period_s, pad) };
         signals.expect(expected, scales);
         signals
     }
@@ -92,7 +102,7 @@ impl Signals {
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
         let (slow_speeds, slow, position, stops, drag) = Default::default();
-        Self { pad, len: reference.len(), period_s, velocity, step, sign, slow_speeds, slow, position, stops, drag }
+        Self { pad, len: reference.len(), period_s, start: 0.0, velocity, step, sign, slow_speeds, slow, position, stops, drag }
     }
 
     /// Takes the position that is expected, seen on these scales.
@@ -103,7 +113,7 @@ impl Signals {
             self.slow_speeds.clone_from(&scales.slow_speeds);
         }
         pad_into(expected, self.pad, &mut self.position);
-        run_stops(&self.position, &scales.stop_half_widths, &mut self.stops);
+        run_stops(&self.position, &scales.stop_half_widths, self.start, &mut self.stops);
         self.drag.resize(scales.drag_speeds.len(), Vec::new());
         for (drag, speed) in self.drag.iter_mut().zip(&scales.drag_speeds) {
             let gain = 1.0 / (speed * self.period_s);

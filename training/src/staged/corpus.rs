@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use models::AxisSignal;
 use models::staged::{FeatureSet, Pass, Signals};
 use nalgebra::DMatrix;
 
 use super::gram::{FoldGrams, Gram};
+use super::play::least_half_width;
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
@@ -22,12 +22,6 @@ pub struct AxisRun {
     pub actual: Vec<f64>,
     /// Sampling period, s.
     pub period_s: f64,
-}
-
-impl AxisRun {
-    fn signal(&self) -> AxisSignal<'_> {
-        AxisSignal::uncompensated(&self.reference, self.period_s)
-    }
 }
 
 /// Share of the top speed below which a motion is taken to end.
@@ -49,6 +43,8 @@ struct Stretch {
 pub struct Corpus<'a> {
     runs: &'a [AxisRun],
     errors: Vec<Vec<f64>>,
+    /// How far the motor is off the table when each run begins.
+    starts: Vec<f64>,
     stretches: Vec<Stretch>,
     folds: usize,
     period_s: f64,
@@ -93,13 +89,15 @@ impl<'a> Corpus<'a> {
         if folds < 2 || total < 50 * folds {
             return Err(TrainingError::Unusable(format!("{total} samples are too few for {folds} folds")));
         }
+        let unit = top / recipe.speed_unit;
         Ok(Self {
+            starts: starts(runs, &errors, least_half_width(recipe, unit)),
             stretches: by_speed(stretches(&scored, folds, by_run), runs, REST_SHARE * top * period_s),
             runs,
             errors,
             folds,
             period_s,
-            unit: top / recipe.speed_unit,
+            unit,
         })
     }
 
@@ -133,22 +131,24 @@ impl<'a> Corpus<'a> {
 
     /// Signals of every run on its expected positions.
     pub fn signals(&self, features: &FeatureSet, expected: &[Vec<f64>]) -> Vec<Signals> {
-        self.runs.iter().zip(expected).map(|(run, x)| features.signals(&run.reference, &run.reference, x, run.period_s)).collect()
+        let of = |((run, x), start): ((&AxisRun, &Vec<f64>), &f64)| {
+            features.signals(&run.reference, &run.reference, x, run.period_s, *start)
+        };
+        self.runs.iter().zip(expected).zip(&self.starts).map(of).collect()
     }
 
     /// Prediction of `pass` on each run, whose expected positions are given.
     pub fn predictions(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.runs.iter().zip(expected).map(|(run, x)| pass.predict(&run.signal(), x)).collect()
+        self.signals(&pass.features, expected).iter().map(|signals| pass.features.predict(signals, &pass.weights)).collect()
     }
 
     /// Position that each run is expected to take after `pass`, which ran on `expected`.
     pub fn expected_after(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let after = |(run, x): (&AxisRun, &Vec<f64>)| {
-            let signals = pass.signals(&run.signal(), x);
+        let after = |(run, signals): (&AxisRun, Signals)| {
             let error = pass.features.predict(&signals, &pass.weights);
             pass.position(&run.reference, &signals, &error)
         };
-        self.runs.iter().zip(expected).map(after).collect()
+        self.runs.iter().zip(self.signals(&pass.features, expected)).map(after).collect()
     }
 
     /// Every scored row as `(run, row)`.
@@ -232,6 +232,22 @@ pub fn quantile(values: &mut [f64], q: f64) -> Option<f64> {
         return None;
     }
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// Shortest rest from which the start of a run is known, s.
+const REST_S: f64 = 0.02;
+
+/// Where a table lies within the play when each run begins: the error at rest, which an integrator keeps off the motor. Known only where
+/// runs begin on either side by more than `least`; an error of one sign is an offset.
+fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
+    let start = |(run, error): (&AxisRun, &Vec<f64>)| {
+        let still = run.reference.iter().take_while(|x| **x == run.reference[0]).count();
+        let known = still as f64 * run.period_s >= REST_S;
+        if known { error[..still].iter().sum::<f64>() / still as f64 } else { 0.0 }
+    };
+    let starts: Vec<f64> = runs.iter().zip(errors).map(start).collect();
+    let on_either_side = starts.iter().any(|start| *start > least) && starts.iter().any(|start| *start < -least);
+    if on_either_side { starts } else { vec![0.0; runs.len()] }
 }
 
 /// A log that begins in motion lacks the commands before it: its first rows say nothing.

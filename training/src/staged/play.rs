@@ -36,7 +36,7 @@ pub fn with_drag_and_play(
     let (Some(first), Some(&weak)) = (linear.passes.first(), recipe.ridges.first()) else {
         return Ok(None);
     };
-    let least = LEAST_SHARE * recipe.play_half_width * corpus.unit;
+    let least = least_half_width(recipe, corpus.unit);
     let fit = |drag: bool, half_width: Option<f64>, expected: &[Vec<f64>], noise: f64| {
         let features = features(&law.features, drag, half_width, corpus, recipe);
         let penalties = penalties(law, noise, corpus, &features, weak, recipe);
@@ -73,6 +73,11 @@ pub fn with_drag_and_play(
     let (ridge, noise) = best_ridge(&fitted, law, noise, corpus, recipe).ok_or(TrainingError::Singular(name))?;
     let penalties = penalties(law, noise, corpus, &fitted.pass.features, ridge, recipe);
     Ok(Some((fitted.with_penalties(penalties)?.candidate(name, false, &passes)?, ridge)))
+}
+
+/// Half-width below which there is no play on an axis whose lengths are those of the recipe times `unit`.
+pub fn least_half_width(recipe: &StagedRecipe, unit: f64) -> f64 {
+    LEAST_SHARE * recipe.play_half_width * unit
 }
 
 /// Columns of the linear law, then of friction by direction of motion, of drag, and of play.

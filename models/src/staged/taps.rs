@@ -1,0 +1,131 @@
+//! Sums of shifted signals, and responses that are linear between their corners.
+
+use pulp::{Simd, WithSimd};
+
+use super::fir::Fir;
+use crate::recurrent::Level;
+
+/// One summand: `weight` times an input, read from `offset` on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tap {
+    /// Index of the input.
+    pub input: usize,
+    /// Samples.
+    pub offset: usize,
+    /// Factor.
+    pub weight: f64,
+}
+
+/// Adds `Σ_taps weight·input[i + offset]` to every `out[i]`.
+pub(super) fn add_taps(taps: &[Tap], inputs: &[&[f64]], out: &mut [f64]) {
+    Level::detect().run(Sum { taps, inputs, out });
+}
+
+/// Vectors of outputs that are summed side by side, in registers.
+const VECTORS: usize = 8;
+
+/// Every output's terms one after the other.
+struct Sum<'a> {
+    taps: &'a [Tap],
+    inputs: &'a [&'a [f64]],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Sum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { taps, inputs, out } = self;
+        let width = VECTORS * S::F64_LANES;
+        let whole = out.len() / width * width;
+        for (index, out) in out[..whole].chunks_exact_mut(width).enumerate() {
+            let (out, _) = S::as_mut_simd_f64s(out);
+            let mut sums = [simd.splat_f64s(0.0); VECTORS];
+            sums.copy_from_slice(out);
+            for tap in taps {
+                let weight = simd.splat_f64s(tap.weight);
+                let (input, _) = S::as_simd_f64s(&inputs[tap.input][index * width + tap.offset..][..width]);
+                for (sum, value) in sums.iter_mut().zip(input) {
+                    *sum = simd.mul_add_e_f64s(weight, *value, *sum);
+                }
+            }
+            out.copy_from_slice(&sums);
+        }
+        for tap in taps {
+            for (y, u) in out[whole..].iter_mut().zip(&inputs[tap.input][whole + tap.offset..]) {
+                *y += tap.weight * u;
+            }
+        }
+    }
+}
+
+/// Second differences below this share of the largest tap come of rounding.
+const ROUNDING: f64 = 1e-11;
+
+/// Lags and sizes of the second differences `h(l−1) − 2h(l) + h(l+1)` of a response, where there are any: at the corners of a response
+/// that is linear in between.
+pub(super) fn corners(response: &Fir) -> Vec<(isize, f64)> {
+    let tap = |i: isize| usize::try_from(i).ok().and_then(|i| response.taps.get(i)).copied().unwrap_or(0.0);
+    let largest = response.taps.iter().fold(0.0_f64, |most, tap| most.max(tap.abs()));
+    (-1..=response.taps.len() as isize)
+        .map(|i| (response.first_lag + i, tap(i - 1) - 2.0 * tap(i) + tap(i + 1)))
+        .filter(|(_, bend)| bend.abs() > ROUNDING * largest)
+        .collect()
+}
+
+/// Adds to `out` the series whose first two values are `first` and `second` and whose second difference around every later one is in `bends`.
+pub(super) fn add_bent([first, second]: [f64; 2], bends: &[f64], out: &mut [f64]) {
+    let (mut value, mut slope) = (second, second - first);
+    for (y, start) in out.iter_mut().zip([first, second]) {
+        *y += start;
+    }
+    for (y, bend) in out.iter_mut().skip(2).zip(bends) {
+        slope += bend;
+        value += slope;
+        *y += value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fir::LagBasis;
+    use super::*;
+
+    #[test]
+    fn every_output_is_the_plain_sum() {
+        let inputs: Vec<Vec<f64>> = (0..3).map(|j| (0..200).map(|i| (f64::from(i + j) * 0.7).sin()).collect()).collect();
+        let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+        let taps: Vec<Tap> = (0..9).map(|i| Tap { input: i % 3, offset: 7 * i % 11, weight: 1.0 / (3 + i) as f64 }).collect();
+        for outputs in [0, 1, 31, 64, 153] {
+            let mut out = vec![0.1; outputs];
+            add_taps(&taps, &inputs, &mut out);
+            for (k, found) in out.into_iter().enumerate() {
+                let plain = taps.iter().fold(0.1, |sum, tap| sum + tap.weight * inputs[tap.input][k + tap.offset]);
+                assert!((found - plain).abs() < 1e-15, "{outputs} outputs: {found} for {plain}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_response_between_corners_is_its_bends_summed_twice() {
+        let knots = [-40, -12, -9, -4, -1, 0, 3];
+        let response = LagBasis::hats(&knots).combine(&[0.3, -1.0, 0.2, 2.0, 0.0, 1.0, -0.4]);
+        let corners = corners(&response);
+        assert!(corners.len() <= knots.len() + 2, "{corners:?}");
+        let input: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.05).sin().clamp(-0.7, 0.9)).collect();
+        let outputs = input.len() - 43;
+        let mut plain = vec![1.0; outputs];
+        response.add_to(&input, -40, 1.0, &mut plain);
+        // Output k lies at input k + 40.
+        let taps: Vec<Tap> =
+            corners.iter().map(|(lag, weight)| Tap { input: 0, offset: (41 + lag) as usize, weight: *weight }).collect();
+        let mut bends = vec![0.0; outputs - 2];
+        add_taps(&taps, &[&input], &mut bends);
+        let mut bent = vec![1.0; outputs];
+        add_bent([plain[0] - 1.0, plain[1] - 1.0], &bends, &mut bent);
+        for (plain, bent) in plain.iter().zip(&bent) {
+            assert!((plain - bent).abs() < 1e-11, "{plain} {bent}");
+        }
+    }
+}

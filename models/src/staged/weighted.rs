@@ -1,0 +1,107 @@
+//! Columns times weights without the columns: every channel through the one response that its weights make of the basis.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::channel::{Channel, Waves};
+use super::features::FeatureSet;
+use super::fir::Fir;
+use super::signals::Signals;
+use super::taps::{Tap, add_bent, add_taps, corners};
+
+/// Rows that are worked on at once: a block's channels stay in the cache, and the lags around it weigh little.
+const BLOCK_ROWS: usize = 2048;
+
+/// A feature set with its weights, arranged for prediction.
+pub(super) struct Weighted<'a> {
+    features: &'a FeatureSet,
+    channels: Vec<Channel>,
+    /// First and last lag of any response.
+    first: isize,
+    last: isize,
+    /// Taps of responses that are summed as they are.
+    straight: Vec<Tap>,
+    /// Taps of the second differences of those that have few corners, and these responses themselves.
+    bends: Vec<Tap>,
+    bent: Vec<(usize, Fir)>,
+}
+
+impl<'a> Weighted<'a> {
+    /// One weight a column.
+    pub fn new(features: &'a FeatureSet, weights: &[f64]) -> Self {
+        let spans = features.groups.iter().map(|group| group.basis.span());
+        let (first, last) = spans.fold((0, 0), |(first, last), span| (first.min(span.0), last.max(span.1)));
+        let (mut channels, mut straight, mut bends, mut bent) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut taken = 0;
+        for group in &features.groups {
+            for channel in &group.channels {
+                let response = group.basis.combine(&weights[taken..taken + group.basis.len()]);
+                taken += group.basis.len();
+                let input = channels.len();
+                let tap = |lag: isize, weight| Tap { input, offset: (lag - first) as usize, weight };
+                let corners = corners(&response);
+                if corners.len() < response.taps.len() {
+                    // The first bend that is needed lies around the second row.
+                    bends.extend(corners.into_iter().map(|(lag, weight)| tap(lag + 1, weight)));
+                    bent.push((input, response));
+                } else {
+                    straight.extend((response.first_lag..).zip(&response.taps).map(|(lag, weight)| tap(lag, *weight)));
+                }
+                channels.push(*channel);
+            }
+        }
+        Self { features, channels, first, last, straight, bends, bent }
+    }
+
+    /// Prediction at every sample of a run.
+    pub fn predict(&self, signals: &Signals) -> Vec<f64> {
+        let mut out = vec![0.0; signals.len()];
+        let blocks = out.par_chunks_mut(BLOCK_ROWS).enumerate();
+        blocks.for_each_init(Room::default, |room, (index, rows)| self.predict_block(signals, index * BLOCK_ROWS, rows, room));
+        out
+    }
+
+    fn predict_block(&self, signals: &Signals, start: usize, out: &mut [f64], room: &mut Room) {
+        let origin = (signals.pad() as isize + start as isize + self.first) as usize;
+        let rows = origin..origin + out.len() + (self.last - self.first) as usize;
+        let waves = Waves::new(&signals.position()[rows.clone()], origin, &self.features.scales);
+        let inputs = room.inputs(&self.channels, signals, &waves, rows);
+        add_taps(&self.straight, &inputs, out);
+        if self.bent.is_empty() {
+            return;
+        }
+        let at = |row: usize| -> f64 {
+            let of = |(input, response): &(usize, Fir)| -> f64 {
+                let input = &inputs[*input][row + (response.first_lag - self.first) as usize..];
+                response.taps.iter().zip(input).map(|(tap, u)| tap * u).sum()
+            };
+            self.bent.iter().map(of).sum()
+        };
+        let mut bends = vec![0.0; out.len().saturating_sub(2)];
+        add_taps(&self.bends, &inputs, &mut bends);
+        let second = if out.len() > 1 { at(1) } else { 0.0 };
+        add_bent([at(0), second], &bends, out);
+    }
+}
+
+/// Memory for the channels that are not a signal as it is.
+#[derive(Default)]
+struct Room(Vec<f64>);
+
+impl Room {
+    /// The channels over the padded samples `rows`.
+    fn inputs<'a>(&'a mut self, channels: &[Channel], signals: &'a Signals, waves: &Waves, rows: Range<usize>) -> Vec<&'a [f64]> {
+        let made = channels.iter().filter(|channel| channel.signal(signals).is_none()).count();
+        self.0.resize(made * rows.len(), 0.0);
+        let mut free = self.0.chunks_exact_mut(rows.len());
+        let of = |channel: &Channel| match channel.signal(signals) {
+            Some(signal) => &signal[rows.clone()],
+            None => free.next().map_or(&[][..], |out| {
+                channel.fill(signals, waves, rows.start, out);
+                out
+            }),
+        };
+        channels.iter().map(of).collect()
+    }
+}
