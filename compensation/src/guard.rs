@@ -1,6 +1,7 @@
 //! What keeps a learned reference safe: standstill, largest shift, the axes' limits.
 
-use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Trajectory};
+use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, Trajectory};
+use rayon::prelude::*;
 
 use crate::CompensationError;
 
@@ -85,19 +86,23 @@ impl Guard {
     /// Scales the correction of all axes where tip or tool would be moved too far.
     fn bound_poses(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) {
         let path = desired.trajectory();
-        let mut joints = vec![0.0; corrections.len()];
-        for (k, wanted) in desired.poses().iter().enumerate() {
-            for ((joint, target), correction) in joints.iter_mut().zip(path.at(k)).zip(corrections.iter()) {
-                *joint = target + correction[k];
-            }
-            let pose = desired.kinematics().forward(&joints);
-            let kept = (self.max_shift / (pose.tip - wanted.tip).norm()).min(self.max_turn_rad / pose.angle_to(wanted)).min(1.0);
-            if kept < 1.0 {
-                corrections.iter_mut().for_each(|correction| correction[k] *= kept);
-            }
+        let so_far: &[Vec<f64>] = corrections;
+        let kept_of = |joints: &mut Vec<f64>, (k, wanted): (usize, &Pose)| {
+            joints.clear();
+            joints.extend(path.at(k).zip(so_far).map(|(target, correction)| target + correction[k]));
+            let pose = desired.kinematics().forward(joints);
+            (self.max_shift / (pose.tip - wanted.tip).norm()).min(self.max_turn_rad / pose.angle_to(wanted)).min(1.0)
+        };
+        let poses = desired.poses().par_iter().enumerate().with_min_len(SHARE);
+        let kept: Vec<f64> = poses.map_init(Vec::new, kept_of).collect();
+        for (k, kept) in kept.into_iter().enumerate().filter(|(_, kept)| *kept < 1.0) {
+            corrections.iter_mut().for_each(|correction| correction[k] *= kept);
         }
     }
 }
+
+/// Fewest samples that are worth a core of their own.
+const SHARE: usize = 2048;
 
 /// No axis leaves its travel for a correction.
 fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {

@@ -7,6 +7,7 @@ use anyhow::Result;
 use gcode::{Edits, Move, MoveKind};
 use machine::MachineSpec;
 use motion::{Trajectory, Vec6};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Part;
@@ -121,6 +122,9 @@ fn places(part: &Part) -> Vec<Vec6> {
     (0..path.len()).map(|k| stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words(k)) - offset).collect()
 }
 
+/// Fewest samples that are worth a core of their own.
+const SHARE: usize = 2048;
+
 /// The correction of every sample, in the coordinates of the words of its move: mm, rad.
 fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
     let desired = &part.plan.desired;
@@ -131,14 +135,16 @@ fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
         return Ok(moved.map(|d| Vec6::new(d.x, d.y, d.z, 0.0, 0.0, 0.0)).collect());
     }
     reference.check_matches(desired.trajectory())?;
-    let joints = |of: &Trajectory, k: usize| of.at(k).collect::<Vec<f64>>();
-    Ok((0..reference.len())
-        .map(|k| {
-            let words = part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
-            let stated = |of: &Trajectory| stated(&joints(of, k), kinematics, words);
-            stated(reference) - stated(desired.trajectory())
-        })
-        .collect())
+    let shift = |joints: &mut Vec<f64>, k: usize| {
+        let words = part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
+        let mut stated = |of: &Trajectory| {
+            joints.clear();
+            joints.extend(of.at(k));
+            stated(joints, kinematics, words)
+        };
+        stated(reference) - stated(desired.trajectory())
+    };
+    Ok((0..reference.len()).into_par_iter().with_min_len(SHARE).map_init(Vec::new, shift).collect())
 }
 
 fn shiftable(part: &Part, piece: usize) -> bool {

@@ -1,5 +1,7 @@
 //! Tool-orientation contour error (Paper C, section II-B).
 
+use rayon::prelude::*;
+
 use super::ContourError;
 use super::local::hermite;
 use crate::{Pose, Vec3};
@@ -23,17 +25,17 @@ pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -
         return Vec::new();
     }
     let tools: Vec<Vec3> = to.iter().map(|pose| pose.tool).collect();
-    errors
-        .iter()
-        .zip(from)
-        .map(|(error, pose)| {
-            let segment = error.location.segment.min(tools.len() - 1);
-            let foot = hermite(&tools, segment, error.location.fraction).0;
-            let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
-            OrientationError { vector: pose.tool - foot.tool, angle_rad: pose.angle_to(&foot) }
-        })
-        .collect()
+    let of = |(error, pose): (&ContourError, &Pose)| {
+        let segment = error.location.segment.min(tools.len() - 1);
+        let foot = hermite(&tools, segment, error.location.fraction).0;
+        let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
+        OrientationError { vector: pose.tool - foot.tool, angle_rad: pose.angle_to(&foot) }
+    };
+    errors.par_iter().zip(from).with_min_len(SHARE).map(of).collect()
 }
+
+/// Fewest samples that are worth a core of their own.
+const SHARE: usize = 2048;
 
 #[cfg(test)]
 mod tests {

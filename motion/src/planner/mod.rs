@@ -187,6 +187,9 @@ fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn Kinematics) 
 
 /// How often a stretch is planned anew before giving up; every round lowers the speed where a limit was exceeded.
 const ROUNDS: usize = 200;
+/// Share of the squared speed that is kept beyond what a limit asks for, in the first rounds and in those for the few places that are left then.
+const KEPT: [f64; 2] = [0.998, 0.97];
+const FIRST_ROUNDS: usize = 3;
 /// Room left for rounding when limits are compared.
 const SLACK: f64 = 1.0 + 1e-7;
 
@@ -207,7 +210,7 @@ fn plan_stretch(
     ];
     let spread_s = windows.iter().sum::<usize>() as f64 * period;
     let mut worst = (0.0, String::new());
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
         let motion = smooth::sample(&speed.fastest(), period, windows);
         let followed = stretch.follow(&motion, machine, near)?;
         let excess = excess(&followed.columns, limits, period);
@@ -221,7 +224,7 @@ fn plan_stretch(
             ["velocity", "acceleration", "jerk"][top.order - 1]
         );
         worst = (motion[top.sample], what);
-        speed.lower(&motion, &excess, spread_s, period);
+        speed.lower(&motion, &excess, spread_s, period, KEPT[usize::from(round >= FIRST_ROUNDS)]);
     }
     let (position_mm, what) = worst;
     Err(MotionError::Infeasible { piece: stretch.index_of(stretch.piece_at(position_mm)), position_mm, what })

@@ -134,8 +134,9 @@ impl<'a> SpeedLimit<'a> {
 
     /// Lowers speed and acceleration where samples of `motion` exceed a limit.
     ///
-    /// Smoothing mixes positions over `spread_s`, so that far around a sample counts.
-    pub fn lower(&mut self, motion: &[f64], excess: &[Excess], spread_s: f64, period_s: f64) {
+    /// Smoothing mixes positions over `spread_s`, so that far around a sample counts. `keep` is the share of the squared speed that is kept beyond
+    /// what the limit asks for.
+    pub fn lower(&mut self, motion: &[f64], excess: &[Excess], spread_s: f64, period_s: f64, keep: f64) {
         let reach = (0.5 * spread_s / period_s).ceil() as usize + 3;
         let mut factor = vec![1.0_f64; self.nodes.len()];
         for Excess { sample, order, ratio, .. } in excess {
@@ -143,7 +144,7 @@ impl<'a> SpeedLimit<'a> {
             let to = motion[(sample + reach).min(motion.len() - 1)];
             let first = self.nodes.partition_point(|node| node.s < from).saturating_sub(1);
             let last = self.nodes.partition_point(|node| node.s <= to).min(self.nodes.len() - 1);
-            let wanted = ratio.min(4.0).powf(-2.0 / *order as f64) * 0.998;
+            let wanted = ratio.min(4.0).powf(-2.0 / *order as f64) * keep;
             for value in &mut factor[first..=last] {
                 *value = value.min(wanted);
             }
