@@ -85,8 +85,8 @@ for name in sys.argv[2:]:
     share = cut["rms"] / raw["rms"]
     print(f"{name:10} {raw['rms']:.3f} -> {cut['rms']:.3f} ({100 * (share - 1):+.0f} %)  {raw['p95']:.3f} -> {cut['p95']:.3f}"
           f"   {seconds[0]:.2f} -> {seconds[1]:.2f}")
-    # Corners cost the bracket most. The carved surface is merged and rounded by LinuxCNC as its G64P.1 says; followed to the micrometre it takes longer.
-    (most, longest) = {"bracket": (0.45, 1.03), "chips": (0.1, 1.07)}.get(name, (smooth, 1.03))
-    short |= share > most or seconds[1] > longest * seconds[0]
+    # Corners cost the bracket most. The carved surface is merged and rounded by LinuxCNC as its G64P.1 says.
+    most = {"bracket": 0.45, "chips": 0.1}.get(name, smooth)
+    short |= share > most or seconds[1] > 1.03 * seconds[0]
 sys.exit(short)
 PYTHON
