@@ -169,6 +169,7 @@ fn parse_offset(text: &str) -> Result<[f64; 3], String> {
 /// Runs the command line of this process and returns its exit status: 0 done, 1 refused, 2 error in use.
 #[must_use]
 pub fn main() -> ExitCode {
+    models::keep_memory();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

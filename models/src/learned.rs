@@ -4,7 +4,6 @@ use machine::{Machine, MachineError};
 use motion::{Axis, Trajectory};
 use rayon::prelude::*;
 
-use crate::memory::keep_memory;
 use crate::{AxisPredictor, AxisSignal, ModelError};
 
 /// A machine whose axes are predicted: `actual = reference − predicted tracking error`.
@@ -82,7 +81,6 @@ impl LearnedMachine {
                 period_s: self.period_s,
             })
         };
-        keep_memory();
         Ok(self.predictors.par_iter().enumerate().map(of_axis).collect())
     }
 }

@@ -23,6 +23,7 @@ pub use error::ModelError;
 pub use features::{FeatureSet, FeatureSpec};
 pub use learned::LearnedMachine;
 pub use load::load_predictor;
+pub use memory::keep_memory;
 pub use narx::NarxPredictor;
 pub use network::NetworkPredictor;
 pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};

@@ -12,6 +12,6 @@ const LESSON: usize = 7 << 20;
 /// The GNU allocator fetches blocks larger than any that it has seen freed (up to 32 MiB) anew from the system every time, page by page;
 /// having seen one this large, untouched, it keeps the memory: of a training step a quarter of the page faults remain. Other
 /// allocators do not mind.
-pub(crate) fn keep_memory() {
+pub fn keep_memory() {
     TAUGHT.call_once(|| drop(black_box(Vec::<f32>::with_capacity(LESSON))));
 }

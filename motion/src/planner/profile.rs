@@ -1,5 +1,7 @@
 //! The fastest speed over arc length that holds the limits.
 
+use rayon::prelude::*;
+
 use super::Excess;
 use super::geometry::{Node, Stretch};
 use crate::{Axis, AxisLimits, Limits};
@@ -13,6 +15,9 @@ pub(super) struct Phase {
     /// Acceleration, mm/s².
     pub acceleration: f64,
 }
+
+/// Nodes that are worth a core of their own.
+const SHARE: usize = 4096;
 
 /// Slowest speed that is ever planned between rests, mm/s: keeps a cusp from taking for ever.
 const CRAWL_MM_S: f64 = 1e-3;
@@ -59,13 +64,11 @@ impl<'a> SpeedLimit<'a> {
         let nodes = &stretch.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
-        let mut cap: Vec<f64> = nodes
-            .iter()
-            .map(|node| {
-                let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0]);
-                pointwise(node, &axes, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
-            })
-            .collect();
+        let cap_of = |node: &Node| {
+            let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0]);
+            pointwise(node, &axes, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
+        };
+        let mut cap: Vec<f64> = nodes.par_iter().with_min_len(SHARE).map(cap_of).collect();
         let steps: Vec<f64> = std::iter::once(0.0).chain(nodes.windows(2).map(|pair| pair[1].s - pair[0].s)).collect();
         // A jump of curvature is a jump of acceleration, to be taken within one period.
         for k in 1..nodes.len() {
@@ -81,13 +84,25 @@ impl<'a> SpeedLimit<'a> {
         }
         // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
-        let mut room: Vec<Room> = Vec::with_capacity(nodes.len());
-        let mut room_of = vec![0];
-        for (k, node) in nodes.iter().enumerate() {
-            // The speed at a node is asked for with that of its neighbours.
-            let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
-            bounds(node, stretch.acceleration(node), &axes, limits).for_each(|bound| add(bound, top, room_of[k], &mut room));
-            room_of.push(room.len());
+        let room_of_part = |(part, nodes_of_part): (usize, &[Node])| {
+            let mut room: Vec<Room> = Vec::with_capacity(nodes_of_part.len());
+            let mut ends = Vec::with_capacity(nodes_of_part.len());
+            for (k, node) in (part * SHARE..).zip(nodes_of_part) {
+                // The speed at a node is asked for with that of its neighbours.
+                let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
+                let first = ends.last().copied().unwrap_or(0);
+                bounds(node, stretch.acceleration(node), &axes, limits).for_each(|bound| add(bound, top, first, &mut room));
+                ends.push(room.len());
+            }
+            (room, ends)
+        };
+        let parts: Vec<(Vec<Room>, Vec<usize>)> = nodes.par_chunks(SHARE).enumerate().map(room_of_part).collect();
+        let mut room: Vec<Room> = Vec::with_capacity(parts.iter().map(|(room, _)| room.len()).sum());
+        let mut room_of = Vec::with_capacity(nodes.len() + 1);
+        room_of.push(0);
+        for (part, ends) in parts {
+            room_of.extend(ends.into_iter().map(|end| room.len() + end));
+            room.extend(part);
         }
         let share = vec![1.0; nodes.len()];
         Self { nodes, steps, least_acceleration, room, room_of, cap, share, squared: Vec::new() }
@@ -105,7 +120,7 @@ impl<'a> SpeedLimit<'a> {
         for k in (1..n).rev() {
             squared[k - 1] = squared[k - 1].min(self.reach(k, k, squared[k]));
         }
-        let mut phases = Vec::new();
+        let mut phases = Vec::with_capacity(n);
         for k in 1..n {
             let ds = self.steps[k];
             if ds > 0.0 {
