@@ -4,6 +4,7 @@
 
 use std::{
     mem::take,
+    ops::Deref,
     sync::{Arc, Mutex},
 };
 
@@ -139,10 +140,10 @@ impl<B: Backend, C: CheckpointStrategy> RecurrentOps for Autodiff<B, C> {
 #[derive(Debug, Clone)]
 struct Saved<B: Backend> {
     shape: Shape,
-    x: Vec<f32>,
-    weight_ih: Vec<f32>,
-    weight_hh: Vec<f32>,
-    bias: Vec<f32>,
+    x: Values,
+    weight_ih: Values,
+    weight_hh: Values,
+    bias: Values,
     memory: Memory,
     device: B::Device,
 }
@@ -256,9 +257,17 @@ impl<B: Backend, const N: usize> Backward<B, N> for Layer {
 }
 
 /// A tensor's values in row-major order; none if the backend fails to give them.
-fn values<B: Backend>(tensor: FloatTensor<B>) -> Vec<f32> {
-    try_read_sync(B::float_into_data(tensor))
-        .and_then(Result::ok)
-        .and_then(|data| data.convert::<f32>().try_into_vec::<f32>().ok())
-        .unwrap_or_default()
+fn values<B: Backend>(tensor: FloatTensor<B>) -> Values {
+    Values(try_read_sync(B::float_into_data(tensor)).and_then(Result::ok).map(|data| data.convert::<f32>()))
+}
+
+/// Values where the backend left them: as a vector of their own they would often have to be copied.
+#[derive(Debug, Clone, Default)]
+struct Values(Option<TensorData>);
+
+impl Deref for Values {
+    type Target = [f32];
+    fn deref(&self) -> &[f32] {
+        self.0.as_ref().and_then(|data| data.as_slice().ok()).unwrap_or_default()
+    }
 }
