@@ -5,11 +5,11 @@ use std::{hint::black_box, time::Duration};
 use burn::{
     module::Module,
     nn::{Linear, LinearConfig, Lstm, LstmConfig},
-    optim::{AdamConfig, GradientsParams},
+    optim::{GradientsParams, ModuleOptimizer},
     tensor::{Device, Tensor, TensorData},
 };
 use criterion::{Criterion, criterion_group, criterion_main};
-use models::recurrent::{FusedRecurrent, Kind, Recurrent, RecurrentConfig};
+use models::recurrent::{Adam, FusedRecurrent, Kind, Recurrent, RecurrentConfig};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,7 +48,7 @@ fn training(c: &mut Criterion) {
     let y = Tensor::<3>::from_data(draw(&mut rng, [BATCH, STEPS, 1]), &device);
     for (name, kind) in [("lstm", Kind::Lstm), ("gru", Kind::Gru)] {
         let mut net = Some(network(kind, &device));
-        let mut adam = AdamConfig::new().init();
+        let mut adam = ModuleOptimizer::from(Adam::new(1e-8));
         c.bench_function(&format!("{name} training step"), |b| {
             b.iter(|| {
                 if let Some(now) = net.take() {

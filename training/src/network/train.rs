@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use burn::optim::{AdamConfig, GradientsParams};
+use burn::optim::GradientsParams;
 use burn::tensor::Device;
+use models::recurrent::Adam;
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, AxisSignal};
 use rand::SeedableRng;
@@ -15,7 +16,7 @@ use super::corpus::{Corpus, Task, check_runs, counted, tracking_error};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
-/// Adam's `ε`; burn's own default is a thousand times as much.
+/// Adam's `ε`.
 const EPSILON: f32 = 1e-8;
 
 /// What an epoch came to.
@@ -113,7 +114,7 @@ fn run(
     let net = Net::draw(recipe, corpus.scaling.task.width(), &mut rng(seed, 0), &device)?;
     let progress =
         Progress { of: identity(runs, held_out, recipe, seed)?, epochs: 0, best_epoch: 0, best_rms: None, failures: 0 };
-    let optimizer = AdamConfig::new().with_epsilon(EPSILON).init();
+    let optimizer = Adam::new(EPSILON).into();
     let mut state = State { best: net.clone(), net, optimizer, progress };
     if let Some(folder) = folder {
         state = state.resumed(folder)?;
