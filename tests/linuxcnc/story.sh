@@ -10,7 +10,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 precomp=${PRECOMP:-$here/../../target/release/precomp}
 seconds=60
 # Largest share of the uncompensated error on smooth paths; half a minute of log says less about what stops leave behind.
-smooth=0.3
+smooth=0.2
 programs=(circle flower bracket nurbs chips)
 if [ "${1:-}" = --short ]; then
   seconds=30
