@@ -74,14 +74,14 @@ impl LearnedMachine {
             Some(desired) if desired.check_matches(reference).is_ok() => Some(desired),
             _ => None,
         };
-        let of_axis = |(axis, predictor): (usize, &Box<dyn AxisPredictor>)| {
-            predictor.predict(&AxisSignal {
+        let of_axis = |axis: usize| {
+            self.predictors[axis].predict(&AxisSignal {
                 reference: &reference.columns()[axis],
                 desired: desired.map(|desired| desired.columns()[axis].as_slice()),
                 period_s: self.period_s,
             })
         };
-        Ok(self.predictors.par_iter().enumerate().map(of_axis).collect())
+        Ok((0..self.axes.len()).into_par_iter().map(of_axis).collect())
     }
 }
 
