@@ -42,7 +42,7 @@ pub const RESPONSE_S: f64 = 0.2;
 pub struct Settings {
     /// The law.
     pub law: LawName,
-    /// Updates on the model; one shot has one. A program that its control plans anew gets up to three times as many more.
+    /// Updates on the model; one shot has one. A program that its control plans anew gets up to three times as many more, one of hours fewer.
     pub iterations: usize,
     /// Gain of every update.
     pub gain: f64,
@@ -82,6 +82,9 @@ const SAME: f64 = 0.02;
 /// Updates on what a control makes of the program, for every one on the reference, and how many in a row may bring nothing.
 const PLANNED_UPDATES: usize = 3;
 const PLANNED_PATIENCE: usize = 4;
+/// Samples planned anew in all of them together, and the least updates of a program of hours: planning takes most of the time.
+const PLANNED_SAMPLES: usize = 12_000_000;
+const LEAST_PLANNED: usize = 2;
 /// Gain and cut-off (Hz) of these updates: what is learned above it comes back as kinks, at which a control slows down.
 const PLANNED_GAIN: f64 = 0.7;
 const PLANNED_LOW_PASS_HZ: f64 = 40.0;
@@ -182,7 +185,9 @@ pub fn compensate(
         // The papers' laws are left as they are; only the forecast is the control's.
         if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME {
             let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
-            let stop = StopRule { updates: PLANNED_UPDATES * settings.iterations, patience: PLANNED_PATIENCE, worth: 0.0 };
+            let affordable = (PLANNED_SAMPLES / path.len().max(1)).max(LEAST_PLANNED);
+            let most_updates = affordable.min(PLANNED_UPDATES * settings.iterations);
+            let stop = StopRule { updates: most_updates, patience: PLANNED_PATIENCE, worth: 0.0 };
             let first = control.durations_s.len();
             let mut planned = task.practise(&mut control, &mut law, Some(reference), stop)?;
             updates += planned.len() - 1;

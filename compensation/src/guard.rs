@@ -1,6 +1,6 @@
 //! What keeps a learned reference safe: standstill, largest shift, the axes' limits.
 
-use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, Trajectory};
+use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, SHARE, Trajectory};
 use rayon::prelude::*;
 
 use crate::CompensationError;
@@ -100,9 +100,6 @@ impl Guard {
         }
     }
 }
-
-/// Fewest samples that are worth a core of their own.
-const SHARE: usize = 2048;
 
 /// No axis leaves its travel for a correction.
 fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {

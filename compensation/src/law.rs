@@ -1,7 +1,7 @@
 //! How a reference is moved after a run.
 
 use motion::contour::{ContourError, ContourEstimator, orientation_errors};
-use motion::{DesiredPath, Kinematics, MotionError, Pose, Trajectory, Vec3, poses_of};
+use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
 use rayon::prelude::*;
 
 use crate::CompensationError;
@@ -88,17 +88,14 @@ const POLE_RAD: f64 = 0.002;
 /// # Errors
 /// When a moved pose cannot be reached.
 pub fn move_poses(desired: &DesiredPath, reference: &Trajectory, shifts: &[Shift]) -> Result<Trajectory, CompensationError> {
-    let parts = shifts.par_chunks(PART).enumerate();
-    let parts = parts.map(|(part, shifts)| move_part(desired.kinematics().as_ref(), reference, part * PART, shifts));
+    let parts = shifts.par_chunks(SHARE).enumerate();
+    let parts = parts.map(|(part, shifts)| move_part(desired.kinematics().as_ref(), reference, part * SHARE, shifts));
     let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(reference.len()); reference.axes().len()];
     for part in parts.collect::<Vec<_>>() {
         columns.iter_mut().zip(part?).for_each(|(column, positions)| column.extend(positions));
     }
     Ok(reference.with_columns(columns)?)
 }
-
-/// Samples that one core moves at a time.
-const PART: usize = 2048;
 
 /// The axis positions of the samples from `first` on, moved by `shifts`.
 fn move_part(

@@ -23,7 +23,7 @@ pub use interpolate::cubic;
 pub use kinematics::{Cartesian, FiveAxis, Kinematics, RotaryJoint, RotaryMount};
 pub use lag::lag_s;
 pub use limits::{AxisLimits, Limits};
-pub use path::{DesiredPath, poses_of};
+pub use path::{DesiredPath, SHARE, poses_of};
 pub use planner::{
     MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve, plan_curve_on,
 };

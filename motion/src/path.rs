@@ -88,4 +88,4 @@ pub fn poses_of(trajectory: &Trajectory, kinematics: &dyn Kinematics) -> Result<
 }
 
 /// Fewest samples that are worth a core of their own.
-const SHARE: usize = 2048;
+pub const SHARE: usize = 2048;

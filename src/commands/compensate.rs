@@ -44,7 +44,7 @@ pub struct Compensate {
     /// How the reference is learned on the model
     #[arg(long, value_enum, default_value_t = LawName::Virtual)]
     law: LawName,
-    /// Updates on the model; a program that its control plans anew gets up to three times as many more
+    /// Updates on the model; a program that its control plans anew gets up to three times as many more, one of hours fewer
     #[arg(long, default_value_t = 4)]
     iterations: usize,
     /// Largest shift of an axis, or of the tool tip on a machine that turns tool or workpiece, mm

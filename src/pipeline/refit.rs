@@ -6,7 +6,7 @@
 use anyhow::Result;
 use gcode::{Edits, Move, MoveKind};
 use machine::MachineSpec;
-use motion::{Trajectory, Vec6};
+use motion::{SHARE, Trajectory, Vec6};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -121,9 +121,6 @@ fn places(part: &Part) -> Vec<Vec6> {
     let words = |k: usize| part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
     (0..path.len()).map(|k| stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words(k)) - offset).collect()
 }
-
-/// Fewest samples that are worth a core of their own.
-const SHARE: usize = 2048;
 
 /// The correction of every sample, in the coordinates of the words of its move: mm, rad.
 fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {

@@ -27,6 +27,24 @@ pub fn stated_for_the_control_and_put_back(folder: &Folder) {
         folder.precomp(&["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-f.ngc", "--controller", "linuxcnc"]);
     assert!(text(&output.stdout).contains("the program keeps its feeds instead (--carrier g93 states the times)"));
     assert!(!std::fs::read_to_string(folder.path("modes-f.ngc")).unwrap().contains("G93"));
+    // Lines that keep their feeds may be merged within a twentieth of what the program allows, lines with times not at all.
+    std::fs::write(folder.path("wide.ngc"), part.replace("G17 G61\n", "G17 G64 P0.1\n")).unwrap();
+    for (carrier, mode) in [("keep", "G64P0.01Q0.005"), ("g93", "G64P0.01Q0.")] {
+        folder.figures(&[
+            "compensate",
+            "wide.ngc",
+            "-m",
+            "machine.model",
+            "-o",
+            "wide-c.ngc",
+            "--controller",
+            "linuxcnc",
+            "--carrier",
+            carrier,
+        ]);
+        let out = std::fs::read_to_string(folder.path("wide-c.ngc")).unwrap();
+        assert_eq!(out.lines().nth(3), Some(mode), "{out}");
+    }
     // A law of the papers is not learned on; only its forecast is of the program as planned.
     let words = ["compensate", "modes.ngc", "-m", "machine.model", "-o", "modes-o.ngc", "--law", "one-shot"];
     assert_eq!(folder.figures(&words)["updates"], 1);

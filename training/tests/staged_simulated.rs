@@ -128,7 +128,7 @@ fn a_maxwell_slip_machine_is_predicted_too() {
 /// The full proof: 100,000 samples, two machines, three axes, four unseen curves, three seeds.
 /// `cargo test --release --workspace --test staged_simulated -- --ignored --nocapture`, some minutes.
 #[test]
-#[ignore = "takes minutes; its small siblings run always"]
+#[ignore = "takes 13 minutes: run with --ignored (training/README.md); its small siblings always run"]
 fn from_100_000_samples_every_axis_is_predicted_as_well_as_by_a_noise_free_copy() {
     for name in ["ballscrew", "maxwell"] {
         let spec = MachineSpec::builtin(name).unwrap();

@@ -1,9 +1,8 @@
 //! Finite impulse responses, and the bases of them through which a signal acts on the tracking error.
 
-use pulp::{Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-use crate::recurrent::Level;
+use super::taps::{Tap, add_taps};
 
 /// A finite impulse response, `y(k) = Σ_i taps[i]·u(k + first_lag + i)`; negative lags look back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,50 +31,9 @@ impl Fir {
     /// `origin` is the lag of `input[0]` as seen from `out[0]`; `input` has to reach from the first to the last lag.
     pub fn add_to(&self, input: &[f64], origin: isize, gain: f64, out: &mut [f64]) {
         let start = (self.first_lag - origin).max(0) as usize;
-        Level::detect().run(Convolution { taps: &self.taps, gain, input: &input[start..], out });
-    }
-}
-
-/// Vectors of outputs that are summed side by side, in registers.
-const VECTORS: usize = 4;
-
-/// `out[i] += Σ_j gain·taps[j]·input[i + j]`, every output's terms one after the other and each rounded by itself: the same bits at every
-/// width of vector.
-struct Convolution<'a> {
-    taps: &'a [f64],
-    gain: f64,
-    input: &'a [f64],
-    out: &'a mut [f64],
-}
-
-impl WithSimd for Convolution<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { taps, gain, input, out } = self;
-        let width = VECTORS * S::F64_LANES;
-        let whole = out.len() / width * width;
-        for (index, out) in out[..whole].chunks_exact_mut(width).enumerate() {
-            let input = &input[index * width..][..width + taps.len() - 1];
-            let (out, _) = S::as_mut_simd_f64s(out);
-            let mut sums = [simd.splat_f64s(0.0); VECTORS];
-            sums.copy_from_slice(out);
-            for (lag, tap) in taps.iter().enumerate() {
-                let weight = simd.splat_f64s(gain * tap);
-                let (input, _) = S::as_simd_f64s(&input[lag..lag + width]);
-                for (sum, value) in sums.iter_mut().zip(input) {
-                    *sum = simd.add_f64s(*sum, simd.mul_f64s(weight, *value));
-                }
-            }
-            out.copy_from_slice(&sums);
-        }
-        for (lag, tap) in taps.iter().enumerate() {
-            let weight = gain * tap;
-            for (y, u) in out[whole..].iter_mut().zip(&input[whole + lag..]) {
-                *y += weight * u;
-            }
-        }
+        let tap = |(offset, tap): (usize, &f64)| Tap { input: 0, offset, weight: gain * tap };
+        let taps: Vec<Tap> = (start..).zip(&self.taps).map(tap).collect();
+        add_taps(&taps, &[input], out);
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) fn add_taps(taps: &[Tap], inputs: &[&[f64]], out: &mut [f64]) {
 /// Vectors of outputs that are summed side by side, in registers.
 const VECTORS: usize = 8;
 
-/// Every output's terms one after the other.
+/// Every output's terms one after the other and each rounded by itself: the same bits at every width of vector.
 struct Sum<'a> {
     taps: &'a [Tap],
     inputs: &'a [&'a [f64]],
@@ -47,7 +47,7 @@ impl WithSimd for Sum<'_> {
                 let weight = simd.splat_f64s(tap.weight);
                 let (input, _) = S::as_simd_f64s(&inputs[tap.input][index * width + tap.offset..][..width]);
                 for (sum, value) in sums.iter_mut().zip(input) {
-                    *sum = simd.mul_add_e_f64s(weight, *value, *sum);
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(weight, *value));
                 }
             }
             out.copy_from_slice(&sums);
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_output_is_the_plain_sum() {
+    fn every_output_is_the_plain_sum_to_the_last_bit() {
         let inputs: Vec<Vec<f64>> = (0..3).map(|j| (0..200).map(|i| (f64::from(i + j) * 0.7).sin()).collect()).collect();
         let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
         let taps: Vec<Tap> = (0..9).map(|i| Tap { input: i % 3, offset: 7 * i % 11, weight: 1.0 / (3 + i) as f64 }).collect();
@@ -102,7 +102,7 @@ mod tests {
             add_taps(&taps, &inputs, &mut out);
             for (k, found) in out.into_iter().enumerate() {
                 let plain = taps.iter().fold(0.1, |sum, tap| sum + tap.weight * inputs[tap.input][k + tap.offset]);
-                assert!((found - plain).abs() < 1e-15, "{outputs} outputs: {found} for {plain}");
+                assert_eq!(found, plain, "{outputs} outputs");
             }
         }
     }
@@ -125,7 +125,8 @@ mod tests {
         let mut bent = vec![1.0; outputs];
         add_bent([plain[0] - 1.0, plain[1] - 1.0], &bends, &mut bent);
         for (plain, bent) in plain.iter().zip(&bent) {
-            assert!((plain - bent).abs() < 1e-11, "{plain} {bent}");
+            // The rounding of the bends grows with the square of the way.
+            assert!((plain - bent).abs() < 1e-10, "{plain} {bent}");
         }
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::ContourError;
 use super::local::hermite;
-use crate::{Pose, Vec3};
+use crate::{Pose, SHARE, Vec3};
 
 /// The orientation error of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,9 +33,6 @@ pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -
     };
     errors.par_iter().zip(from).with_min_len(SHARE).map(of).collect()
 }
-
-/// Fewest samples that are worth a core of their own.
-const SHARE: usize = 2048;
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Excess;
 use super::geometry::{Node, Stretch};
-use crate::{Axis, AxisLimits, Limits};
+use crate::{Axis, AxisLimits, Limits, SHARE};
 
 /// A part of the profile with constant acceleration.
 #[derive(Debug, Clone, Copy)]
@@ -15,9 +15,6 @@ pub(super) struct Phase {
     /// Acceleration, mm/s².
     pub acceleration: f64,
 }
-
-/// Nodes that are worth a core of their own.
-const SHARE: usize = 4096;
 
 /// Slowest speed that is ever planned between rests, mm/s: keeps a cusp from taking for ever.
 const CRAWL_MM_S: f64 = 1e-3;
