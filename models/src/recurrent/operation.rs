@@ -23,7 +23,7 @@ use burn::tensor::Tensor;
 
 use super::{
     Kind,
-    kernel::{self, Level, PackedLayer, Pass, Shape, Tape, Weights, Work},
+    kernel::{self, AtInput, Ends, Level, PackedLayer, Pass, Shape, Tape, Weights, Work},
 };
 use crate::memory::keep_memory;
 
@@ -206,9 +206,9 @@ fn run<B: Backend, const N: usize>(kind: Kind, inputs: [FloatTensor<B>; N]) -> (
     let weights = Weights { kind, input: &weight_ih, hidden: &weight_hh, bias: &bias };
     let layer = PackedLayer::new(Level::detect(), &weights, shape.input, shape.hidden);
     let mut memory = Memory::take();
-    let tape = &mut memory.tape;
-    kernel::forward(&layer, shape, &x, &h0, &c0, tape);
-    let output = TensorData::new(tape.outputs().to_vec(), [shape.steps, shape.batch, shape.hidden]);
+    let mut outputs = Vec::with_capacity(shape.steps * shape.state());
+    kernel::forward(&layer, shape, &x, &h0, &c0, &mut memory.tape, |output| outputs.extend_from_slice(output));
+    let output = TensorData::new(outputs, [shape.steps, shape.batch, shape.hidden]);
     let output = B::float_from_data(output, &device);
     let saved = Saved { shape, x, weight_ih, weight_hh, bias, memory, device };
     (saved, output)
@@ -232,25 +232,35 @@ impl<B: Backend, const N: usize> Backward<B, N> for Layer {
     type State = Arc<Saved<B>>;
 
     fn backward(self, ops: Ops<Self::State, N>, grads: &mut Grads, _: &mut Checkpointer) {
-        let d_output = values::<B>(grads.consume::<B>(&ops.node));
+        let mut d_output = values::<B>(grads.consume::<B>(&ops.node));
         let Saved { shape, x, weight_ih, weight_hh, bias, mut memory, device } = Arc::unwrap_or_clone(ops.state);
         let weights = Weights { kind: self.0, input: &weight_ih, hidden: &weight_hh, bias: &bias };
         let pass = Pass { weights, shape, x: &x, tape: &memory.tape };
-        let want_x = ops.parents[0].is_some();
-        let made = kernel::backward(Level::detect(), &pass, &d_output, want_x, &mut memory.work);
+        // An input as wide as an output gets its gradient where that of the output was.
+        let size = [shape.steps, shape.batch, shape.input];
+        let wanted = ops.parents[0].is_some();
+        let over = wanted && shape.input == shape.hidden;
+        let mut d_x = (wanted && !over).then(|| vec![0.0; x.len()]);
+        let input = match &mut d_x {
+            Some(d_x) => AtInput::Into(d_x),
+            None if over => AtInput::OverOutputs,
+            None => AtInput::Nowhere,
+        };
+        let ends = Ends { outputs: d_output.as_mut(), input };
+        let made = kernel::backward(Level::detect(), &pass, ends, &mut memory.work);
+        let d_x = if over { d_output.0 } else { d_x.map(|d_x| TensorData::new(d_x, size)) };
         let rows = self.0.gates() * shape.hidden;
-        let parts: [(Vec<f32>, Vec<usize>); 6] = [
-            (made.x, vec![shape.steps, shape.batch, shape.input]),
-            (made.input, vec![rows, shape.input]),
-            (made.hidden, vec![rows, shape.hidden]),
-            (made.bias, vec![4 * shape.hidden]),
-            (made.h0, vec![shape.batch, shape.hidden]),
-            (made.c0, vec![shape.batch, shape.hidden]),
+        let parts: [Option<TensorData>; 6] = [
+            d_x,
+            Some(TensorData::new(made.input, [rows, shape.input])),
+            Some(TensorData::new(made.hidden, [rows, shape.hidden])),
+            Some(TensorData::new(made.bias, [4 * shape.hidden])),
+            Some(TensorData::new(made.h0, [shape.batch, shape.hidden])),
+            (self.0 == Kind::Lstm).then(|| TensorData::new(made.c0, [shape.batch, shape.hidden])),
         ];
-        for (parent, (values, shape)) in ops.parents.into_iter().zip(parts) {
-            if let Some(parent) = parent {
-                let gradient = B::float_from_data(TensorData::new(values, shape), &device);
-                grads.register::<B>(parent.id, gradient);
+        for (parent, data) in ops.parents.into_iter().zip(parts) {
+            if let (Some(parent), Some(data)) = (parent, data) {
+                grads.register::<B>(parent.id, B::float_from_data(data, &device));
             }
         }
     }
@@ -264,6 +274,13 @@ fn values<B: Backend>(tensor: FloatTensor<B>) -> Values {
 /// Values where the backend left them: as a vector of their own they would often have to be copied.
 #[derive(Debug, Clone, Default)]
 struct Values(Option<TensorData>);
+
+impl Values {
+    /// The values, to change.
+    fn as_mut(&mut self) -> &mut [f32] {
+        self.0.as_mut().and_then(|data| data.as_mut_slice().ok()).unwrap_or_default()
+    }
+}
 
 impl Deref for Values {
     type Target = [f32];

@@ -16,8 +16,6 @@ const ROWS: usize = 128;
 /// Gradients of everything that a layer was given.
 #[derive(Debug, Clone, Default)]
 pub struct Gradients {
-    /// At the input, `[steps][batch][input]`; empty if it was not asked for.
-    pub x: Vec<f32>,
     /// At the state before the first step, `[batch][hidden]`.
     pub h0: Vec<f32>,
     /// At the cells before the first step, `[batch][hidden]`; empty for a GRU.
@@ -59,16 +57,35 @@ pub struct Pass<'a> {
     pub tape: &'a Tape,
 }
 
-/// Gradients of a layer, given those at its outputs (`[steps][batch][hidden]`); `want_x`: the one at the input, too.
+/// Where the gradient at the input, `[steps][batch][input]`, goes.
+#[derive(Debug)]
+pub enum AtInput<'a> {
+    /// It is not asked for.
+    Nowhere,
+    /// Over the one at the outputs, where an input is as wide as an output: that memory is in the cache already.
+    OverOutputs,
+    /// Here.
+    Into(&'a mut [f32]),
+}
+
+/// Gradients at a layer's two ends.
+#[derive(Debug)]
+pub struct Ends<'a> {
+    /// At the outputs, `[steps][batch][hidden]`, as given; what is left of them afterwards is not specified.
+    pub outputs: &'a mut [f32],
+    /// At the input, to be made.
+    pub input: AtInput<'a>,
+}
+
+/// Gradients of a layer, given those at its outputs.
 ///
 /// Goes back through time block by block of steps; each block's products follow at once, while the gradients at its gates are
 /// still in the cache.
-pub fn backward(level: Level, pass: &Pass<'_>, d_output: &[f32], want_x: bool, work: &mut Work) -> Gradients {
+pub fn backward(level: Level, pass: &Pass<'_>, mut ends: Ends<'_>, work: &mut Work) -> Gradients {
     let &Pass { weights, shape, .. } = pass;
     let (n, features, kind) = (shape.hidden, shape.input, weights.kind);
     let cells = if kind == Kind::Lstm { shape.state() } else { 0 };
     let mut out = Gradients {
-        x: vec![0.0; if want_x { pass.x.len() } else { 0 }],
         h0: vec![0.0; shape.state()],
         c0: vec![0.0; cells],
         input: vec![0.0; weights.input.len()],
@@ -87,7 +104,7 @@ pub fn backward(level: Level, pass: &Pass<'_>, d_output: &[f32], want_x: bool, w
         let steps = block * together..((block + 1) * together).min(shape.steps);
         work.gates.reshape_gates(level, steps.len() * shape.batch, n);
         for step in steps.clone().rev() {
-            step_back(level, pass, d_output, step, step - steps.start, work, &mut out);
+            step_back(level, pass, &mut ends, step, step - steps.start, work, &mut out);
         }
         block_products(level, pass, steps, work);
     }
@@ -101,20 +118,28 @@ pub fn backward(level: Level, pass: &Pass<'_>, d_output: &[f32], want_x: bool, w
 
 /// One step back, the `index`-th of its block: makes the gradients at the gates' inputs and at `x`, and turns `out`'s state from
 /// after to before the step.
-fn step_back(level: Level, pass: &Pass<'_>, d_output: &[f32], step: usize, index: usize, work: &mut Work, out: &mut Gradients) {
+fn step_back(
+    level: Level,
+    pass: &Pass<'_>,
+    ends: &mut Ends<'_>,
+    step: usize,
+    index: usize,
+    work: &mut Work,
+    out: &mut Gradients,
+) {
     let Shape { batch, hidden, input: features, .. } = pass.shape;
     let state = pass.shape.state();
     let (before, after) = (step * state..(step + 1) * state, (step + 1) * state..(step + 2) * state);
     let Tape { gates, outputs, cells, .. } = pass.tape;
     let gates = &gates[step * batch * work.bias.len()..][..batch * work.bias.len()];
     let rows = index * batch..(index + 1) * batch;
-    let (d_output, d_bias, d_gates) = (&d_output[before.clone()], &mut work.bias, &mut work.gates);
+    let (d_output, d_bias, d_gates) = (&ends.outputs[before.clone()], &mut work.bias, &mut work.gates);
     let kind = pass.weights.kind;
     match kind {
         Kind::Lstm => level.run(LstmBackward {
             hidden,
             gates,
-            cell_before: &cells[before],
+            cell_before: &cells[before.clone()],
             output: &outputs[after],
             d_output,
             d_gates,
@@ -126,7 +151,7 @@ fn step_back(level: Level, pass: &Pass<'_>, d_output: &[f32], step: usize, index
         Kind::Gru => level.run(GruBackward {
             hidden,
             gates,
-            output_before: &outputs[before],
+            output_before: &outputs[before.clone()],
             d_output,
             d_gates,
             rows: rows.clone(),
@@ -140,15 +165,17 @@ fn step_back(level: Level, pass: &Pass<'_>, d_output: &[f32], step: usize, index
         b: &work.to_state,
         finish: Store { c: &mut out.h0, columns: hidden, from: 0, add: kind == Kind::Gru },
     });
-    if !out.x.is_empty() {
-        let x = step * batch * features..(step + 1) * batch * features;
-        level.run(Product::<_, 0, VECTORS> {
-            a: Left::gates(&work.gates, rows.start, kind.input_gates()),
-            m: batch,
-            b: &work.to_input,
-            finish: Store { c: &mut out.x[x], columns: features, from: 0, add: false },
-        });
-    }
+    let c = match &mut ends.input {
+        AtInput::Nowhere => return,
+        AtInput::OverOutputs => &mut ends.outputs[before],
+        AtInput::Into(x) => &mut x[step * batch * features..][..batch * features],
+    };
+    level.run(Product::<_, 0, VECTORS> {
+        a: Left::gates(&work.gates, rows.start, kind.input_gates()),
+        m: batch,
+        b: &work.to_input,
+        finish: Store { c, columns: features, from: 0, add: false },
+    });
 }
 
 /// Adds what the gradients at a block of steps' gates give to the weights' gradients.

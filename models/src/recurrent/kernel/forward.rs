@@ -85,8 +85,17 @@ impl Tape {
     }
 }
 
-/// Runs a layer over `x` (`[steps][batch][input]`) from the state `h0`, `c0` (`[batch][hidden]`; `c0` is empty for a GRU).
-pub fn forward(layer: &PackedLayer, shape: Shape, x: &[f32], h0: &[f32], c0: &[f32], tape: &mut Tape) {
+/// Runs a layer over `x` (`[steps][batch][input]`) from the state `h0`, `c0` (`[batch][hidden]`; `c0` is empty for a GRU). `see` is shown the
+/// outputs of every step, `[batch][hidden]`, while they are in the cache.
+pub fn forward(
+    layer: &PackedLayer,
+    shape: Shape,
+    x: &[f32],
+    h0: &[f32],
+    c0: &[f32],
+    tape: &mut Tape,
+    mut see: impl FnMut(&[f32]),
+) {
     let state = shape.state();
     let columns = layer.bias.len();
     let lstm = layer.kind == Kind::Lstm;
@@ -109,6 +118,7 @@ pub fn forward(layer: &PackedLayer, shape: Shape, x: &[f32], h0: &[f32], c0: &[f
         fed_product(layer.level, &layer.kind.input_gates(), Product { a, m: rows.len(), b: &layer.input, finish });
         for step in first..last {
             advance(layer, shape, step, step - first, tape);
+            see(&tape.outputs[(step + 1) * state..(step + 2) * state]);
         }
     }
 }

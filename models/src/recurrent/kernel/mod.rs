@@ -16,7 +16,7 @@ mod product;
 #[cfg(test)]
 mod check;
 
-pub use backward::{Pass, Work, backward};
+pub use backward::{AtInput, Ends, Pass, Work, backward};
 pub use forward::{PackedLayer, Tape, forward};
 pub use level::Level;
 

@@ -86,8 +86,18 @@ impl Packed {
     /// Packs a matrix, rows of `n` one after the other, to be the turned `A` of a product; beyond its columns anything may be.
     pub fn turned(&mut self, matrix: &[f32], n: usize) {
         self.reshape(TURNED, matrix.len() / n.max(1), n);
+        let panel = self.rows;
+        let (panels, _) = self.data.as_chunks_mut::<TURNED>();
         for (index, row) in matrix.chunks_exact(n).enumerate() {
-            self.set_row(index, row);
+            // Whole lines are moved in registers: a call for each would cost more than the move.
+            let (lines, rest) = row.as_chunks::<TURNED>();
+            let mut slots = panels[index..].iter_mut().step_by(panel);
+            for (line, slot) in lines.iter().zip(slots.by_ref()) {
+                *slot = *line;
+            }
+            if let Some(slot) = slots.next() {
+                slot[..rest.len()].copy_from_slice(rest);
+            }
         }
     }
 
@@ -335,19 +345,24 @@ impl Store<'_> {
     }
 }
 
+/// One cache line, in `f32`s.
+const LINE: usize = 16;
+
 /// Writes the transpose of the block of `from` (rows `stride` apart) that has `columns` columns into the contiguous rows of `to`.
 pub(crate) fn transpose(from: &[f32], stride: usize, columns: usize, to: &mut [f32]) {
     let rows = to.len() / columns.max(1);
     // Blocks of one cache line each way: every line that is touched is used whole.
-    for left in (0..columns).step_by(16) {
-        for top in (0..rows).step_by(16) {
-            let height = 16.min(rows - top);
-            for column in left..(left + 16).min(columns) {
-                let source = from[top * stride + column..].iter().step_by(stride);
-                let target = &mut to[column * rows + top..][..height];
-                for (slot, &value) in target.iter_mut().zip(source) {
-                    *slot = value;
-                }
+    for left in (0..columns).step_by(LINE) {
+        for top in (0..rows).step_by(LINE) {
+            let (width, height) = (LINE.min(columns - left), LINE.min(rows - top));
+            let (from, to) = (&from[top * stride + left..], &mut to[left * rows + top..]);
+            let mut block = [[0.0; LINE]; LINE];
+            for (line, row) in block.iter_mut().zip(from.chunks(stride)).take(height) {
+                line[..width].copy_from_slice(&row[..width]);
+            }
+            for (column, row) in to.chunks_mut(rows).take(width).enumerate() {
+                let line: [f32; LINE] = std::array::from_fn(|k| block[k][column]);
+                row[..height].copy_from_slice(&line[..height]);
             }
         }
     }
