@@ -24,58 +24,77 @@ pub fn format_angle(value_rad: f64, decimals: usize) -> Result<String, GcodeErro
 /// # Errors
 /// [`GcodeError::NotFinite`] for NaN and infinities.
 pub fn format_number(value: f64, decimals: usize) -> Result<String, GcodeError> {
+    let mut text = String::new();
+    append_number(&mut text, value, decimals)?;
+    Ok(text)
+}
+
+/// Writes a number, as [`format_number`] does, behind `text`; gives the number that a reader finds there.
+///
+/// # Errors
+/// [`GcodeError::NotFinite`] for NaN and infinities.
+pub fn append_number(text: &mut String, value: f64, decimals: usize) -> Result<f64, GcodeError> {
     if !value.is_finite() {
         return Err(GcodeError::NotFinite { value });
     }
-    if let Some(text) = plain(value, decimals) {
-        return Ok(text);
+    if let Some(read) = append_plain(text, value, decimals) {
+        return Ok(read);
     }
-    let mut text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.truncate(text.trim_end_matches('0').len());
+    let mut number = format!("{value:.decimals$}");
+    if number.contains('.') {
+        number.truncate(number.trim_end_matches('0').len());
     } else {
-        text.push('.');
+        number.push('.');
     }
-    let is_zero = !text.bytes().any(|b| matches!(b, b'1'..=b'9'));
-    Ok(if is_zero { "0.".to_owned() } else { text })
+    let is_zero = !number.bytes().any(|b| matches!(b, b'1'..=b'9'));
+    text.push_str(if is_zero { "0." } else { &number });
+    // What the standard library wrote it reads.
+    Ok(if is_zero { 0.0 } else { number.parse().unwrap_or(value) })
 }
 
 /// Scaled numbers up to here are off by less than [`DOUBT`], and their integers are exact.
 const LARGEST: f64 = 1e9;
 /// How near to half a last digit the rounding of a scaled number is in doubt.
 const DOUBT: f64 = 1e-6;
+/// Digits and point of a number below [`LARGEST`] with some decimals too many.
+const ROOM: usize = 24;
 
 /// The same text from integer digits, several times as fast; `None` for large numbers, and where rounding is in doubt.
-fn plain(value: f64, decimals: usize) -> Option<String> {
-    let scaled = value.abs() * 10_f64.powi(i32::try_from(decimals).ok()?);
-    if !(scaled < LARGEST && (scaled.fract() - 0.5).abs() > DOUBT) {
+fn append_plain(text: &mut String, value: f64, decimals: usize) -> Option<f64> {
+    let scale = |decimals: usize| Some(10_f64.powi(i32::try_from(decimals).ok()?));
+    let scaled = value.abs() * scale(decimals)?;
+    if !(scaled < LARGEST && (scaled.fract() - 0.5).abs() > DOUBT && decimals + 2 < ROOM) {
         return None;
     }
     let mut digits = scaled.round() as u64;
     if digits == 0 {
-        return Some("0.".to_owned());
+        text.push_str("0.");
+        return Some(0.0);
     }
     let mut decimals = decimals;
     while decimals > 0 && digits.is_multiple_of(10) {
         digits /= 10;
         decimals -= 1;
     }
+    // A quotient of exact numbers is rounded as a reader rounds.
+    let read = digits as f64 / scale(decimals)?;
     // From the last digit to the first.
-    let mut text = Vec::with_capacity(16);
-    let mut written = 0;
-    while digits > 0 || written <= decimals {
-        if written == decimals {
-            text.push(b'.');
+    let mut bytes = [0; ROOM];
+    let mut first = ROOM;
+    while digits > 0 || ROOM - first <= decimals {
+        if ROOM - first == decimals {
+            first -= 1;
+            bytes[first] = b'.';
         }
-        text.push(b'0' + (digits % 10) as u8);
+        first -= 1;
+        bytes[first] = b'0' + (digits % 10) as u8;
         digits /= 10;
-        written += 1;
     }
     if value < 0.0 {
-        text.push(b'-');
+        text.push('-');
     }
-    text.reverse();
-    String::from_utf8(text).ok()
+    text.extend(bytes[first..].iter().map(|byte| char::from(*byte)));
+    Some(read.copysign(value))
 }
 
 #[cfg(test)]
@@ -98,7 +117,10 @@ mod tests {
             }
             let text = text.trim_end_matches('0');
             let text = if text.bytes().any(|b| matches!(b, b'1'..=b'9')) { text } else { "0." };
-            assert_eq!(format_number(value, decimals).as_deref(), Ok(text), "{value:e} with {decimals}");
+            let mut appended = String::from("X");
+            let read = append_number(&mut appended, value, decimals);
+            assert_eq!(&appended[1..], text, "{value:e} with {decimals}");
+            assert_eq!(read, Ok(text.parse().unwrap()), "{value:e} with {decimals}");
         }
     }
 

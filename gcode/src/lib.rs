@@ -56,7 +56,7 @@ pub use diagnostic::{Diagnostic, Severity};
 pub use dialect::{ArcCentres, Dialect, Options};
 pub use edit::{Edits, edit};
 pub use error::GcodeError;
-pub use format::{format_angle, format_coordinate, format_number};
+pub use format::{append_number, format_angle, format_coordinate, format_number};
 pub use interpret::interpret;
 pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
 pub use position::{Axis, Position};

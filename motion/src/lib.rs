@@ -14,6 +14,7 @@ mod limits;
 mod path;
 pub mod planner;
 mod pose;
+mod share;
 mod trajectory;
 
 pub use axis::{Axis, AxisKind};
@@ -23,9 +24,10 @@ pub use interpolate::cubic;
 pub use kinematics::{Cartesian, FiveAxis, Kinematics, RotaryJoint, RotaryMount};
 pub use lag::lag_s;
 pub use limits::{AxisLimits, Limits};
-pub use path::{DesiredPath, SHARE, poses_of};
+pub use path::{DesiredPath, poses_of};
 pub use planner::{
     MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve, plan_curve_on,
 };
 pub use pose::{Pose, Vec3, Vec6};
+pub use share::SHARE;
 pub use trajectory::Trajectory;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::{Curve, Kinematics, MotionError, Pose, Trajectory, Vec3};
+use crate::{Curve, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3};
 
 /// What the part needs: never changes while a reference is learned.
 #[derive(Debug, Clone)]
@@ -86,6 +86,3 @@ pub fn poses_of(trajectory: &Trajectory, kinematics: &dyn Kinematics) -> Result<
     };
     Ok((0..trajectory.len()).into_par_iter().with_min_len(SHARE).map_init(room, pose).collect())
 }
-
-/// Fewest samples that are worth a core of their own.
-pub const SHARE: usize = 2048;

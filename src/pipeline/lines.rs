@@ -1,7 +1,7 @@
 //! Lines of a compensated program, in its own units.
 
 use anyhow::Result;
-use gcode::{FeedMode, Move, Units, format_angle, format_coordinate, format_number};
+use gcode::{FeedMode, Move, Units, append_number, format_number};
 use motion::Vec6;
 
 use super::part::coordinates;
@@ -12,6 +12,15 @@ use super::{Carrier, Part, RefitSettings};
 fn turning_axes(part: &Part) -> [bool; 3] {
     let kinematics = part.plan.desired.kinematics();
     ["a", "b", "c"].map(|name| kinematics.turns() && kinematics.axes().iter().any(|axis| axis.name == name))
+}
+
+/// Most bytes of a usual line.
+const LINE: usize = 96;
+
+fn append_feed(text: &mut String, feed: f64) -> Result<()> {
+    text.push('F');
+    append_number(text, feed, 4)?;
+    Ok(())
 }
 
 /// Writes lines in the program's own units and modes.
@@ -53,7 +62,7 @@ impl<'a> Writer<'a> {
     ) -> Result<String> {
         let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
         let modal = self.part.toolpath.modal(step);
-        let mut text = String::new();
+        let mut text = String::with_capacity(LINE);
         let wanted = match self.settings.carrier {
             Carrier::G93 => FeedMode::InverseTime,
             Carrier::G94 => FeedMode::PerMinute,
@@ -72,40 +81,40 @@ impl<'a> Writer<'a> {
         let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
         for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
             let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
-            let number = match axis {
-                0..3 => format_coordinate(value, modal.units, decimals)?,
-                _ => format_angle(value, self.settings.decimals)?,
-            };
+            let before_word = text.len();
+            text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
             // What a control reads back, so that incremental programs gather no rounding.
-            let read: f64 = number.parse::<f64>().unwrap_or_default();
-            let read = if axis < 3 { read * modal.units.mm() } else { read.to_radians() };
+            let read = match axis {
+                0..3 => append_number(&mut text, value / modal.units.mm(), decimals)? * modal.units.mm(),
+                _ => append_number(&mut text, value.to_degrees(), self.settings.decimals)?.to_radians(),
+            };
             let reached = self.written[axis]
                 + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
             // A line needs an axis word, or it is no move.
             let last_chance = !moves && axis == 2;
             if (reached - self.written[axis]).abs() > 0.0 || (axis == 0 && self.settings.carrier != Carrier::Keep) || last_chance
             {
-                text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
-                text.push_str(&number);
                 self.written[axis] = reached;
                 moves = true;
+            } else {
+                text.truncate(before_word);
             }
         }
         let duration = (target.time_s - before_s).max(1e-5);
         match self.settings.carrier {
-            Carrier::G93 => text.push_str(&format!("F{}", format_number(60.0 / duration, 4)?)),
+            Carrier::G93 => append_feed(&mut text, 60.0 / duration)?,
             Carrier::G94 => {
                 // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
                 let way = self.written - before;
                 let length = way.fixed_rows::<3>(0).norm() / modal.units.mm();
                 let length = if length > 0.0 { length } else { way.fixed_rows::<3>(3).norm().to_degrees() };
                 let feed = length.max(1e-6) / duration * 60.0;
-                text.push_str(&format!("F{}", format_number(feed.max(1e-4), 4)?));
+                append_feed(&mut text, feed.max(1e-4))?;
             }
             // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
             Carrier::Keep if self.mode == FeedMode::InverseTime && share < 1.0 => {
                 let Some(word) = step.feed_word else { anyhow::bail!("a move in inverse time has no F") };
-                text.push_str(&format!("F{}", format_number(word * factor / share.max(0.01), 4)?));
+                append_feed(&mut text, word * factor / share.max(0.01))?;
             }
             Carrier::Keep => {
                 let wanted = step.feed_word.map(|feed| feed * factor);
@@ -116,7 +125,7 @@ impl<'a> Writer<'a> {
                     }
                     _ if wanted != self.feed => {
                         if let Some(feed) = wanted {
-                            text.push_str(&format!("F{}", format_number(feed, 4)?));
+                            append_feed(&mut text, feed)?;
                         }
                     }
                     _ => {}

@@ -180,11 +180,11 @@ impl Stretch<'_> {
         let mut last = self.owner(run[0]);
         let mut writer = Writer::new(part, self.settings, &moves[last]);
         let mut modes = Modes::state(part, self.settings, &moves[last], &mut out.edits)?;
-        for piece in run {
+        let targets: Vec<Vec<Target>> = run.par_iter().with_min_len(PIECES).map(|piece| self.targets(*piece)).collect();
+        for (piece, targets) in run.iter().zip(targets) {
             let owner = self.owner(*piece);
             let step = &moves[owner];
             let mut before_s = self.departure(self.start_of(*piece));
-            let targets = self.targets(*piece, step);
             let mut lines = Vec::with_capacity(targets.len());
             let mut way = 0.0;
             for target in &targets {
@@ -256,8 +256,8 @@ impl Stretch<'_> {
     }
 
     /// Ends of the lines that replace a move.
-    fn targets(&self, piece: usize, step: &Move) -> Vec<Target> {
-        let plan = &self.part.plan;
+    fn targets(&self, piece: usize) -> Vec<Target> {
+        let (plan, step) = (&self.part.plan, &self.part.toolpath.moves[self.owner(piece)]);
         let period = plan.desired.trajectory().period_s();
         let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
         let (from_s, to_s) = (self.departure(from_mm), self.time_at(to_mm));
@@ -315,6 +315,9 @@ const ALONG_MM: f64 = 0.02;
 
 /// Samples over which one line may reach: bounds the work of checking it.
 const MOST_POINTS: usize = 64;
+
+/// Fewest moves whose points are worth a core of their own.
+const PIECES: usize = 256;
 
 /// Lever at which a rotary axis's distance from a line counts, mm.
 const LEVER_MM: f64 = 100.0;

@@ -19,7 +19,7 @@ const SAMPLES: usize = 4096;
 /// How often an interval may be halved to meet the two.
 const DEPTH: u32 = 14;
 
-/// A grid node: the path and its derivatives with respect to arc length.
+/// A grid node: a place on the path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     /// Way from the start of the stretch, mm.
@@ -27,12 +27,17 @@ pub(super) struct Node {
     u: f64,
     /// `du/ds`, `d²u/ds²`.
     du: [f64; 2],
+    /// Index into the stretch's pieces.
+    pub piece: usize,
+}
+
+/// Derivatives of the path with respect to the way, at a node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
     /// `|r′|, |r″|` of the point X, Y, Z with respect to the way.
     pub point: [f64; 2],
     /// `q′, q″, q‴` of the axes X, Y, Z, A, B, C, mm or rad, with respect to the way.
     pub axes: [[f64; 6]; 3],
-    /// Index into the stretch's pieces.
-    pub piece: usize,
 }
 
 /// Nodes that are looked at before the rest is searched.
@@ -60,6 +65,8 @@ pub(super) struct Stretch<'a> {
     pub pieces: &'a [Piece],
     index: &'a [usize],
     pub nodes: Vec<Node>,
+    /// One a node, in the parts in which they were laid: they are many and large, and looked at once.
+    pub shapes: Vec<Vec<Shape>>,
     /// Whether axes move otherwise than the way.
     bends: bool,
 }
@@ -70,16 +77,18 @@ impl<'a> Stretch<'a> {
     pub fn new(pieces: &'a [Piece], index: &'a [usize], machine: &Seats, near: &[f64]) -> Result<Option<Self>, MotionError> {
         // The parts are the same on every machine, and with them the sums.
         let parts = pieces.par_chunks(PART).enumerate().map(|(part, pieces)| lay(pieces, part * PART, machine));
-        let parts: Vec<Vec<Node>> = parts.collect();
-        let mut nodes: Vec<Node> = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-        for part in parts {
+        let parts: Vec<(Vec<Node>, Vec<Shape>)> = parts.collect();
+        let mut nodes: Vec<Node> = Vec::with_capacity(parts.iter().map(|(nodes, _)| nodes.len()).sum());
+        let mut shapes = Vec::with_capacity(parts.len());
+        for (part, shapes_of_part) in parts {
             let from = nodes.last().map_or(0.0, |node| node.s);
             nodes.extend(part.into_iter().map(|node| Node { s: from + node.s, ..node }));
+            shapes.push(shapes_of_part);
         }
         if nodes.last().is_none_or(|node| node.s <= 0.0) {
             return Ok(None);
         }
-        let mut stretch = Self { pieces, index, nodes, bends: pieces.iter().any(|piece| bends(piece, machine)) };
+        let mut stretch = Self { pieces, index, nodes, shapes, bends: pieces.iter().any(|piece| bends(piece, machine)) };
         stretch.bend_axes(machine, near)?;
         Ok(Some(stretch))
     }
@@ -169,7 +178,7 @@ impl<'a> Stretch<'a> {
     fn bend_axes(&mut self, machine: &Seats, near: &[f64]) -> Result<(), MotionError> {
         let mut near = near.to_vec();
         let mut before: Option<(f64, Vec<f64>)> = None;
-        for node in &mut self.nodes {
+        for (node, shape) in self.nodes.iter().zip(self.shapes.iter_mut().flatten()) {
             let piece = &self.pieces[node.piece];
             if !bends(piece, machine) {
                 before = None;
@@ -193,11 +202,11 @@ impl<'a> Stretch<'a> {
                 let Some(slot) = place.slot() else { continue };
                 let first = (c[axis] - a[axis]) / (2.0 * h);
                 let second = (c[axis] - 2.0 * b[axis] + a[axis]) / (h * h);
-                node.axes[0][slot] = first * node.du[0];
-                node.axes[1][slot] = second * node.du[0] * node.du[0] + first * node.du[1];
-                node.axes[2][slot] = 0.0;
+                shape.axes[0][slot] = first * node.du[0];
+                shape.axes[1][slot] = second * node.du[0] * node.du[0] + first * node.du[1];
+                shape.axes[2][slot] = 0.0;
                 let jump = before.as_ref().map_or(0.0, |(_, before)| (near[axis] - before[axis]).abs());
-                if place.kind == AxisKind::Rotary && (jump > POLE_RAD || node.axes[0][slot].abs() > POLE_RAD_MM) {
+                if place.kind == AxisKind::Rotary && (jump > POLE_RAD || shape.axes[0][slot].abs() > POLE_RAD_MM) {
                     return Err(MotionError::Infeasible {
                         piece: index,
                         position_mm: node.s,
@@ -205,7 +214,7 @@ impl<'a> Stretch<'a> {
                             "near a pole of the machine, where the tool stands along the axis it turns about, axis {} would have to turn by {:.0}° \
                              at once; tilt the workpiece or the tool so that the path passes further away",
                             place.name,
-                            jump.max(node.axes[0][slot].abs() * STEP_MM).to_degrees()
+                            jump.max(shape.axes[0][slot].abs() * STEP_MM).to_degrees()
                         ),
                     });
                 }
@@ -217,8 +226,8 @@ impl<'a> Stretch<'a> {
 }
 
 /// The nodes of some pieces, the first of which has this number, over the way from its start.
-fn lay(pieces: &[Piece], first: usize, machine: &Seats) -> Vec<Node> {
-    let mut nodes = Vec::with_capacity(3 * pieces.len());
+fn lay(pieces: &[Piece], first: usize, machine: &Seats) -> (Vec<Node>, Vec<Shape>) {
+    let (mut nodes, mut shapes) = (Vec::with_capacity(3 * pieces.len()), Vec::with_capacity(3 * pieces.len()));
     let mut parameters = Vec::new();
     let mut s = 0.0;
     for (number, piece) in pieces.iter().enumerate() {
@@ -230,14 +239,19 @@ fn lay(pieces: &[Piece], first: usize, machine: &Seats) -> Vec<Node> {
         for i in 0..coarse {
             refine(piece, (at(i), at(i + 1)), DEPTH, &mut parameters);
         }
-        nodes.push(node(piece, parameters[0], s, first + number));
+        let mut lay = |u: f64, s: f64| {
+            let (du, shape) = shape(piece, u);
+            nodes.push(Node { s, u, du, piece: first + number });
+            shapes.push(shape);
+        };
+        lay(parameters[0], s);
         let whole = parameters.len() == 2;
         for ends in parameters.windows(2) {
             s += if whole { length } else { length_between(piece, ends[0], ends[1]) };
-            nodes.push(node(piece, ends[1], s, first + number));
+            lay(ends[1], s);
         }
     }
-    nodes
+    (nodes, shapes)
 }
 
 /// Turn of a rotary axis from one node to the next, rad, and on a mm of way, rad/mm, that only a pole asks for.
@@ -278,7 +292,8 @@ fn hermite(a: &Node, b: &Node, s: f64) -> f64 {
     u.clamp(a.u, b.u)
 }
 
-fn node(of: &Piece, u: f64, s: f64, piece: usize) -> Node {
+/// `du/ds` and `d²u/ds²` at a parameter, and the path's derivatives there.
+fn shape(of: &Piece, u: f64) -> ([f64; 2], Shape) {
     let [_, c1, c2, c3] = of.derivatives(u);
     let speed = c1.norm().max(1e-12);
     let slope = c1.dot(&c2) / speed;
@@ -289,7 +304,7 @@ fn node(of: &Piece, u: f64, s: f64, piece: usize) -> Node {
     let way = [c1 * u1, c2 * (u1 * u1) + c1 * u2, c3 * (u1 * u1 * u1) + c2 * (3.0 * u1 * u2) + c1 * u3];
     let axes = way.map(|d| std::array::from_fn(|slot| if slot < 3 { d[slot] } else { d[slot] / MM_PER_RAD }));
     let point = [way[0], way[1]].map(|d| Vec3::new(d[0], d[1], d[2]).norm());
-    Node { s, u, du: [u1, u2], point, axes, piece }
+    ([u1, u2], Shape { point, axes })
 }
 
 /// Angle between two directions of the way, rad; exact for small ones.

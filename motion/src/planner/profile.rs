@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::Excess;
-use super::geometry::{Node, Stretch};
+use super::geometry::{Node, Shape, Stretch};
+use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};
 
 /// A part of the profile with constant acceleration.
@@ -56,48 +57,81 @@ impl Room {
     }
 }
 
+/// Shapes in the parts in which they were laid, none of them empty.
+struct Parts<'a> {
+    shapes: &'a [Vec<Shape>],
+    /// Number of the first node of each part.
+    first: Vec<usize>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(shapes: &'a [Vec<Shape>]) -> Self {
+        let first = shapes.iter().scan(0, |next, part| Some(std::mem::replace(next, *next + part.len())));
+        Self { shapes, first: first.collect() }
+    }
+
+    fn of(&self, part: usize) -> &'a [Shape] {
+        &self.shapes[part]
+    }
+
+    /// The shape of node `k`, which lies in a part or beside it.
+    fn shape(&self, part: usize, k: usize) -> Option<&'a Shape> {
+        match k.checked_sub(self.first[part]) {
+            None => self.shapes[part.checked_sub(1)?].last(),
+            Some(index) => self.shapes[part].get(index).or_else(|| self.shapes.get(part + 1)?.first()),
+        }
+    }
+}
+
 impl<'a> SpeedLimit<'a> {
     pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &Limits, period_s: f64) -> Self {
         let nodes = &stretch.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
-        let cap_of = |node: &Node| {
-            let feed = stretch.feed_mm_s(node).min(limits.path_velocity_mm_s / node.point[0]);
-            pointwise(node, &axes, limits).min(feed * feed).max(CRAWL_MM_S * CRAWL_MM_S)
-        };
-        let mut cap: Vec<f64> = nodes.par_iter().with_min_len(SHARE).map(cap_of).collect();
         let steps: Vec<f64> = std::iter::once(0.0).chain(nodes.windows(2).map(|pair| pair[1].s - pair[0].s)).collect();
-        // A jump of curvature is a jump of acceleration, to be taken within one period.
-        for k in 1..nodes.len() {
-            if steps[k] <= 0.0 {
-                for (slot, limit) in &axes {
-                    let jump = nodes[k].axes[1][*slot] - nodes[k - 1].axes[1][*slot];
-                    let most = limit.jerk * period_s / jump.abs();
-                    for node in [k - 1, k] {
-                        cap[node] = cap[node].min(most.max(CRAWL_MM_S * CRAWL_MM_S));
+        let parts = Parts::new(&stretch.shapes);
+        let cap_of_part = |part: usize| {
+            let shapes = parts.of(part);
+            let mut cap: Vec<f64> = Vec::with_capacity(shapes.len());
+            for (k, shape) in (parts.first[part]..).zip(shapes) {
+                let feed = stretch.feed_mm_s(&nodes[k]).min(limits.path_velocity_mm_s / shape.point[0]);
+                let mut most = pointwise(shape, &axes, limits).min(feed * feed);
+                // A jump of curvature is a jump of acceleration, to be taken within one period.
+                let joint = |k: usize| steps.get(k).is_some_and(|step| *step <= 0.0);
+                let before = (k > 0 && joint(k)).then(|| parts.shape(part, k - 1));
+                let after = joint(k + 1).then(|| parts.shape(part, k + 1));
+                for beyond in before.into_iter().chain(after).flatten() {
+                    for (slot, limit) in &axes {
+                        let jump = shape.axes[1][*slot] - beyond.axes[1][*slot];
+                        most = most.min(limit.jerk * period_s / jump.abs());
                     }
                 }
+                cap.push(most.max(CRAWL_MM_S * CRAWL_MM_S));
             }
-        }
+            cap
+        };
+        let caps: Vec<Vec<f64>> = (0..stretch.shapes.len()).into_par_iter().map(cap_of_part).collect();
+        let cap = caps.concat();
         // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
-        let room_of_part = |(part, nodes_of_part): (usize, &[Node])| {
-            let mut room: Vec<Room> = Vec::with_capacity(nodes_of_part.len());
-            let mut ends = Vec::with_capacity(nodes_of_part.len());
-            for (k, node) in (part * SHARE..).zip(nodes_of_part) {
+        let room_of_part = |part: usize| {
+            let shapes = parts.of(part);
+            let mut room: Vec<Room> = Vec::with_capacity(shapes.len());
+            let mut ends = Vec::with_capacity(shapes.len());
+            for (k, shape) in (parts.first[part]..).zip(shapes) {
                 // The speed at a node is asked for with that of its neighbours.
                 let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
                 let first = ends.last().copied().unwrap_or(0);
-                bounds(node, stretch.acceleration(node), &axes, limits).for_each(|bound| add(bound, top, first, &mut room));
+                bounds(shape, stretch.acceleration(&nodes[k]), &axes, limits).for_each(|bound| add(bound, top, first, &mut room));
                 ends.push(room.len());
             }
             (room, ends)
         };
-        let parts: Vec<(Vec<Room>, Vec<usize>)> = nodes.par_chunks(SHARE).enumerate().map(room_of_part).collect();
-        let mut room: Vec<Room> = Vec::with_capacity(parts.iter().map(|(room, _)| room.len()).sum());
+        let rooms: Vec<(Vec<Room>, Vec<usize>)> = (0..stretch.shapes.len()).into_par_iter().map(room_of_part).collect();
+        let mut room: Vec<Room> = Vec::with_capacity(rooms.iter().map(|(room, _)| room.len()).sum());
         let mut room_of = Vec::with_capacity(nodes.len() + 1);
         room_of.push(0);
-        for (part, ends) in parts {
+        for (part, ends) in rooms {
             room_of.extend(ends.into_iter().map(|end| room.len() + end));
             room.extend(part);
         }
@@ -105,31 +139,76 @@ impl<'a> SpeedLimit<'a> {
         Self { nodes, steps, least_acceleration, room, room_of, cap, share, squared: Vec::new() }
     }
 
-    /// The fastest profile from rest to rest.
-    pub fn fastest(&mut self) -> Vec<Phase> {
-        let n = self.cap.len();
-        let mut squared = self.cap.clone();
-        squared[0] = 0.0;
-        squared[n - 1] = 0.0;
-        for k in 1..n {
-            squared[k] = squared[k].min(self.reach(k, k - 1, squared[k - 1]));
-        }
-        for k in (1..n).rev() {
-            squared[k - 1] = squared[k - 1].min(self.reach(k, k, squared[k]));
-        }
-        let mut phases = Vec::with_capacity(n);
-        for k in 1..n {
-            let ds = self.steps[k];
-            if ds > 0.0 {
-                let (e0, e1) = (squared[k - 1], squared[k]);
-                let needed = (e1 - e0).abs() / (2.0 * ds);
-                let acceleration = self.acceleration(k, k, e0.max(e1)).max(needed);
-                let top = self.cap[k].min(self.cap[k - 1]).max(e0.max(e1));
-                interval(ds, e0, e1, acceleration, top, &mut phases);
+    /// The fastest profile from rest to rest, in parts.
+    pub fn fastest(&mut self) -> Vec<Vec<Phase>> {
+        let squared = self.slowed_for_what_comes(&self.sped_up());
+        let phases = in_parts(squared.len(), |part| {
+            let mut phases = Vec::with_capacity(part.len());
+            for k in part.start.max(1)..part.end {
+                let ds = self.steps[k];
+                if ds > 0.0 {
+                    let (e0, e1) = (squared[k - 1], squared[k]);
+                    let needed = (e1 - e0).abs() / (2.0 * ds);
+                    let acceleration = self.acceleration(k, k, e0.max(e1)).max(needed);
+                    let top = self.cap[k].min(self.cap[k - 1]).max(e0.max(e1));
+                    interval(ds, e0, e1, acceleration, top, &mut phases);
+                }
             }
-        }
+            phases
+        });
         self.squared = squared;
         phases
+    }
+
+    /// Squared speeds that can be reached from the rest at the start, with a rest at the end.
+    ///
+    /// Every part first takes it that it may begin as fast as its first node allows; then what the part before it comes to is carried on until it
+    /// makes no difference.
+    fn sped_up(&self) -> Vec<f64> {
+        let n = self.cap.len();
+        let top = |k: usize| if k == 0 || k + 1 == n { 0.0 } else { self.cap[k] };
+        let mut squared = in_parts(n, |part| {
+            let mut out: Vec<f64> = Vec::with_capacity(part.len());
+            for k in part {
+                let reached = out.last().map_or(f64::INFINITY, |before| self.reach(k, k - 1, *before));
+                out.push(top(k).min(reached));
+            }
+            out
+        })
+        .concat();
+        for start in (SHARE..n).step_by(SHARE) {
+            for k in start..n {
+                let now = top(k).min(self.reach(k, k - 1, squared[k - 1]));
+                if now == squared[k] {
+                    break;
+                }
+                squared[k] = now;
+            }
+        }
+        squared
+    }
+
+    /// Those of `tops` from which what comes can be slowed down for; by parts, as in [`Self::sped_up`].
+    fn slowed_for_what_comes(&self, tops: &[f64]) -> Vec<f64> {
+        let n = tops.len();
+        let mut squared = in_parts(n, |part| {
+            let mut out = tops[part.clone()].to_vec();
+            for k in (part.start + 1..part.end).rev() {
+                out[k - 1 - part.start] = tops[k - 1].min(self.reach(k, k, out[k - part.start]));
+            }
+            out
+        })
+        .concat();
+        for end in (SHARE..n).step_by(SHARE).rev() {
+            for k in (1..=end).rev() {
+                let now = tops[k - 1].min(self.reach(k, k, squared[k]));
+                if now == squared[k - 1] {
+                    break;
+                }
+                squared[k - 1] = now;
+            }
+        }
+        squared
     }
 
     /// Squared speed that can be reached over the interval ending at `k`, from `squared` at node `at`.
@@ -188,10 +267,10 @@ fn add(bound: Room, top: f64, first: usize, room: &mut Vec<Room>) {
 }
 
 /// What bounds the acceleration along the path at one place: the path itself, of whose acceleration `part` may be used, and every axis.
-fn bounds(node: &Node, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
-    let [tangent, normal, _] = node.axes;
+fn bounds(shape: &Shape, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
+    let [tangent, normal, _] = shape.axes;
     // Along a turn on the spot the path has no acceleration of its own.
-    let path = Room { most: part * limits.path_acceleration_mm_s2 / node.point[0].max(1e-3), bend: 0.0 };
+    let path = Room { most: part * limits.path_acceleration_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
     let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
         share if share > 1e-9 => Room { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
         _ => Room { most: f64::INFINITY, bend: 0.0 },
@@ -200,9 +279,9 @@ fn bounds(node: &Node, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits)
 }
 
 /// Cap on the squared speed at one place: feed aside, everything that does not depend on acceleration along the path.
-fn pointwise(node: &Node, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
-    let [tangent, normal, third] = &node.axes;
-    let (mut speed, mut squared, mut cubed) = (f64::INFINITY, limits.centripetal_mm_s2 / node.point[1], f64::INFINITY);
+fn pointwise(shape: &Shape, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
+    let [tangent, normal, third] = &shape.axes;
+    let (mut speed, mut squared, mut cubed) = (f64::INFINITY, limits.centripetal_mm_s2 / shape.point[1], f64::INFINITY);
     for (slot, limit) in axes {
         speed = speed.min(limit.velocity / tangent[*slot].abs());
         squared = squared.min(limit.acceleration / normal[*slot].abs());

@@ -6,16 +6,16 @@ use super::profile::Phase;
 ///
 /// An average over `n` samples turns a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`; the second one makes the jerk
 /// continuous. Averaging arc length rather than axis positions keeps every sample on the path.
-pub(super) fn sample(phases: &[Phase], period_s: f64, windows: [usize; 2]) -> Vec<f64> {
+pub(super) fn sample(phases: &[Vec<Phase>], period_s: f64, windows: [usize; 2]) -> Vec<f64> {
     let raw = positions(phases, period_s);
     windows.iter().fold(raw, |positions, window| average(&positions, (*window).max(1)))
 }
 
-fn positions(phases: &[Phase], period_s: f64) -> Vec<f64> {
+fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
     let mut out = vec![0.0];
     // Time and position at the start of the phase; summed with compensation, as there may be millions.
     let (mut start_s, mut start_mm) = (Sum::default(), Sum::default());
-    for phase in phases {
+    for phase in phases.iter().flatten() {
         let end_s = start_s.value() + phase.duration_s;
         loop {
             let time = out.len() as f64 * period_s;
