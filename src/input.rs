@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
-use gcode::{Dialect, Options};
+use gcode::{Dialect, Options, Program};
 use machine::{ControllerSpec, MachineSpec, ProgramDialect, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
@@ -28,6 +28,73 @@ pub struct Input {
     pub desired: DesiredPath,
     /// The program that it was planned from.
     pub part: Option<Part>,
+}
+
+/// What a path is read from, before the machine that runs it is known.
+#[derive(Debug)]
+pub struct Source {
+    name: String,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Curve,
+    Reference(Trajectory),
+    Program(Program),
+}
+
+impl Source {
+    /// Opens `input`: `curve:NAME`, a reference (`.csv`, `.parquet`), or else a part program.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn open(input: &Path) -> Result<Self> {
+        if let Some(name) = input.to_string_lossy().strip_prefix(CURVE) {
+            return Ok(Self { name: name.to_owned(), content: Content::Curve });
+        }
+        let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let content = if is_reference(input) {
+            if !input.is_file() {
+                return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
+            }
+            let (reference, _) =
+                datasets::read_reference(input, &ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
+            Content::Reference(reference)
+        } else {
+            Content::Program(gcode::parse(read_file(input)?))
+        };
+        Ok(Self { name, content })
+    }
+
+    /// The path on a machine.
+    ///
+    /// # Errors
+    /// When the content is refused, or the machine cannot run it.
+    pub fn on(self, frame: &Frame, args: &ProgramArgs) -> Result<Input> {
+        let Self { name, content } = self;
+        match content {
+            Content::Curve => Input::curve(&name, args.feed, frame),
+            Content::Reference(reference) => {
+                let kinematics: Arc<dyn Kinematics> = if frame.kinematics.axes() == reference.axes() {
+                    Arc::clone(&frame.kinematics)
+                } else {
+                    Arc::new(Cartesian::new(reference.axes().to_vec()))
+                };
+                Ok(Input { name, desired: DesiredPath::new(reference, kinematics)?, part: None })
+            }
+            Content::Program(program) => {
+                let asked = args.dialect.map(|dialect| match dialect {
+                    DialectName::Fanuc => Dialect::Fanuc,
+                    DialectName::Linuxcnc => Dialect::LinuxCnc,
+                });
+                let options = asked.or(frame.dialect).map(Options::from);
+                let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
+                let part = Part::read(&name, program, options.as_ref(), Vec3::from(args.work_offset), frame, &settings)?;
+                Ok(Input { name, desired: part.plan.desired.clone(), part: Some(part) })
+            }
+        }
+    }
 }
 
 /// A machine's limits, kinematics and sampling, without its drives.
@@ -77,37 +144,12 @@ impl Frame {
 }
 
 impl Input {
-    /// Reads `input`: `curve:NAME`, a reference (`.csv`, `.parquet`), or else a part program.
+    /// Reads `input`, as [`Source::open`] does, as a path of a machine.
     ///
     /// # Errors
     /// When the file cannot be read, or its content is refused.
     pub fn read(input: &Path, frame: &Frame, args: &ProgramArgs) -> Result<Self> {
-        let text = input.to_string_lossy();
-        let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
-        if let Some(name) = text.strip_prefix(CURVE) {
-            return Self::curve(name, args.feed, frame);
-        }
-        let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if is_reference(input) {
-            if !input.is_file() {
-                return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
-            }
-            let (reference, _) =
-                datasets::read_reference(input, &ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
-            let kinematics: Arc<dyn Kinematics> = if frame.kinematics.axes() == reference.axes() {
-                Arc::clone(&frame.kinematics)
-            } else {
-                Arc::new(Cartesian::new(reference.axes().to_vec()))
-            };
-            return Ok(Self { name, desired: DesiredPath::new(reference, kinematics)?, part: None });
-        }
-        let asked = args.dialect.map(|dialect| match dialect {
-            DialectName::Fanuc => Dialect::Fanuc,
-            DialectName::Linuxcnc => Dialect::LinuxCnc,
-        });
-        let options = asked.or(frame.dialect).map(Options::from);
-        let part = Part::read(&name, read_file(input)?, options.as_ref(), Vec3::from(args.work_offset), frame, &settings)?;
-        Ok(Self { name, desired: part.plan.desired.clone(), part: Some(part) })
+        Source::open(input)?.on(frame, args)
     }
 
     /// Largest difference of an axis's position from the path, mm or rad.

@@ -65,7 +65,7 @@ impl Programmed {
         let text = short_lines(&curve, feed_mm_s, spacing_mm)?;
         let settings = frame.plan_settings();
         let options = Options::from(Dialect::Fanuc);
-        let part = Part::read(name, text.into_bytes(), Some(&options), Vec3::zeros(), frame, &settings)?;
+        let part = Part::read(name, gcode::parse(text), Some(&options), Vec3::zeros(), frame, &settings)?;
         Ok(Self { part, frame: frame.clone() })
     }
 

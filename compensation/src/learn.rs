@@ -79,8 +79,7 @@ pub fn learn(
         // The law does not wait for the figure, which only says whether its update counts.
         let (figure, next) = std::thread::scope(|scope| {
             let figure = scope.spawn(|| measure(desired, &actual));
-            let next = (update < stop.updates)
-                .then(|| law.update(desired, &reference, &actual).and_then(|next| guard.apply(desired, &next)));
+            let next = (update < stop.updates).then(|| law.update(desired, &reference, &actual));
             (figure.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), next)
         });
         rounds.push(Round { reference, actual, measure: figure });
@@ -88,7 +87,7 @@ pub fn learn(
             best = update;
         }
         match next {
-            Some(next) if update - best < stop.patience => reference = next?,
+            Some(next) if update - best < stop.patience => reference = guard.apply(desired, &next?)?,
             _ => break,
         }
     }

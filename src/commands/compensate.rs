@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
-use crate::input::{self, Frame, Input};
+use crate::input::{self, Frame, Input, Source};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
@@ -75,14 +75,15 @@ pub struct Compensate {
 impl Compensate {
     pub fn run(&self) -> Result<()> {
         check_not_input(&self.input, &self.out)?;
-        let bundle = input::model(&self.model)?;
+        let (bundle, source) = rayon::join(|| input::model(&self.model), || Source::open(&self.input));
+        let bundle = bundle?;
         let spec = match &self.machine {
             Some(machine) => input::machine(machine)?,
             None => input::machine_of(&bundle)?,
         };
         let spec = self.carrier.on(spec)?;
         let frame = Frame::of(&spec)?;
-        let mut path = Input::read(&self.input, &frame, &self.program)?;
+        let mut path = source?.on(&frame, &self.program)?;
         let mut carried = Carried::of(&self.carrier, &spec);
         carried.check(&path, &self.out)?;
         let settings = Settings {

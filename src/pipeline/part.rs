@@ -61,13 +61,12 @@ impl Part {
     /// [`Refused`] when the program holds a feed move that cannot be predicted, or none at all.
     pub fn read(
         name: &str,
-        bytes: Vec<u8>,
+        program: Program,
         options: Option<&Options>,
         work_offset: Vec3,
         frame: &Frame,
         settings: &PlanSettings,
     ) -> Result<Self> {
-        let program = gcode::parse(bytes);
         let options = options.copied().unwrap_or_else(|| gcode::Dialect::detect(&program).into());
         let toolpath = gcode::interpret(&program, &options).map_err(|error| match error {
             GcodeError::Refused { diagnostics } => anyhow!(Refused(render(&diagnostics, &program, name))),

@@ -35,7 +35,7 @@ impl<'a> Replanned<'a> {
             dialect: None,
         };
         let bytes = edit(&part.program, &refit(part, reference, written)?.edits)?;
-        let planned = Part::read(&part.name, bytes, Some(&part.options), part.work_offset, &frame, &part.settings)?;
+        let planned = Part::read(&part.name, gcode::parse(bytes), Some(&part.options), part.work_offset, &frame, &part.settings)?;
         let command = planned.plan.desired.trajectory().clone();
         let places = follow(&planned.plan.desired.tips(), &desired.tips())?;
         Ok(Self { original: part, command, places })

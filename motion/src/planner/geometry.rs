@@ -146,7 +146,8 @@ impl<'a> Stretch<'a> {
         // Of several solutions the one nearest to the sample before is taken; where there is one only, parts are worked on side by side.
         let part = if self.bends { motion.len() } else { SAMPLES };
         let parts = motion.par_chunks(part).map(|motion| self.follow_part(motion, machine, near));
-        let mut whole = Followed { columns: vec![Vec::with_capacity(motion.len()); near.len()], pieces: Vec::new() };
+        let room = || Vec::with_capacity(motion.len());
+        let mut whole = Followed { columns: near.iter().map(|_| room()).collect(), pieces: Vec::with_capacity(motion.len()) };
         for part in parts.collect::<Vec<_>>() {
             let part = part?;
             whole.columns.iter_mut().zip(part.columns).for_each(|(column, positions)| column.extend(positions));
