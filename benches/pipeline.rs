@@ -91,7 +91,8 @@ fn five_axes(c: &mut Criterion) {
     let settings = PlanSettings { period_s: frame.period_s, corner_tolerance_mm: 0.002, ..PlanSettings::default() };
     let lines = 20_000;
     let bytes = five_axis_program(lines);
-    let read = || Part::read("dense.nc", bytes.clone(), None, Vec3::zeros(), &frame, &settings).expect("is planned");
+    let read =
+        || Part::read("dense.nc", gcode::parse(bytes.clone()), None, Vec3::zeros(), &frame, &settings).expect("is planned");
     let mut group = c.benchmark_group("five axes");
     group.throughput(Throughput::Elements(lines as u64));
     group.sample_size(10);

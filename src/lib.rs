@@ -1,7 +1,7 @@
 //! `precomp` makes a CNC machine cut the path that its program asks for, in the first run.
 //!
-//! The walk, from bytes to bytes: [`pipeline::Part::read`] reads and plans a program, [`learning::compensate`] learns a reference on
-//! the model of the machine, [`pipeline::refit()`] writes it back, [`pipeline::verify()`] reads the output again.
+//! The walk, from bytes to bytes: [`gcode::parse`] reads a program, [`pipeline::Part::read`] interprets and plans it, [`learning::compensate`]
+//! learns a reference on the model of the machine, [`pipeline::refit()`] writes it back, [`pipeline::verify()`] reads the output again.
 
 pub mod adaptation;
 pub mod cli;

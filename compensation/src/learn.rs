@@ -77,10 +77,10 @@ pub fn learn(
     for update in 0..=stop.updates {
         let actual = machine.run(&reference)?;
         // The law does not wait for the figure, which only says whether its update counts.
-        let (figure, next) = std::thread::scope(|scope| {
-            let figure = scope.spawn(|| measure(desired, &actual));
-            let next = (update < stop.updates).then(|| law.update(desired, &reference, &actual));
-            (figure.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), next)
+        let mut figure = f64::INFINITY;
+        let next = rayon::in_place_scope(|scope| {
+            scope.spawn(|_| figure = measure(desired, &actual));
+            (update < stop.updates).then(|| law.update(desired, &reference, &actual))
         });
         rounds.push(Round { reference, actual, measure: figure });
         if figure < (1.0 - stop.worth) * rounds[best].measure {

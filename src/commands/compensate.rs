@@ -74,6 +74,11 @@ pub struct Compensate {
 
 impl Compensate {
     pub fn run(&self) -> Result<()> {
+        // Among the threads that share the work: whoever waits for a part does another one meanwhile.
+        rayon::scope(|_| self.compensate())
+    }
+
+    fn compensate(&self) -> Result<()> {
         check_not_input(&self.input, &self.out)?;
         let (bundle, source) = rayon::join(|| input::model(&self.model), || Source::open(&self.input));
         let bundle = bundle?;

@@ -55,7 +55,7 @@ pub struct Part {
 pub struct Refused(pub String);
 
 impl Part {
-    /// Reads and plans a program.
+    /// Interprets and plans a program.
     ///
     /// # Errors
     /// [`Refused`] when the program holds a feed move that cannot be predicted, or none at all.
@@ -236,7 +236,9 @@ fn pieces(
     kinematics: &dyn Kinematics,
     usual: ProgramWords,
 ) -> Result<(ToolPath, Vec<Option<usize>>)> {
-    let mut builder = Builder { path: Vec::new(), owners: Vec::new(), at: None, words: usual, kinematics };
+    let room = toolpath.moves.len();
+    let (path, owners) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    let mut builder = Builder { path, owners, at: None, words: usual, kinematics };
     let offset = Vec6::new(work_offset.x, work_offset.y, work_offset.z, 0.0, 0.0, 0.0);
     for (index, step) in toolpath.moves.iter().enumerate() {
         builder.set_words(words_of(toolpath, step, usual))?;
@@ -275,9 +277,7 @@ fn pieces(
             MoveKind::Rapid | MoveKind::Thread | MoveKind::Probe | MoveKind::Cycle(_) => builder.rapid(end, Some(index)),
         }
     }
-    let mut path = ToolPath::default();
-    builder.path.into_iter().for_each(|piece| path.push(piece));
-    Ok((path, builder.owners))
+    Ok((builder.path.into(), builder.owners))
 }
 
 fn linear(at: &Vec6) -> Vec3 {

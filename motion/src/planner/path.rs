@@ -19,6 +19,12 @@ pub(super) struct Run {
     pub dwell_s: f64,
 }
 
+impl From<Vec<Piece>> for ToolPath {
+    fn from(pieces: Vec<Piece>) -> Self {
+        Self { pieces }
+    }
+}
+
 impl ToolPath {
     /// Appends a piece.
     pub fn push(&mut self, piece: Piece) {

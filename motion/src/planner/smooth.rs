@@ -2,6 +2,9 @@
 
 use super::profile::Phase;
 
+/// Samples beyond which room is made as they come.
+const MOST_ROOM: usize = 1 << 22;
+
 /// Arc length every period, from rest to rest, smoothed by two moving averages of `windows` samples.
 ///
 /// An average over `n` samples turns a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`; the second one makes the jerk
@@ -12,7 +15,9 @@ pub(super) fn sample(phases: &[Vec<Phase>], period_s: f64, windows: [usize; 2]) 
 }
 
 fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
-    let mut out = vec![0.0];
+    let seconds: f64 = phases.iter().flatten().map(|phase| phase.duration_s).sum();
+    let mut out = Vec::with_capacity(((seconds / period_s) as usize).min(MOST_ROOM) + 3);
+    out.push(0.0);
     // Time and position at the start of the phase; summed with compensation, as there may be millions.
     let (mut start_s, mut start_mm) = (Sum::default(), Sum::default());
     for phase in phases.iter().flatten() {
