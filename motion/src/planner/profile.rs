@@ -307,3 +307,49 @@ fn interval(ds: f64, e0: f64, e1: f64, acceleration: f64, top: f64, phases: &mut
     }
     push((vp - v1) / acceleration, vp, -acceleration);
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::piece::{Piece, Seats};
+    use super::*;
+    use crate::curves::Line;
+    use crate::{Cartesian, Vec3};
+
+    #[test]
+    fn parts_come_to_the_same_bits_as_the_whole() {
+        let machine = Cartesian::new(Axis::xyz());
+        let machine = Seats::of(&machine);
+        // Fast lines of 1 mm, five nodes each, with slow ones just before and after every part's end: the ramps reach from one part into the other.
+        let nodes = 5;
+        let piece = |k: usize| {
+            let (start, end) = (Vec3::new(k as f64, 0.0, 0.0), Vec3::new(k as f64 + 1.0, 0.0, 0.0));
+            let slow = [10, SHARE - 30].iter().any(|place| (k * nodes + SHARE - place) % SHARE < nodes);
+            Piece::whole(Arc::new(Line { start, end }), if slow { 5.0 + k as f64 * 1e-3 } else { 300.0 })
+        };
+        let pieces: Vec<Piece> = (0..2500).map(piece).collect();
+        let index: Vec<usize> = (0..pieces.len()).collect();
+        let stretch = Stretch::new(&pieces, &index, &machine, &[0.0; 3]).unwrap().unwrap();
+        let limits = Limits::uniform(3, 1000.0, 500.0, 0.02);
+        let speed = SpeedLimit::new(&stretch, machine.kinematics.axes(), &limits, 0.002);
+        let n = speed.cap.len();
+        assert_eq!(n, nodes * pieces.len());
+
+        let mut whole = speed.cap.clone();
+        (whole[0], whole[n - 1]) = (0.0, 0.0);
+        for k in 1..n {
+            whole[k] = whole[k].min(speed.reach(k, k - 1, whole[k - 1]));
+        }
+        let tops = speed.sped_up();
+        assert_eq!(tops, whole);
+        for k in (1..n).rev() {
+            whole[k - 1] = whole[k - 1].min(speed.reach(k, k, whole[k]));
+        }
+        assert_eq!(speed.slowed_for_what_comes(&tops), whole);
+        // Both kinds of ramps lie across ends of parts.
+        let ends = || (SHARE..n).step_by(SHARE);
+        assert!(ends().any(|k| tops[k - 1] < tops[k] && tops[k] < speed.cap[k]));
+        assert!(ends().any(|k| whole[k] < whole[k - 1] && whole[k - 1] < tops[k - 1]));
+    }
+}
