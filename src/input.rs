@@ -18,6 +18,8 @@ use crate::pipeline::Part;
 
 /// The prefix of built-in test curves.
 const CURVE: &str = "curve:";
+/// How archives begin, models among them.
+const ARCHIVE: &[u8] = b"PK\x03\x04";
 
 /// A path to be run: its name and what it is.
 #[derive(Debug)]
@@ -62,7 +64,13 @@ impl Source {
                 datasets::read_reference(input, &ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
             Content::Reference(reference)
         } else {
-            Content::Program(gcode::parse(read_file(input)?))
+            let bytes = read_file(input)?;
+            if bytes.starts_with(ARCHIVE) {
+                let why =
+                    format!("{} is an archive, as models are, and no part program; a model goes behind -m", input.display());
+                return Err(Usage(why).into());
+            }
+            Content::Program(gcode::parse(bytes))
         };
         Ok(Self { name, content })
     }

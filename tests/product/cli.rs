@@ -38,6 +38,8 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     }
     std::fs::write(folder.path("not.model"), b"PK nothing").unwrap();
     assert!(folder.fails(1, &["predict", "curve:crown", "-m", "not.model"]).contains("not a model"));
+    std::fs::write(folder.path("swapped.model"), b"PK\x03\x04\0\0").unwrap();
+    assert!(folder.fails(2, &["simulate", "swapped.model", "-o", "x.csv"]).contains("no part program"));
 }
 
 #[test]
