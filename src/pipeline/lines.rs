@@ -63,14 +63,15 @@ impl<'a> Writer<'a> {
         let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
         let modal = self.part.toolpath.modal(step);
         let mut text = String::with_capacity(LINE);
-        let wanted = match self.settings.carrier {
-            Carrier::G93 => FeedMode::InverseTime,
-            Carrier::G94 => FeedMode::PerMinute,
-            Carrier::Keep => self.mode,
+        let (wanted, code) = match self.settings.carrier {
+            Carrier::G93 => (FeedMode::InverseTime, "G93"),
+            Carrier::G94 => (FeedMode::PerMinute, "G94"),
+            // The program's own codes stay where they are.
+            Carrier::Keep => (modal.feed_mode, ""),
         };
         if wanted != self.mode {
-            text.push_str(if wanted == FeedMode::InverseTime { "G93" } else { "G94" });
-            self.mode = wanted;
+            text.push_str(code);
+            (self.mode, self.feed) = (wanted, None);
         }
         if !self.g1_active || (first_of_block && step.explicit_motion) {
             text.push_str("G1");
@@ -139,7 +140,8 @@ impl<'a> Writer<'a> {
     /// The line after a stretch that puts the program's own feed back.
     pub(super) fn restore(&self, last: &Move) -> Result<Option<String>> {
         if self.settings.carrier == Carrier::Keep {
-            let changed = self.feed != last.feed_word;
+            // Inverse time holds for one line only.
+            let changed = self.mode != FeedMode::InverseTime && self.feed != last.feed_word;
             let feed = last.feed_word.filter(|_| changed).map(|feed| format_number(feed, 6)).transpose()?;
             return Ok(feed.map(|feed| format!("F{feed}")));
         }
@@ -150,7 +152,6 @@ impl<'a> Writer<'a> {
             FeedMode::PerRevolution => "G95",
         };
         let feed = match (last.feed_word, modal.feed_mode) {
-            // Inverse time holds for one line only.
             (Some(word), FeedMode::PerMinute | FeedMode::PerRevolution) => format!("F{}", format_number(word, 6)?),
             _ => String::new(),
         };

@@ -53,3 +53,27 @@ pub fn stated_for_the_control_and_put_back(folder: &Folder) {
     let out = std::fs::read_to_string(folder.path("modes-k.ngc")).unwrap();
     assert!(!out.contains("G93") && !out.contains("Q0") && out.contains("\nG94\n"), "{out}");
 }
+
+pub fn the_programs_own_change_within_a_stretch(folder: &Folder) {
+    let part =
+        "G21 G90 G17\nG0 X0 Y0 Z0\nG94 G1 X10 F1800\nG93\nX14 Y3 F150\nG1 X24 Y10 F120\nG94 G1 X40 F1800\nX50\nG0 Z5\nM2\n";
+    std::fs::write(folder.path("timed.nc"), part).unwrap();
+    let words =
+        ["compensate", "timed.nc", "-m", "machine.model", "-o", "timed-c.nc", "--controller", "generic", "--carrier", "keep"];
+    assert_eq!(folder.figures(&words)["changed"], true);
+    let out = std::fs::read_to_string(folder.path("timed-c.nc")).unwrap();
+    let lines: Vec<&str> = out.lines().collect();
+    let at = |code: &str| lines.iter().rposition(|line| line.starts_with(code)).unwrap();
+    let (timed, untimed) = (at("G93"), at("G94"));
+    // Every line in inverse time states its own, and those of a move come to the move's (a corner's own points take a little more);
+    // behind them feeds hold again.
+    let feeds: Vec<f64> =
+        lines[timed + 1..untimed].iter().map(|line| line.rsplit('F').next().unwrap().parse().unwrap()).collect();
+    assert!(feeds.len() > 4, "{out}");
+    let seconds: f64 = feeds.iter().map(|feed| 60.0 / feed).sum();
+    assert!((0.899..0.93).contains(&seconds), "{seconds} s\n{out}");
+    assert!(lines[untimed].ends_with("F1800"), "{out}");
+    assert!(lines[untimed + 1..].iter().all(|line| !line.contains('F')), "{out}");
+    let output = folder.precomp(&["simulate", "timed-c.nc", "--out", "timed-c.csv"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+}

@@ -80,6 +80,7 @@ fn first_run_on_unseen_paths() {
     crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
     crate::dwells::nothing_winds_up_at_a_standstill(&folder);
     crate::modes::stated_for_the_control_and_put_back(&folder);
+    crate::modes::the_programs_own_change_within_a_stretch(&folder);
     crate::recorded::a_recorded_command_is_gone_by_instead_of_the_plan(&folder);
     crate::rows::rows_carry_the_compensated_path(&folder);
     real_program(&folder);
