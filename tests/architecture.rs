@@ -1,4 +1,4 @@
-//! Nothing imports upward: every crate uses only crates of lower floors, and only the crates that should know burn, polars or the
+//! Nothing imports upward: every crate uses only crates of lower floors, and only the crates that should know burn, Parquet or the
 //! terminal do.
 
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ fn crates_use_only_what_their_floor_allows() {
                 assert!(allowed.contains(&used.as_str()), "{name} must not use {used}");
             }
             let only = BTreeMap::from([
-                ("polars", vec!["datasets"]),
+                ("parquet", vec!["datasets"]),
                 ("burn", vec!["models", "training"]),
                 ("clap", vec![]),
                 ("indicatif", vec![]),

@@ -38,5 +38,5 @@ pub fn write_reference(path: &Path, reference: &Trajectory) -> Result<(), Datase
     let mut columns = vec![times(reference)];
     let named = reference.axes().iter().zip(reference.columns());
     columns.extend(named.map(|(axis, column)| (axis.name.clone(), column.clone())));
-    write_columns(path, columns)
+    write_columns(path, &columns)
 }

@@ -1,12 +1,12 @@
 //! Logs to files.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use motion::Trajectory;
-use polars::prelude::{Column, CsvWriter, DataFrame, ParquetWriter, SerWriter};
 
+use crate::formats::parquet;
 use crate::{DatasetError, Log, write_atomically};
 
 /// Digits after the decimal point in text files: 1e-9 mm, rad or s.
@@ -24,7 +24,7 @@ pub fn write_log(path: &Path, log: &Log) -> Result<(), DatasetError> {
         columns.push((format!("{axis}_ref"), reference.clone()));
         columns.push((format!("{axis}_act"), actual.clone()));
     }
-    write_columns(path, columns)
+    write_columns(path, &columns)
 }
 
 pub(crate) fn times(trajectory: &Trajectory) -> (String, Vec<f64>) {
@@ -32,19 +32,28 @@ pub(crate) fn times(trajectory: &Trajectory) -> (String, Vec<f64>) {
     ("t".to_owned(), times)
 }
 
-pub(crate) fn write_columns(path: &Path, columns: Vec<(String, Vec<f64>)>) -> Result<(), DatasetError> {
-    let failed = |error: polars::error::PolarsError| DatasetError::format(path, error);
-    let columns = columns.into_iter().map(|(name, values)| Column::new(name.as_str().into(), values)).collect();
-    let mut frame = DataFrame::new_infer_height(columns).map_err(failed)?;
-    let parquet =
+pub(crate) fn write_columns(path: &Path, columns: &[(String, Vec<f64>)]) -> Result<(), DatasetError> {
+    let as_parquet =
         path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet") || ending.eq_ignore_ascii_case("pq"));
     write_atomically(path, |file: &mut File| {
-        if parquet {
-            ParquetWriter::new(file).finish(&mut frame).map(|_| ()).map_err(failed)
+        if as_parquet {
+            parquet::write(file, columns).map_err(|error| DatasetError::format(path, error))
         } else {
-            let mut buffered = BufWriter::new(file);
-            CsvWriter::new(&mut buffered).with_float_precision(Some(DECIMALS)).finish(&mut frame).map_err(failed)?;
-            std::io::Write::flush(&mut buffered).map_err(|source| DatasetError::io(path, source))
+            write_text(file, columns).map_err(|source| DatasetError::io(path, source))
         }
     })
+}
+
+fn write_text(file: &mut File, columns: &[(String, Vec<f64>)]) -> std::io::Result<()> {
+    let mut file = BufWriter::new(file);
+    let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    writeln!(file, "{}", names.join(","))?;
+    for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
+        for (index, (_, values)) in columns.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            write!(file, "{comma}{:.DECIMALS$}", values[row])?;
+        }
+        file.write_all(b"\n")?;
+    }
+    file.flush()
 }

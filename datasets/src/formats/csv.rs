@@ -1,10 +1,6 @@
 //! Text tables: comma, semicolon, tab or blanks, decimal point or comma, comments, a preamble, a row of units.
 
-use std::io::Cursor;
 use std::path::Path;
-use std::sync::Arc;
-
-use polars::prelude::{CsvParseOptions, CsvReadOptions, DataType, Field, Schema, SerReader};
 
 use super::dialect::Dialect;
 use super::text::{self, Line};
@@ -41,7 +37,7 @@ impl LogFormat for Csv {
         check_widths(path, &dialect, &mut rows, &mut findings)?;
         drop_cut_number(&text, &dialect, &mut rows, &mut findings);
         Ok(Table {
-            columns: parse(path, &dialect, &rows)?,
+            columns: parse(&dialect, &rows),
             lines: rows.iter().map(|row| row.number).collect(),
             names,
             period_s: None,
@@ -139,42 +135,13 @@ fn drop_cut_number(text: &str, dialect: &Dialect, rows: &mut Vec<Line<'_>>, find
     }
 }
 
-fn parse(path: &Path, dialect: &Dialect, rows: &[Line<'_>]) -> Result<Vec<Vec<f64>>, DatasetError> {
-    let failed = |error: polars::error::PolarsError| DatasetError::format(path, error);
-    // Blanks are put to one tab; all other separators are one byte already.
-    let separator = if dialect.separator == ' ' { '\t' } else { dialect.separator };
-    let mut body = String::with_capacity(rows.iter().map(|row| row.text.len() + 1).sum());
+/// The columns; a field that is no number is not a number.
+fn parse(dialect: &Dialect, rows: &[Line<'_>]) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::with_capacity(rows.len()); dialect.width];
     for row in rows {
-        for (index, field) in dialect.fields(row.text).iter().take(dialect.width).enumerate() {
-            if index > 0 {
-                body.push(separator);
-            }
-            if dialect.number(field).is_some() {
-                body.push_str(field);
-            }
+        for (column, field) in columns.iter_mut().zip(dialect.fields(row.text)) {
+            column.push(dialect.number(field).unwrap_or(f64::NAN));
         }
-        body.push('\n');
     }
-    let schema: Schema = (0..dialect.width).map(|index| Field::new(index.to_string().into(), DataType::Float64)).collect();
-    let frame = CsvReadOptions::default()
-        .with_has_header(false)
-        .with_schema(Some(Arc::new(schema)))
-        .with_ignore_errors(true)
-        .with_parse_options(
-            CsvParseOptions::default()
-                .with_separator(separator as u8)
-                .with_quote_char(None)
-                .with_decimal_comma(dialect.decimal_comma),
-        )
-        .into_reader_with_file_handle(Cursor::new(body.into_bytes()))
-        .finish()
-        .map_err(failed)?;
-    if frame.height() != rows.len() {
-        return Err(DatasetError::format(path, format!("{} rows were read of {}", frame.height(), rows.len())));
-    }
-    frame
-        .columns()
-        .iter()
-        .map(|column| Ok(column.f64().map_err(failed)?.iter().map(|value| value.unwrap_or(f64::NAN)).collect()))
-        .collect()
+    columns
 }

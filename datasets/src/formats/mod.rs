@@ -4,7 +4,7 @@ mod csv;
 mod dialect;
 mod halsampler;
 mod halscope;
-mod parquet;
+pub(crate) mod parquet;
 mod sinumerik_json;
 mod sinumerik_xml;
 mod text;

@@ -1,13 +1,25 @@
 //! Parquet tables.
 
-use std::io::Cursor;
+use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
-use polars::prelude::{DataType, ParquetReader, SerReader};
+use bytes::Bytes;
+use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::LogFormat;
 use crate::{DatasetError, Table};
+
+/// Values that are taken from a column at once.
+const BATCH: usize = 1 << 16;
 
 /// Parquet files with one column of numbers a signal; columns of other types are kept as empty.
 #[derive(Debug, Clone, Copy)]
@@ -23,31 +35,199 @@ impl LogFormat for Parquet {
     }
 
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
-        let failed = |error: polars::error::PolarsError| DatasetError::format(path, error);
         if bytes.len() < 12 || !bytes.ends_with(b"PAR1") {
             return Err(DatasetError::format(path, "the Parquet file is cut off: its footer is missing; copy it again"));
         }
         // The reader panics on some damaged footers and pages; a damaged file is to be an error like any other.
-        let frame = catch_unwind(AssertUnwindSafe(|| ParquetReader::new(Cursor::new(bytes)).finish()))
+        catch_unwind(AssertUnwindSafe(|| read(Bytes::from(bytes))))
             .map_err(|_| DatasetError::format(path, "the Parquet file is damaged; copy it again"))?
-            .map_err(failed)?;
-        let mut table = Table { lines: (1..=frame.height()).collect(), ..Table::default() };
-        for column in frame.columns() {
-            let values = if column.dtype().is_primitive_numeric() {
-                column
-                    .cast(&DataType::Float64)
-                    .map_err(failed)?
-                    .f64()
-                    .map_err(failed)?
-                    .iter()
-                    .map(|value| value.unwrap_or(f64::NAN))
-                    .collect()
-            } else {
-                vec![f64::NAN; frame.height()]
-            };
-            table.names.push(column.name().to_string());
-            table.columns.push(values);
+            .map_err(|error| DatasetError::format(path, error))
+    }
+}
+
+fn read(bytes: Bytes) -> Result<Table, ParquetError> {
+    let file = SerializedFileReader::new(bytes)?;
+    let schema = file.metadata().file_metadata().schema_descr_ptr();
+    let mut table = Table::default();
+    let mut rows = None;
+    for (index, field) in schema.root_schema().get_fields().iter().enumerate() {
+        // A column of lists or structures has leaves of its own, deeper than one name.
+        let leaf = (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == index);
+        let leaf = leaf.filter(|&leaf| field.is_primitive() && is_number(&schema.column(leaf)));
+        let mut values = Vec::new();
+        if let Some(leaf) = leaf {
+            for group in 0..file.num_row_groups() {
+                if matches!(
+                    file.metadata().row_group(group).column(leaf).compression(),
+                    Compression::BROTLI(_) | Compression::LZO
+                ) {
+                    let message =
+                        "it is compressed with Brotli or LZO, which are not read; write it with Zstandard, Snappy, gzip or LZ4";
+                    return Err(ParquetError::General(message.to_owned()));
+                }
+                read_numbers(file.get_row_group(group)?.get_column_reader(leaf)?, &schema.column(leaf), &mut values)?;
+            }
+            if *rows.get_or_insert(values.len()) != values.len() {
+                return Err(ParquetError::General(format!(
+                    "column `{}` is shorter or longer than those before it",
+                    field.name()
+                )));
+            }
         }
-        Ok(table)
+        table.names.push(field.name().to_owned());
+        table.columns.push(values);
+    }
+    // The number of rows that the footer states is not believed before a column has as many.
+    let rows = rows.unwrap_or(0);
+    table.lines = (1..=rows).collect();
+    for column in &mut table.columns {
+        column.resize(rows, f64::NAN);
+    }
+    Ok(table)
+}
+
+/// Whether a leaf holds plain numbers: no list, no truth values, text, dates, times or decimals.
+fn is_number(leaf: &ColumnDescriptor) -> bool {
+    use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE, UINT_8, UINT_16, UINT_32, UINT_64};
+    let plain = match (leaf.logical_type_ref(), leaf.converted_type()) {
+        (Some(LogicalType::Integer(_)), _) => true,
+        (Some(_), _) => false,
+        (None, converted) => matches!(converted, NONE | INT_8 | INT_16 | INT_32 | INT_64 | UINT_8 | UINT_16 | UINT_32 | UINT_64),
+    };
+    plain
+        && leaf.max_rep_level() == 0
+        && matches!(leaf.physical_type(), Physical::INT32 | Physical::INT64 | Physical::FLOAT | Physical::DOUBLE)
+}
+
+fn read_numbers(reader: ColumnReader, leaf: &ColumnDescriptor, column: &mut Vec<f64>) -> Result<(), ParquetError> {
+    let unsigned = match leaf.logical_type_ref() {
+        Some(LogicalType::Integer(integer)) => !integer.is_signed,
+        _ => matches!(leaf.converted_type(), ConvertedType::UINT_32 | ConvertedType::UINT_64),
+    };
+    match reader {
+        ColumnReader::Int32ColumnReader(reader) if unsigned => read_as(reader, |value| f64::from(value.cast_unsigned()), column),
+        ColumnReader::Int32ColumnReader(reader) => read_as(reader, f64::from, column),
+        ColumnReader::Int64ColumnReader(reader) if unsigned => read_as(reader, |value| value.cast_unsigned() as f64, column),
+        ColumnReader::Int64ColumnReader(reader) => read_as(reader, |value| value as f64, column),
+        ColumnReader::FloatColumnReader(reader) => read_as(reader, f64::from, column),
+        ColumnReader::DoubleColumnReader(reader) => read_as(reader, |value| value, column),
+        _ => Err(ParquetError::General(format!("column `{}` is not of numbers", leaf.name()))),
+    }
+}
+
+/// Appends a column's values; a missing one is not a number.
+fn read_as<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    number: impl Fn(T::T) -> f64,
+    column: &mut Vec<f64>,
+) -> Result<(), ParquetError> {
+    let (mut present, mut values) = (Vec::new(), Vec::new());
+    loop {
+        present.clear();
+        values.clear();
+        let (rows, found, _) = reader.read_records(BATCH, Some(&mut present), None, &mut values)?;
+        if rows == 0 {
+            return Ok(());
+        }
+        let mut numbers = values.drain(..found).map(&number);
+        if present.is_empty() {
+            column.extend(numbers);
+        } else {
+            column.extend(present.iter().map(|&level| if level > 0 { numbers.next().unwrap_or(f64::NAN) } else { f64::NAN }));
+        }
+    }
+}
+
+/// Writes columns of one length as numbers of double precision that are all there, compressed with Zstandard.
+///
+/// # Errors
+/// When the file cannot be written.
+pub(crate) fn write(file: &mut File, columns: &[(String, Vec<f64>)]) -> Result<(), ParquetError> {
+    let field = |(name, _): &(String, Vec<f64>)| {
+        let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
+        field.build().map(Arc::new)
+    };
+    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder("log").with_fields(fields).build()?;
+    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
+    let mut file = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for (_, values) in columns {
+        if let Some(mut column) = group.next_column()? {
+            column.typed::<DoubleType>().write_batch(values, None, None)?;
+            column.close()?;
+        }
+    }
+    group.close()?;
+    file.close()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use parquet::data_type::{ByteArray, ByteArrayType, FloatType, Int32Type, Int64Type};
+    use parquet::schema::parser::parse_message_type;
+
+    use super::*;
+
+    /// What other tools write: missing values, narrow and unsigned numbers, text, times and lists, several row groups.
+    fn foreign(compression: Compression) -> Vec<u8> {
+        let schema = "message table {
+            required double t;
+            optional float x;
+            required int32 count (INTEGER(32,false));
+            required int64 ticks;
+            required binary note (UTF8);
+            required int64 at (TIMESTAMP(NANOS,true));
+            required group list { repeated group list { required double element; } }
+        }";
+        let schema = Arc::new(parse_message_type(schema).unwrap());
+        let properties = WriterProperties::builder().set_compression(compression).build();
+        let mut bytes = Vec::new();
+        let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties)).unwrap();
+        for group in 0..2 {
+            let from = 3.0 * f64::from(group);
+            let mut group = file.next_row_group().unwrap();
+            let mut index = 0;
+            while let Some(mut column) = group.next_column().unwrap() {
+                match index {
+                    0 => column.typed::<DoubleType>().write_batch(&[from, from + 1.0, from + 2.0], None, None),
+                    1 => column.typed::<FloatType>().write_batch(&[0.5, 1.5], Some(&[1, 0, 1]), None),
+                    2 => column.typed::<Int32Type>().write_batch(&[-1, 0, 7], None, None),
+                    3 => column.typed::<Int64Type>().write_batch(&[-1, 0, 1 << 40], None, None),
+                    4 => {
+                        let notes = ["a", "b", "c"].map(ByteArray::from);
+                        column.typed::<ByteArrayType>().write_batch(&notes, None, None)
+                    }
+                    5 => column.typed::<Int64Type>().write_batch(&[1, 2, 3], None, None),
+                    _ => column.typed::<DoubleType>().write_batch(&[1.0; 4], Some(&[1; 4]), Some(&[0, 1, 0, 0])),
+                }
+                .unwrap();
+                column.close().unwrap();
+                index += 1;
+            }
+            group.close().unwrap();
+        }
+        file.close().unwrap();
+        bytes
+    }
+
+    #[test]
+    fn tables_of_other_tools_are_read() {
+        let compressions =
+            [Compression::UNCOMPRESSED, Compression::SNAPPY, Compression::GZIP(Default::default()), Compression::LZ4_RAW];
+        for compression in compressions {
+            let table = Parquet.read(Path::new("log.parquet"), foreign(compression)).unwrap();
+            assert_eq!(table.names, ["t", "x", "count", "ticks", "note", "at", "list"]);
+            assert_eq!(table.lines, [1, 2, 3, 4, 5, 6]);
+            assert_eq!(table.columns[0], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+            let x = &table.columns[1];
+            assert!(x.len() == 6 && x[0] == 0.5 && x[1].is_nan() && x[2] == 1.5 && x[3] == 0.5, "{x:?}");
+            assert_eq!(table.columns[2][..3], [4_294_967_295.0, 0.0, 7.0]);
+            assert_eq!(table.columns[3][..3], [-1.0, 0.0, 1_099_511_627_776.0]);
+            for column in &table.columns[4..] {
+                assert!(column.len() == 6 && column.iter().all(|value| value.is_nan()));
+            }
+        }
     }
 }
