@@ -33,6 +33,9 @@ pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timi
         return Err(too_short(path, count));
     }
     let mean_s = (last - first) / (count - 1) as f64;
+    if !mean_s.is_finite() {
+        return Err(DatasetError::format(path, "the time stamps are too large to be seconds; mend them"));
+    }
     let intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let off_grid = times.iter().enumerate().map(|(k, time)| (time - first - k as f64 * mean_s).abs()).fold(0.0, f64::max);
     let backward = intervals.iter().position(|interval| *interval < 0.0);
@@ -65,11 +68,26 @@ pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timi
         });
     }
     let period_s = snap(base_period_s(&intervals), 1e-4, 1e-2);
+    check_span(path, &intervals, period_s, lines)?;
     Ok(Timing { period_s, resample: true, findings: report(times, &intervals, period_s, lines) })
 }
 
 fn too_short(path: &Path, rows: usize) -> DatasetError {
     DatasetError::TooShort { path: path.to_owned(), rows, needed: 4 }
+}
+
+/// Refuses stamps whose grid would have far more rows than the log: a clock that was set, or a damaged number.
+fn check_span(path: &Path, intervals: &[f64], period_s: f64, lines: &[usize]) -> Result<(), DatasetError> {
+    let span_s: f64 = intervals.iter().sum();
+    if span_s / period_s <= BRIDGED_PERIODS * intervals.len() as f64 {
+        return Ok(());
+    }
+    let longest = intervals.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
+    let line = lines.get(longest).copied().unwrap_or(longest + 1);
+    let jump_s = intervals[longest];
+    let message =
+        format!("the time stamp jumps by {jump_s} s after line {line}; cut the file there into two runs, or mend the stamp");
+    Err(DatasetError::format(path, message))
 }
 
 /// The period of which the intervals are multiples: the short intervals' median first, then the mean over all multiples.
@@ -203,6 +221,18 @@ mod tests {
     fn stamps_going_back_are_refused_with_their_line() {
         let error = settled(&[0.0, 0.1, 0.2, 0.15, 0.3]).unwrap_err();
         assert!(matches!(error, DatasetError::TimeOrder { line: 5, .. }), "{error}");
+    }
+
+    #[test]
+    fn a_stamp_that_jumps_is_refused_before_a_grid_is_laid() {
+        let mut times: Vec<f64> = (0..100).map(|k| 0.001 * f64::from(k)).collect();
+        times[60..].iter_mut().for_each(|time| *time += 1.0e9);
+        let error = settled(&times).unwrap_err().to_string();
+        assert!(error.contains("after line 61;"), "{error}");
+        times[60..].iter_mut().for_each(|time| *time *= 1e298);
+        assert!(settled(&times).is_err());
+        times[0] = -f64::MAX;
+        assert!(settled(&times).is_err());
     }
 
     #[test]
