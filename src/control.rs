@@ -23,7 +23,7 @@ impl<'a> Control<'a> {
     }
 
     /// From here on the control reads the program, written so, and plans it anew. `false` where there is none, where a recorded run
-    /// says what the control commands, or where the program states the time of every line.
+    /// says what the control commands, or where the program states the times of its lines.
     pub fn plans(&mut self, written: RefitSettings, limits: &'a Limits) -> bool {
         let timed = |part: &Part| written.carrier == Carrier::Keep && part.states_times();
         let plans = self.part.is_some_and(|part| part.command.is_none() && !timed(part));

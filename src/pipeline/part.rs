@@ -49,6 +49,9 @@ pub struct Part {
     pub command: Option<Trajectory>,
 }
 
+/// Share of the time of all feed moves that may go without a stated time before the program counts as one whose time the control plans.
+const UNTIMED: f64 = 0.05;
+
 /// Why a program was not accepted: its faults, rendered with carets.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -140,11 +143,16 @@ impl Part {
         of.shiftable == Shiftable::Yes && of.is_feed() && (!turned || self.plan.desired.kinematics().turns())
     }
 
-    /// Whether every feed move states its time (G93).
+    /// Whether feed moves state their time (G93) but for a small share of it, such as an approach.
     #[must_use]
     pub fn states_times(&self) -> bool {
-        let mut feeds = self.toolpath.moves.iter().filter(|step| step.is_feed());
-        feeds.all(|step| self.toolpath.modal(step).feed_mode == FeedMode::InverseTime)
+        let moves = (0..self.plan.samples.len()).filter_map(|k| self.move_at(k)).map(|index| &self.toolpath.moves[index]);
+        let (mut stated, mut all) = (0, 0);
+        for step in moves.filter(|step| step.is_feed()) {
+            all += 1;
+            stated += usize::from(self.toolpath.modal(step).feed_mode == FeedMode::InverseTime);
+        }
+        (all - stated) as f64 <= UNTIMED * all as f64
     }
 
     /// What the words of a move mean.

@@ -60,7 +60,9 @@ pub fn the_programs_own_change_within_a_stretch(folder: &Folder) {
     std::fs::write(folder.path("timed.nc"), part).unwrap();
     let words =
         ["compensate", "timed.nc", "-m", "machine.model", "-o", "timed-c.nc", "--controller", "generic", "--carrier", "keep"];
-    assert_eq!(folder.figures(&words)["changed"], true);
+    let figures = folder.figures(&words);
+    assert_eq!(figures["changed"], true);
+    assert!(figures["cycle_s"]["after"].is_number(), "{figures}");
     let out = std::fs::read_to_string(folder.path("timed-c.nc")).unwrap();
     let lines: Vec<&str> = out.lines().collect();
     let at = |code: &str| lines.iter().rposition(|line| line.starts_with(code)).unwrap();
@@ -76,4 +78,9 @@ pub fn the_programs_own_change_within_a_stretch(folder: &Folder) {
     assert!(lines[untimed + 1..].iter().all(|line| !line.contains('F')), "{out}");
     let output = folder.precomp(&["simulate", "timed-c.nc", "--out", "timed-c.csv"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
+    // Where only an approach goes without a time the control does not plan the time.
+    let part = "G21 G90 G17\nG0 X0 Y0 Z0.1\nG94 G1 Z0 F1800\nG93\nX14 Y3 F20\nX24 Y10 F15\nX50 F12\nG0 Z5\nM2\n";
+    std::fs::write(folder.path("timed.nc"), part).unwrap();
+    let figures = folder.figures(&words);
+    assert_eq!((&figures["changed"], figures["cycle_s"].is_null()), (&true.into(), true), "{figures}");
 }
