@@ -10,7 +10,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use datasets::Log;
 use machine::{Machine, MachineSpec};
 use motion::curves::library;
-use motion::{DesiredPath, PlanSettings, Vec3, plan_curve};
+use motion::{DesiredPath, PlanSettings, Trajectory, Vec3, plan_curve};
 use precomp::input::Frame;
 use precomp::learning::{self, Settings};
 use precomp::pipeline::{Carrier, Part, RefitSettings, refit, verify};
@@ -64,16 +64,16 @@ fn benches(c: &mut Criterion) {
 }
 
 /// Seconds of excitation that the models are trained on.
-const SECONDS: f64 = 12.0;
+const SECONDS: f64 = 30.0;
 
 fn train(logs: &[Log], spec: &MachineSpec, recipe: &str) -> Trained {
     let settings = TrainSettings::of(Recipe::builtin(recipe).expect("built in"), 1);
     training_run::train(logs, Some(spec), &settings).expect("trains")
 }
 
-/// Words of five axes in inverse time, 2.5 ms a line: loops of the table with the tool leaning.
-fn five_axis_program(lines: usize) -> Vec<u8> {
-    let mut text = String::from("%\nG21 G90 G17 G94\nG0 X30 Y0 Z5 B20 C0\nG1 Z0 F600\nG93\n");
+/// Words of five axes in inverse time, 2.5 ms a line, behind an approach: loops of the table with the tool leaning.
+fn five_axis_program(lines: usize, approach: &str) -> Vec<u8> {
+    let mut text = format!("%\nG21 G90 G17 G94\nG0 X30 Y0 Z5 B20 C0\n{approach}\nG93\n");
     for i in 0..lines {
         let turn = TAU * i as f64 / 4000.0;
         let (x, y, z) = (30.0 * turn.cos(), 10.0 * (3.0 * turn).sin(), 2.0 * (5.0 * turn).sin());
@@ -90,9 +90,11 @@ fn five_axes(c: &mut Criterion) {
     let frame = Frame::of(&spec).expect("kinematics");
     let settings = PlanSettings { period_s: frame.period_s, corner_tolerance_mm: 0.002, ..PlanSettings::default() };
     let lines = 20_000;
-    let bytes = five_axis_program(lines);
-    let read =
-        || Part::read("dense.nc", gcode::parse(bytes.clone()), None, Vec3::zeros(), &frame, &settings).expect("is planned");
+    let of = |bytes: &[u8]| {
+        Part::read("dense.nc", gcode::parse(bytes.to_vec()), None, Vec3::zeros(), &frame, &settings).expect("is planned")
+    };
+    let timed = five_axis_program(lines, "G0 Z0");
+    let read = || of(&timed);
     let mut group = c.benchmark_group("five axes");
     group.throughput(Throughput::Elements(lines as u64));
     group.sample_size(10);
@@ -100,24 +102,35 @@ fn five_axes(c: &mut Criterion) {
 
     let part = read();
     println!("{} samples of {lines} lines", part.plan.samples.len());
+    let carrier = Carrier::Keep;
+    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
+    let write = |part: &Part, reference: &Trajectory| {
+        let refitted = refit(part, reference, &written).expect("fits");
+        let bytes = gcode::edit(&part.program, &refitted.edits).expect("edits");
+        verify(part, &refitted, bytes.clone(), &part.options, 0.1, written.decimals).expect("passes");
+        bytes
+    };
     let logs = record(&spec, SECONDS, TRAVEL_MM, 1).expect("records");
     for name in ["linear", "staged"] {
         let bundle = train(&logs, &spec, name).bundle;
-        let learned = || learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(&part), &Settings::default());
-        group.bench_function(format!("learn, {name}"), |b| b.iter(learned));
+        let settings = Settings { written: Some(written), ..Settings::default() };
+        let learn = |part: &Part| {
+            learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(part), &settings)
+                .expect("learns")
+                .reference
+        };
+        group.bench_function(format!("learn, {name}"), |b| b.iter(|| learn(&part)));
+        let reference = learn(&part);
+        group.bench_function(format!("write and verify, {name}"), |b| b.iter(|| write(&part, &reference)));
+        // As the command does it, among the threads that share the work.
+        for (times, bytes) in [("all times stated", &timed), ("the approach's not", &five_axis_program(lines, "G1 Z0 F600"))] {
+            let walk = || {
+                let part = of(bytes);
+                write(&part, &learn(&part))
+            };
+            group.bench_function(format!("bytes to bytes, {name}, {times}"), |b| b.iter(|| rayon::scope(|_| walk())));
+        }
     }
-    let bundle = train(&logs, &spec, "linear").bundle;
-    let learned = learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(&part), &Settings::default());
-    let reference = learned.expect("learns").reference;
-    let carrier = Carrier::Keep;
-    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
-    group.bench_function("write and verify", |b| {
-        b.iter(|| {
-            let refitted = refit(&part, &reference, &written).expect("fits");
-            let bytes = gcode::edit(&part.program, &refitted.edits).expect("edits");
-            verify(&part, &refitted, bytes, &part.options, 0.1, written.decimals).expect("passes");
-        });
-    });
     group.finish();
 }
 
