@@ -25,7 +25,7 @@ pub enum DatasetError {
         message: String,
     },
     /// A row has more fields, or before the last row fewer, than there are columns.
-    #[error("{}: line {line}: {found} fields where the header has {expected}", path.display())]
+    #[error("{}: line {line}: {found} fields where the header has {expected}; mend the line or log the run again", path.display())]
     Ragged {
         /// The file.
         path: PathBuf,

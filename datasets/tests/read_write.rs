@@ -188,6 +188,9 @@ fn bytes_of_any_kind_are_refused_in_words() {
         let error = read_log(&file(&folder, name, bytes), &ReadOptions::default()).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
     }
+    let program = b"%\n(CUBE, 10 MM)\nN10 G21 G90\n/N20 G0 X0 Y0 (start)\nG1 X10. F600\nX20 Y-1.5\nM30\n%\n";
+    let error = read_log(&file(&folder, "part.nc", program), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("part program"), "{error}");
     assert!(matches!(read_log(Path::new("nowhere.csv"), &ReadOptions::default()), Err(DatasetError::Io { .. })));
 }
 

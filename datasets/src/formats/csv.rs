@@ -27,9 +27,12 @@ impl LogFormat for Csv {
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
         let text = text::decode(&bytes);
         let (lines, comments) = text::lines(&text);
+        if is_part_program(&lines) {
+            return Err(DatasetError::format(path, "this is a part program; a log holds recorded positions, one row a sample"));
+        }
         let dialect = Dialect::sniff(&lines);
         let Some(first) = lines.iter().position(|line| dialect.is_data(line.text)) else {
-            return Err(DatasetError::format(path, "no line holds numbers"));
+            return Err(DatasetError::format(path, "no line holds numbers; a log holds recorded positions, one row a sample"));
         };
         let names = header(&dialect, &lines[..first], &comments);
         let mut rows = lines[first..].to_vec();
@@ -45,6 +48,26 @@ impl LogFormat for Csv {
         })
     }
 }
+
+/// Whether most of the first lines are blocks of words such as `N10 G1 X2.5`.
+fn is_part_program(lines: &[Line<'_>]) -> bool {
+    let is_block = |code: &str| {
+        let words = match code.strip_prefix(['N', 'n']) {
+            Some(numbered) => numbered.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' '),
+            None => code,
+        };
+        let mut characters = words.chars();
+        characters.next().is_some_and(|letter| "GMTSFXYZ".contains(letter.to_ascii_uppercase()))
+            && characters.next().is_some_and(|after| after.is_ascii_digit() || "+-.#".contains(after))
+            && !words.contains([',', '\t'])
+    };
+    let code = |line: &'_ Line<'_>| line.text.split(['(', ';']).next().map(|code| code.trim_matches(['/', ' ']).to_owned());
+    let code: Vec<String> = lines.iter().take(PROGRAM_LINES).filter_map(code).filter(|code| !code.is_empty()).collect();
+    2 * code.iter().filter(|code| is_block(code)).count() > code.len()
+}
+
+/// Lines by which a part program is told.
+const PROGRAM_LINES: usize = 100;
 
 /// Column names from the last line of the right width before the data (with a row of units added to the names), or from a comment.
 fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<String> {
