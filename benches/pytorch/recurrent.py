@@ -1,33 +1,60 @@
-"""Times PyTorch's own LSTM and GRU, and ONNX Runtime's prediction with them, on one CPU thread, as the reference for `cargo bench -p precomp-models`.
+"""Times the recurrent layers of `precomp-models` beside PyTorch and ONNX Runtime, each on one CPU thread, in turns.
 
     pip install torch numpy onnx onnxruntime
-    python benches/pytorch/recurrent.py [--repeats 20]
+    python benches/pytorch/recurrent.py [--rounds 10]
 
-Prints, in milliseconds (the least of the repeats), a training step (forward, mean-square loss, backward, Adam) of a stack of
-3 layers of 128 units with a linear head, 32 sequences of 128 steps, 10 features; the same without the optimiser; and the
-prediction of one long sequence.
+Builds the crate's benchmark; then, round by round, runs a piece of it and at once the same with the others, so that a machine
+whose speed changes slows all of them alike. The network is a stack of 3 layers of 128 units with a linear head, for 10
+features. A training step is forward, mean-square loss, backward and Adam on 32 sequences of 128 steps; a prediction goes over
+one sequence of 4096 steps. Prints the least time, the lower quartile and the median of all rounds, in milliseconds, and the
+ratios of those of this project to those of the others.
 """
 
 import argparse
 import io
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
 import time
 
 import onnxruntime
 import torch
 
 LAYERS, HIDDEN, BATCH, STEPS, INPUT, LONG = 3, 128, 32, 128, 10, 4096
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def least_ms(repeats, work):
-    """Least time of `repeats` calls after two to warm up, ms."""
-    for _ in range(2):
-        work()
+def build():
+    """The benchmark's executable."""
+    command = ["cargo", "bench", "-p", "precomp-models", "--bench", "recurrent", "--no-run", "--message-format", "json"]
+    made = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True)
+    messages = map(json.loads, made.stdout.splitlines())
+    return [m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "recurrent"][-1]
+
+
+def ours(executable, name, seconds):
+    """Times of a piece of the benchmark, ms."""
+    with tempfile.TemporaryDirectory() as folder:
+        limits = ["--sample-size", "10", "--warm-up-time", "0.5", "--measurement-time", str(seconds), "--noplot"]
+        environment = {**os.environ, "CRITERION_HOME": folder, "RAYON_NUM_THREADS": "1"}
+        command = [executable, "--bench", "--exact", name, *limits]
+        subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+        (sample,) = pathlib.Path(folder).glob("*/new/sample.json")
+        sample = json.loads(sample.read_text())
+    return [1e-6 * time / count for time, count in zip(sample["times"], sample["iters"])]
+
+
+def theirs(work, seconds):
+    """Times of calls of `work` after two to warm up, ms."""
+    work(), work()
     times = []
-    for _ in range(repeats):
+    while sum(times) < 1e3 * seconds or len(times) < 3:
         start = time.perf_counter()
         work()
-        times.append(time.perf_counter() - start)
-    return 1e3 * min(times)
+        times.append(1e3 * (time.perf_counter() - start))
+    return times
 
 
 def onnx_session(net, head, sequence):
@@ -48,41 +75,62 @@ def onnx_session(net, head, sequence):
     return onnxruntime.InferenceSession(graph.getvalue(), options, providers=["CPUExecutionProvider"])
 
 
+def rivals(layer):
+    """What the others do for a training step and for a prediction, by their names."""
+    net = layer(INPUT, HIDDEN, LAYERS, batch_first=True)
+    head = torch.nn.Linear(HIDDEN, 1)
+    optimiser = torch.optim.Adam([*net.parameters(), *head.parameters()], lr=1e-3)
+    x, y = torch.randn(BATCH, STEPS, INPUT), torch.randn(BATCH, STEPS, 1)
+    sequence = torch.randn(1, LONG, INPUT)
+    session = onnx_session(net, head, sequence)
+    net.train()
+    feed = {"x": sequence.numpy()}
+
+    def step():
+        optimiser.zero_grad(set_to_none=True)
+        torch.nn.functional.mse_loss(head(net(x)[0]), y).backward()
+        optimiser.step()
+
+    def predict():
+        with torch.no_grad():
+            head(net(sequence)[0])
+
+    return {
+        "training step": {"PyTorch": step},
+        f"predict {LONG}": {"PyTorch": predict, "ONNX Runtime": lambda: session.run(None, feed)},
+    }
+
+
+def statistics(times):
+    """Least, lower quartile and median."""
+    times = sorted(times)
+    return times[0], times[len(times) // 4], times[len(times) // 2]
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=20)
-    repeats = parser.parse_args().repeats
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=2.0, help="of each piece in a round (default 2)")
+    options = parser.parse_args()
     torch.set_num_threads(1)
     torch.manual_seed(0)
-    print(f"PyTorch {torch.__version__}, {torch.get_num_threads()} thread")
+    executable = build()
+    print(f"PyTorch {torch.__version__}, ONNX Runtime {onnxruntime.__version__}, {torch.get_num_threads()} thread, {options.rounds} rounds")
+    print(f"{'ms':38}   least  quartile    median     ratios")
     for name, layer in [("lstm", torch.nn.LSTM), ("gru", torch.nn.GRU)]:
-        net = layer(INPUT, HIDDEN, LAYERS, batch_first=True)
-        head = torch.nn.Linear(HIDDEN, 1)
-        parameters = list(net.parameters()) + list(head.parameters())
-        optimiser = torch.optim.Adam(parameters, lr=1e-3)
-        x = torch.randn(BATCH, STEPS, INPUT)
-        y = torch.randn(BATCH, STEPS, 1)
-
-        def gradients():
-            optimiser.zero_grad(set_to_none=True)
-            torch.nn.functional.mse_loss(head(net(x)[0]), y).backward()
-
-        def step():
-            gradients()
-            optimiser.step()
-
-        sequence = torch.randn(1, LONG, INPUT)
-
-        def predict():
-            with torch.no_grad():
-                head(net(sequence)[0])
-
-        print(f"{name} training step   {least_ms(repeats, step):9.2f} ms")
-        print(f"{name} gradients       {least_ms(repeats, gradients):9.2f} ms")
-        print(f"{name} predict {LONG}    {least_ms(max(3, repeats // 4), predict):9.2f} ms")
-        session = onnx_session(net, head, sequence)
-        feed = {"x": sequence.numpy()}
-        print(f"{name} predict {LONG}    {least_ms(max(3, repeats // 4), lambda: session.run(None, feed)):9.2f} ms, ONNX Runtime")
+        for task, works in rivals(layer).items():
+            times = {"precomp": []} | {rival: [] for rival in works}
+            for _ in range(options.rounds):
+                times["precomp"] += ours(executable, f"{name} {task}", options.seconds)
+                for rival, work in works.items():
+                    times[rival] += theirs(work, options.seconds)
+            own = statistics(times["precomp"])
+            for who, found in times.items():
+                found = statistics(found)
+                line = f"{name + ' ' + task + ', ' + who:38}" + "".join(f"{value:10.2f}" for value in found)
+                if who != "precomp":
+                    line += "     " + "  ".join(f"{a / b:.3f}" for a, b in zip(own, found))
+                print(line, flush=True)
 
 
 if __name__ == "__main__":
