@@ -6,7 +6,7 @@
 Builds the crate's benchmark; then, round by round, runs a piece of it and at once the same with the others, so that a machine
 whose speed changes slows all of them alike. The network is a stack of 3 layers of 128 units with a linear head, for 10
 features. A training step is forward, mean-square loss, backward and Adam on 32 sequences of 128 steps; a prediction goes over
-one sequence of 4096 steps. Prints the least time, the lower quartile and the median of all rounds, in milliseconds, and the
+one sequence of 4096 steps, once step by step and once in chunks of 128 side by side, each begun 64 steps early. Prints the least time, the lower quartile and the median of all rounds, in milliseconds, and the
 ratios of those of this project to those of the others.
 """
 
@@ -23,6 +23,7 @@ import onnxruntime
 import torch
 
 LAYERS, HIDDEN, BATCH, STEPS, INPUT, LONG = 3, 128, 32, 128, 10, 4096
+CHUNKS = "in chunks of 128 after 64"
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
@@ -116,20 +117,22 @@ def main():
     torch.manual_seed(0)
     executable = build()
     print(f"PyTorch {torch.__version__}, ONNX Runtime {onnxruntime.__version__}, {torch.get_num_threads()} thread, {options.rounds} rounds")
-    print(f"{'ms':38}   least  quartile    median     ratios")
+    print(f"{'ms':52}   least  quartile    median     ratios")
     for name, layer in [("lstm", torch.nn.LSTM), ("gru", torch.nn.GRU)]:
         for task, works in rivals(layer).items():
-            times = {"precomp": []} | {rival: [] for rival in works}
+            ways = {"precomp": "", f"precomp {CHUNKS}": f" {CHUNKS}"} if "predict" in task else {"precomp": ""}
+            times = {who: [] for who in [*ways, *works]}
             for _ in range(options.rounds):
-                times["precomp"] += ours(executable, f"{name} {task}", options.seconds)
+                for who, way in ways.items():
+                    times[who] += ours(executable, f"{name} {task}{way}", options.seconds)
                 for rival, work in works.items():
                     times[rival] += theirs(work, options.seconds)
-            own = statistics(times["precomp"])
-            for who, found in times.items():
-                found = statistics(found)
-                line = f"{name + ' ' + task + ', ' + who:38}" + "".join(f"{value:10.2f}" for value in found)
-                if who != "precomp":
-                    line += "     " + "  ".join(f"{a / b:.3f}" for a, b in zip(own, found))
+            found = {who: statistics(times) for who, times in times.items()}
+            for who, values in found.items():
+                line = f"{name + ' ' + task + ', ' + who:52}" + "".join(f"{value:10.2f}" for value in values)
+                if who in works:
+                    shares = ("  ".join(f"{a / b:.3f}" for a, b in zip(found[way], values)) for way in ways)
+                    line += "     " + "     ".join(shares)
                 print(line, flush=True)
 
 

@@ -206,7 +206,7 @@ impl Recurrent {
         Ok(())
     }
 
-    /// Outputs for one long sequence (`[steps][inputs]`) from a state of zeros, several times faster than [`Self::predict`]: the
+    /// Outputs for one long sequence (`[steps][inputs]`) from a state of zeros, faster than [`Self::predict`]: the
     /// sequence is cut into chunks of `chunk` steps that run side by side, each of them started `warmup` steps early from zeros.
     /// What the network remembers for longer than `warmup` steps is lost at the cuts, so that the outputs are close to
     /// [`Self::predict`]'s but not equal; the first `warmup + chunk` of them are exact but for rounding.
