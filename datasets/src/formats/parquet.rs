@@ -230,4 +230,18 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn what_is_packed_with_brotli_is_refused_with_the_remedy() {
+        let mut bytes = foreign(Compression::UNCOMPRESSED);
+        // The footer's entry of the column `t`: its path, then its codec, 0. Brotli is 4, which is written as 8.
+        let entry = [0x18, 1, b't', 0x15, 0];
+        let places: Vec<usize> = (0..bytes.len() - entry.len()).filter(|&at| bytes[at..].starts_with(&entry)).collect();
+        assert_eq!(places.len(), 2, "one a row group");
+        for at in places {
+            bytes[at + 4] = 8;
+        }
+        let error = Parquet.read(Path::new("log.parquet"), bytes).unwrap_err().to_string();
+        assert!(error.contains("Brotli") && error.contains("write it with"), "{error}");
+    }
 }
