@@ -191,6 +191,9 @@ fn bytes_of_any_kind_are_refused_in_words() {
     let program = b"%\n(CUBE, 10 MM)\nN10 G21 G90\n/N20 G0 X0 Y0 (start)\nG1 X10. F600\nX20 Y-1.5\nM30\n%\n";
     let error = read_log(&file(&folder, "part.nc", program), &ReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("part program"), "{error}");
+    let archive = file(&folder, "book.xlsx", b"PK\x03\x04\x14\0\0\0\x08\0[Content_Types].xml");
+    let error = read_log(&archive, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("archive") && error.contains("CSV"), "{error}");
     assert!(matches!(read_log(Path::new("nowhere.csv"), &ReadOptions::default()), Err(DatasetError::Io { .. })));
 }
 

@@ -43,6 +43,9 @@ pub trait LogFormat: Sync {
 /// How much of a file a format may look at to recognise it.
 pub const HEAD_BYTES: usize = 4096;
 
+/// How a ZIP archive begins.
+const ARCHIVE: &[u8] = b"PK\x03\x04";
+
 /// All formats, the most particular first.
 pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
 
@@ -54,6 +57,10 @@ pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
     let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
     if bytes.is_empty() {
         return Err(DatasetError::format(path, "the file is empty"));
+    }
+    if bytes.starts_with(ARCHIVE) {
+        let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
+        return Err(DatasetError::format(path, why));
     }
     let head = &bytes[..bytes.len().min(HEAD_BYTES)];
     match FORMATS.iter().find(|format| format.recognises(head)) {
