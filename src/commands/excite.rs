@@ -8,13 +8,16 @@ use clap::Args;
 use datasets::{ExcitationPlan, excite, write_reference};
 use gcode::format_number;
 use machine::ProgramWords;
-use motion::{Trajectory, poses_of};
+use motion::{AxisKind, Trajectory, poses_of};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, parse_positive};
 use crate::input;
 use crate::output::{Printer, write_file, write_json};
 use crate::recording::travel;
+
+/// Share of an axis's travel that is enough to be silent about.
+const COVERED: f64 = 0.9;
 
 /// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
 ///
@@ -53,6 +56,7 @@ impl Excite {
         let printer = Printer::new(self.common.json.as_deref());
         let mut seconds = 0.0;
         let mut names = Vec::new();
+        let mut covered = vec![(f64::INFINITY, f64::NEG_INFINITY); travel.len()];
         std::fs::create_dir_all(&self.out)?;
         for (name, reference) in &runs {
             write_reference(&self.out.join(format!("{name}.csv")), reference)?;
@@ -60,9 +64,34 @@ impl Excite {
             write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
             seconds += reference.duration_s();
             names.push(name.clone());
+            for ((low, high), column) in covered.iter_mut().zip(reference.columns()) {
+                *low = column.iter().copied().fold(*low, f64::min);
+                *high = column.iter().copied().fold(*high, f64::max);
+            }
         }
         printer.line(format!("{} runs, {seconds:.1} s, in {}", runs.len(), self.out.display()));
-        write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds }))
+        let ranges = frame.kinematics.axes().iter().zip(&covered).zip(&travel);
+        for ((axis, &(low, high)), &(lowest, highest)) in ranges {
+            let (scale, unit) = shown(axis.kind);
+            let [low, high, lowest, highest] = [low, high, lowest, highest].map(|position| position * scale);
+            printer.line(format!("{}: {low:.1} to {high:.1} of {lowest:.1} to {highest:.1} {unit}", axis.name));
+        }
+        if covered.iter().zip(&travel).any(|((low, high), (lowest, highest))| high - low < COVERED * (highest - lowest)) {
+            printer
+                .line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
+        }
+        let covered =
+            frame.kinematics.axes().iter().zip(&covered).map(|(axis, (low, high))| (axis.name.clone(), json!([low, high])));
+        let covered: serde_json::Map<String, serde_json::Value> = covered.collect();
+        write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
+    }
+}
+
+/// How positions of an axis are shown: what its mm or rad are multiplied by, and the unit.
+fn shown(kind: AxisKind) -> (f64, &'static str) {
+    match kind {
+        AxisKind::Linear => (1.0, "mm"),
+        AxisKind::Rotary => (1f64.to_degrees(), "degrees"),
     }
 }
 
@@ -89,8 +118,7 @@ fn program(reference: &Trajectory, spacing_s: f64) -> Result<String> {
     let point = |k: usize| -> Result<String> {
         let mut words = String::new();
         for (axis, value) in reference.axes().iter().zip(reference.at(k)) {
-            let shown = if axis.kind == motion::AxisKind::Rotary { value.to_degrees() } else { value };
-            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(shown, 6)?)?;
+            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(value * shown(axis.kind).0, 6)?)?;
         }
         Ok(words)
     };

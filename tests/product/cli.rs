@@ -43,6 +43,26 @@ fn errors_in_use_and_refusals_have_their_own_status() {
 }
 
 #[test]
+fn excitation_says_how_far_each_axis_goes() {
+    let folder = Folder::new();
+    let said = |seconds: &str| {
+        let figures =
+            folder.figures(&["excite", "--machine", "bc", "-o", "e", "--seed", "3", "--travel", "50", "--seconds", seconds]);
+        let output =
+            folder.precomp(&["excite", "--machine", "bc", "-o", "e", "--seed", "3", "--travel", "50", "--seconds", seconds]);
+        (figures["covered"].clone(), text(&output.stdout))
+    };
+    let (covered, short) = said("10");
+    let ends = |axis: &str| [0, 1].map(|end| covered[axis][end].as_f64().unwrap());
+    let ([x, x_end], [c, c_end]) = (ends("x"), ends("c").map(f64::to_degrees));
+    assert!(short.contains(&format!("x: {x:.1} to {x_end:.1} of -50.0 to 50.0 mm")), "{short}");
+    assert!(short.contains(&format!("c: {c:.1} to {c_end:.1} of -180.0 to 180.0 degrees")), "{short}");
+    assert!(x > -50.0 && x_end < 50.0 && short.contains("--seconds"), "{short}");
+    let (_, long) = said("200");
+    assert!(!long.contains("--seconds"), "{long}");
+}
+
+#[test]
 fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
     let folder = Folder::new();
     std::fs::write(folder.path("macro.nc"), "G21 G90\nG0 X0 Y0 Z0\nG1 X[#101*2] F500\nM30\n").unwrap();
