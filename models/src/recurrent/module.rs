@@ -1,6 +1,7 @@
 //! A stack of recurrent layers to train.
 
 use burn::module::{Module, Param};
+use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -127,27 +128,35 @@ impl FusedRecurrent {
     /// The last layer's outputs over `x`, batch first: `[batch, steps, input]` to `[batch, steps, hidden]`, from a state of zeros.
     #[must_use]
     pub fn forward(&self, x: Tensor<3>) -> Tensor<3> {
-        self.pass(x, |x| x)
+        self.time_major(x, |x| x).swap_dims(0, 1)
     }
 
-    /// As [`Self::forward`], with dropout between the layers, drawn from `rng`: for training steps.
+    /// What `head` makes of the last layer's outputs, batch first: `[batch, steps, input]` to `[batch, steps, outputs]`. The head takes
+    /// the outputs as the layers leave them, so that only its own few are turned to batch first.
     #[must_use]
-    pub fn forward_training(&self, x: Tensor<3>, rng: &mut ChaCha8Rng) -> Tensor<3> {
+    pub fn forward_to(&self, head: &Linear, x: Tensor<3>) -> Tensor<3> {
+        head.forward(self.time_major(x, |x| x)).swap_dims(0, 1)
+    }
+
+    /// As [`Self::forward_to`], with dropout between the layers, drawn from `rng`: for training steps.
+    #[must_use]
+    pub fn forward_training(&self, head: &Linear, x: Tensor<3>, rng: &mut ChaCha8Rng) -> Tensor<3> {
         if self.dropout == 0.0 {
-            return self.forward(x);
+            return self.forward_to(head, x);
         }
         let keep = 1.0 - self.dropout;
-        self.pass(x, |x| {
+        let outputs = self.time_major(x, |x| {
             let shape = x.shape();
             let mask = (0..shape.num_elements()).map(|_| if rng.random_bool(keep) { (1.0 / keep) as f32 } else { 0.0 });
             let mask = TensorData::new(mask.collect::<Vec<f32>>(), shape);
             let mask = Tensor::from_data(mask, &x.device());
             x * mask
-        })
+        });
+        head.forward(outputs).swap_dims(0, 1)
     }
 
-    /// All layers in turn, `between` applied between them.
-    fn pass(&self, x: Tensor<3>, mut between: impl FnMut(Tensor<3>) -> Tensor<3>) -> Tensor<3> {
+    /// All layers in turn, `between` applied between them: `[batch, steps, input]` to `[steps, batch, hidden]`.
+    fn time_major(&self, x: Tensor<3>, mut between: impl FnMut(Tensor<3>) -> Tensor<3>) -> Tensor<3> {
         let mut x = x.swap_dims(0, 1);
         for (index, layer) in self.layers.iter().enumerate() {
             if index > 0 {
@@ -155,7 +164,7 @@ impl FusedRecurrent {
             }
             x = layer.forward(x);
         }
-        x.swap_dims(0, 1)
+        x
     }
 
     /// The layers' weights as plain numbers.

@@ -63,7 +63,7 @@ impl Net {
     /// Scaled errors `[batch, steps, 1]` of scaled features `[batch, steps, features]`, with dropout drawn from `rng`.
     pub fn forward(&self, x: Tensor<3>, rng: &mut ChaCha8Rng) -> Tensor<3> {
         match self {
-            Self::Recurrent(net) => net.head.forward(net.stack.forward_training(x, rng)),
+            Self::Recurrent(net) => net.stack.forward_training(&net.head, x, rng),
             Self::Narx(net) => net.layers.iter().enumerate().fold(x, |x, (index, layer)| {
                 let x = if index > 0 { drop(x.tanh(), net.dropout, rng) } else { x };
                 layer.forward(x)
