@@ -18,8 +18,6 @@ use crate::pipeline::Part;
 
 /// The prefix of built-in test curves.
 const CURVE: &str = "curve:";
-/// How archives begin, models among them.
-const ARCHIVE: &[u8] = b"PK\x03\x04";
 
 /// A path to be run: its name and what it is.
 #[derive(Debug)]
@@ -65,7 +63,7 @@ impl Source {
             Content::Reference(reference)
         } else {
             let bytes = read_file(input)?;
-            if bytes.starts_with(ARCHIVE) {
+            if bytes.starts_with(datasets::formats::ARCHIVE) {
                 let why =
                     format!("{} is an archive, as models are, and no part program; a model goes behind -m", input.display());
                 return Err(Usage(why).into());

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
+use motion::AxisKind;
 use serde_json::Value;
 
 /// Why a command ended with status 1: input or model not fit for the job.
@@ -94,4 +95,12 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
 /// Micrometres of a length in mm, as printed.
 pub fn um(value_mm: f64) -> String {
     format!("{:.3}", value_mm * 1e3)
+}
+
+/// How programs and tables state positions of an axis: what its mm or rad are multiplied by, and the unit.
+pub fn in_programs(kind: AxisKind) -> (f64, &'static str) {
+    match kind {
+        AxisKind::Linear => (1.0, "mm"),
+        AxisKind::Rotary => (1.0_f64.to_degrees(), "deg"),
+    }
 }

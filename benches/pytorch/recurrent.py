@@ -6,8 +6,9 @@
 Builds the crate's benchmark; then, round by round, runs a piece of it and at once the same with the others, so that a machine
 whose speed changes slows all of them alike. The network is a stack of 3 layers of 128 units with a linear head, for 10
 features. A training step is forward, mean-square loss, backward and Adam on 32 sequences of 128 steps; a prediction goes over
-one sequence of 4096 steps, once step by step and once in chunks of 128 side by side, each begun 64 steps early. Prints the least time, the lower quartile and the median of all rounds, in milliseconds, and the
-ratios of those of this project to those of the others.
+one sequence of 4096 steps, once step by step and once in chunks of 128 side by side, each begun 64 steps early. Prints the
+least time, the lower quartile and the median of all rounds, in milliseconds, and the ratios of those of this project to those
+of the others.
 """
 
 import argparse

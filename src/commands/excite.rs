@@ -8,12 +8,13 @@ use clap::Args;
 use datasets::{ExcitationPlan, excite, write_reference};
 use gcode::format_number;
 use machine::ProgramWords;
-use motion::{AxisKind, Trajectory, poses_of};
+use models::Coverage;
+use motion::{Trajectory, poses_of};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, parse_positive};
 use crate::input;
-use crate::output::{Printer, write_file, write_json};
+use crate::output::{Printer, in_programs, write_file, write_json};
 use crate::recording::travel;
 
 /// Share of an axis's travel that is enough to be silent about.
@@ -56,7 +57,6 @@ impl Excite {
         let printer = Printer::new(self.common.json.as_deref());
         let mut seconds = 0.0;
         let mut names = Vec::new();
-        let mut covered = vec![(f64::INFINITY, f64::NEG_INFINITY); travel.len()];
         std::fs::create_dir_all(&self.out)?;
         for (name, reference) in &runs {
             write_reference(&self.out.join(format!("{name}.csv")), reference)?;
@@ -64,34 +64,23 @@ impl Excite {
             write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
             seconds += reference.duration_s();
             names.push(name.clone());
-            for ((low, high), column) in covered.iter_mut().zip(reference.columns()) {
-                *low = column.iter().copied().fold(*low, f64::min);
-                *high = column.iter().copied().fold(*high, f64::max);
-            }
         }
         printer.line(format!("{} runs, {seconds:.1} s, in {}", runs.len(), self.out.display()));
-        let ranges = frame.kinematics.axes().iter().zip(&covered).zip(&travel);
-        for ((axis, &(low, high)), &(lowest, highest)) in ranges {
-            let (scale, unit) = shown(axis.kind);
-            let [low, high, lowest, highest] = [low, high, lowest, highest].map(|position| position * scale);
-            printer.line(format!("{}: {low:.1} to {high:.1} of {lowest:.1} to {highest:.1} {unit}", axis.name));
+        let (mut covered, mut enough) = (serde_json::Map::new(), true);
+        for (index, (axis, &(lowest, highest))) in frame.kinematics.axes().iter().zip(&travel).enumerate() {
+            let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());
+            let (low, high) = Coverage::of(positions, frame.period_s).position;
+            let (scale, unit) = in_programs(axis.kind);
+            let [from, to, lowest_shown, highest_shown] = [low, high, lowest, highest].map(|position| position * scale);
+            printer.line(format!("{}: {from:.1} to {to:.1} of {lowest_shown:.1} to {highest_shown:.1} {unit}", axis.name));
+            enough &= high - low >= COVERED * (highest - lowest);
+            covered.insert(axis.name.clone(), json!([low, high]));
         }
-        if covered.iter().zip(&travel).any(|((low, high), (lowest, highest))| high - low < COVERED * (highest - lowest)) {
+        if !enough {
             printer
                 .line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
         }
-        let covered =
-            frame.kinematics.axes().iter().zip(&covered).map(|(axis, (low, high))| (axis.name.clone(), json!([low, high])));
-        let covered: serde_json::Map<String, serde_json::Value> = covered.collect();
         write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
-    }
-}
-
-/// How positions of an axis are shown: what its mm or rad are multiplied by, and the unit.
-fn shown(kind: AxisKind) -> (f64, &'static str) {
-    match kind {
-        AxisKind::Linear => (1.0, "mm"),
-        AxisKind::Rotary => (1f64.to_degrees(), "degrees"),
     }
 }
 
@@ -118,7 +107,7 @@ fn program(reference: &Trajectory, spacing_s: f64) -> Result<String> {
     let point = |k: usize| -> Result<String> {
         let mut words = String::new();
         for (axis, value) in reference.axes().iter().zip(reference.at(k)) {
-            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(value * shown(axis.kind).0, 6)?)?;
+            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(value * in_programs(axis.kind).0, 6)?)?;
         }
         Ok(words)
     };

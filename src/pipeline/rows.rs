@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::Part;
 use crate::input::Input;
-use crate::output::{Refusal, um, write_file};
+use crate::output::{Refusal, in_programs, um, write_file};
 
 /// Largest distance of an axis between rows from the compensated path, mm; as for the lines of programs.
 pub const TOLERANCE_MM: f64 = 2e-4;
@@ -179,7 +179,7 @@ impl<'a> Sampled<'a> {
         let sampled = |of: &dyn Fn((f64, f64)) -> f64| -> Vec<Vec<f64>> {
             let column = |(axis, column): (&Axis, &Vec<f64>)| {
                 let at = |row: usize| of(cubic(column, row as f64 * interval_s / period_s));
-                (0..count).map(|row| rounded(at(row) * written(axis))).collect()
+                (0..count).map(|row| rounded(at(row) * in_programs(axis.kind).0)).collect()
             };
             axes.iter().zip(wanted.columns()).map(column).collect()
         };
@@ -211,7 +211,9 @@ impl<'a> Sampled<'a> {
         let columns = self.axes.iter().zip(wanted.columns()).enumerate();
         let of = |(index, (axis, column)): (usize, (&Axis, &Vec<f64>))| {
             let lever = if axis.kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
-            let off = |(k, at): (usize, &f64)| (self.between(index, k as f64 * wanted.period_s()) / written(axis) - at).abs();
+            let off = |(k, at): (usize, &f64)| {
+                (self.between(index, k as f64 * wanted.period_s()) / in_programs(axis.kind).0 - at).abs()
+            };
             lever * column.iter().enumerate().map(off).fold(0.0, f64::max)
         };
         columns.map(of).fold(0.0, f64::max)
@@ -219,9 +221,11 @@ impl<'a> Sampled<'a> {
 
     /// The file: what its columns are as comments, their names, the rows.
     fn text(&self, name: &str, decimals: usize) -> String {
-        let unit = |axis: &Axis| if axis.kind == AxisKind::Rotary { "deg" } else { "mm" };
         let names = |ending: &str| {
-            self.axes.iter().map(move |axis| format!(",{axis}{}", ending.replace('#', unit(axis)))).collect::<String>()
+            self.axes
+                .iter()
+                .map(move |axis| format!(",{axis}{}", ending.replace('#', in_programs(axis.kind).1)))
+                .collect::<String>()
         };
         let (between, velocity) = match self.rows {
             Rows::Table => ("in straight lines", String::new()),
@@ -240,11 +244,6 @@ impl<'a> Sampled<'a> {
         }
         text
     }
-}
-
-/// How many of the units in which an axis is written its inner one is.
-fn written(axis: &Axis) -> f64 {
-    if axis.kind == AxisKind::Rotary { 1.0_f64.to_degrees() } else { 1.0 }
 }
 
 #[cfg(test)]

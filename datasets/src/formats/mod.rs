@@ -43,8 +43,8 @@ pub trait LogFormat: Sync {
 /// How much of a file a format may look at to recognise it.
 pub const HEAD_BYTES: usize = 4096;
 
-/// How a ZIP archive begins.
-const ARCHIVE: &[u8] = b"PK\x03\x04";
+/// How a ZIP archive begins, models among them.
+pub const ARCHIVE: &[u8] = b"PK\x03\x04";
 
 /// All formats, the most particular first.
 pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
