@@ -129,6 +129,10 @@ fn settings_out_of_range_are_refused() {
     assert!(matches!(try_with(&plan, &[(1.0, 0.0); 3], 0.002), Err(DatasetError::BadSetting { .. })));
     assert!(matches!(try_with(&plan, &[(0.0, 1.0); 3], f64::NAN), Err(DatasetError::BadSetting { .. })));
     assert!(matches!(try_with(&ExcitationPlan { runs: vec![] }, &[(0.0, 1.0); 3], 0.002), Err(DatasetError::Runs(_))));
+    for seconds in [0.0, 1e9, f64::NAN] {
+        let plan = ExcitationPlan::of_seconds(seconds);
+        assert!(try_with(&plan, &[(0.0, 1.0); 3], 0.002).unwrap_err().to_string().contains("at most 400"), "{seconds}");
+    }
     let mut bad = plan.clone();
     bad.runs[0].speed_share = 0.0;
     assert!(matches!(try_with(&bad, &[(0.0, 1.0); 3], 0.002), Err(DatasetError::BadSetting { .. })));

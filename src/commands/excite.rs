@@ -33,8 +33,8 @@ pub struct Excite {
     /// Folder for the references and programs
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
-    /// Seconds of motion in all
-    #[arg(long, default_value_t = 60.0)]
+    /// Seconds of motion in all, up to 4000
+    #[arg(long, default_value_t = 60.0, value_parser = parse_positive)]
     seconds: f64,
     /// Linear axes keep within ± this range, mm, and within their own travel
     #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = parse_positive)]

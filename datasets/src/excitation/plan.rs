@@ -2,6 +2,9 @@
 
 use crate::DatasetError;
 
+/// The longest run, s: variety teaches more than length.
+const LONGEST_S: f64 = 400.0;
+
 /// What a run is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
@@ -58,7 +61,12 @@ impl RunPlan {
     fn check(&self) -> Result<(), DatasetError> {
         let positive = "it must be positive and finite";
         let settings = [
-            ("seconds", self.seconds, self.seconds > 0.0, positive),
+            (
+                "seconds of a run",
+                self.seconds,
+                self.seconds > 0.0 && self.seconds <= LONGEST_S,
+                "it must be above 0 and at most 400; more excitations of other seeds teach more than a longer one",
+            ),
             ("sigma_mm", self.sigma_mm, self.sigma_mm > 0.0, positive),
             (
                 "speed_share",
