@@ -3,11 +3,13 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use datasets::{Log, Severity, UNSCORED_S};
+use datasets::{Fold, Log, Severity};
 use models::staged::StagedPredictor;
-use models::{AxisPredictor, AxisSignal, Band, Bundle, Manifest, StackedPredictor};
-use training::staged::{AxisRun, StagedRecipe, adapt as adapt_axis};
+use models::{AxisPredictor, Bundle, HeldOut, Manifest, StackedPredictor};
+use training::AxisRun;
+use training::staged::{StagedRecipe, adapt as adapt_axis};
 
+use crate::cross_fit::{self, Judged, only, without};
 use crate::evaluate::rms_max;
 use crate::output::Refusal;
 use crate::training_run::{check, data_hash};
@@ -17,6 +19,8 @@ use crate::training_run::{check, data_hash};
 pub struct AdaptedAxis {
     /// Name of the axis.
     pub name: String,
+    /// Whether its errors are in rad instead of mm.
+    pub rotary: bool,
     /// Root mean square error of the model as it was, on the new log; mm or rad.
     pub before: f64,
     /// The same of the adapted one, on folds of the new log that it was not fitted to.
@@ -36,28 +40,64 @@ pub struct Adapted {
     pub seconds: f64,
 }
 
-/// Adapts the staged predictors of `bundle` to `logs`.
+/// Share of the new log that each fold holds out, and the folds: all of the log is judged.
+const HELD_OUT: f64 = 0.25;
+const FOLDS: usize = 4;
+
+/// Adapts the staged predictors of `bundle` to `logs`. `seed` draws what is held out together.
 ///
 /// # Errors
 /// When the logs are not fit, lack an axis of the model, or are sampled at another rate; when an axis has another kind of predictor.
-pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
+pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
     let started = Instant::now();
     let report = check(logs);
     if report.is_refused() {
         let reasons: Vec<String> = report.of(Severity::Refuse).map(ToString::to_string).collect();
         return Err(Refusal(format!("the log is not fit for training:\n  {}", reasons.join("\n  "))).into());
     }
-    let recipe = StagedRecipe::default();
+    let folds = datasets::folds(logs, HELD_OUT, FOLDS, seed).map_err(|error| Refusal(error.to_string()))?;
     let mut predictors: Vec<Box<dyn AxisPredictor>> = Vec::new();
     let mut axes = Vec::new();
     let mut manifest = Manifest { data_sha256: data_hash(logs), ..bundle.manifest.clone() };
     for (predictor, axis) in bundle.predictors()?.into_iter().zip(&mut manifest.axes) {
+        let old = Old::of(predictor.as_ref(), &axis.name)?;
+        let runs = runs_of(logs, &axis.name)?;
+        let judged = |fold: &Fold| -> Result<Judged> {
+            let (training, held_out) = (without(&runs, fold), only(&runs, fold));
+            let adapted = old.adapted(&training)?;
+            Ok(Judged {
+                rich: cross_fit::pieces(adapted.as_ref(), &held_out),
+                simple: cross_fit::pieces(predictor.as_ref(), &held_out),
+            })
+        };
+        let judged: Vec<Judged> = folds.iter().map(judged).collect::<Result<_>>()?;
+        let choice = cross_fit::choose(&judged, true);
+        let before = judged.iter().flat_map(|judged| judged.simple.clone()).collect::<Vec<_>>();
+        let (rms, max) = cross_fit::figures(&choice.pieces);
+        let (band, band_held) = cross_fit::bands(&runs, &choice.pieces, axis.coverage.velocity);
+        let raw_rms = rms_max(&cross_fit::tracking_errors(&runs, &choice.pieces)).0;
+        axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: judged.len(), ..axis.held_out };
+        axis.band = band;
+        let (before, taken) = (cross_fit::figures(&before).0, !choice.simple);
+        axes.push(AdaptedAxis { name: axis.name.clone(), rotary: axis.rotary, before, held_out: rms, taken });
+        predictors.push(if taken { old.adapted(&runs)? } else { predictor });
+    }
+    Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })
+}
+
+/// The predictor of an axis as it was: staged, with or without a network.
+struct Old {
+    staged: StagedPredictor,
+    stacked: Option<StackedPredictor>,
+}
+
+impl Old {
+    fn of(predictor: &dyn AxisPredictor, axis: &str) -> Result<Self> {
         let stacked =
             (predictor.kind() == models::stacked::KIND).then(|| StackedPredictor::from_saved(&predictor.save())).transpose()?;
         if predictor.kind() != models::staged::KIND && stacked.is_none() {
             return Err(Refusal(format!(
-                "axis {} has a predictor of the kind `{}`; only staged models can be adapted: train a new one",
-                axis.name,
+                "axis {axis} has a predictor of the kind `{}`; only staged models can be adapted: train a new one",
                 predictor.kind()
             ))
             .into());
@@ -66,29 +106,18 @@ pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
             Some(stacked) => stacked.base().clone(),
             None => StagedPredictor::from_saved(&predictor.save())?,
         };
-        let runs = runs_of(logs, &axis.name)?;
-        let (adapted, report) = adapt_axis(&staged, &runs, &recipe).map_err(|error| Refusal(error.to_string()))?;
-        let taken = report.held_out_rms < report.before_rms;
-        let adapted = with_network(adapted, stacked, &runs)?;
-        let signals = errors(adapted.as_ref(), &runs);
-        axis.held_out.rms = if taken { report.held_out_rms } else { report.before_rms };
-        axis.held_out.max = signals.iter().map(|(_, errors)| rms_max(errors).1).fold(0.0, f64::max);
-        axis.band = Band::fit(&signals, axis.coverage.velocity);
-        axes.push(AdaptedAxis { name: axis.name.clone(), before: report.before_rms, held_out: report.held_out_rms, taken });
-        predictors.push(adapted);
+        Ok(Self { staged, stacked })
     }
-    Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })
-}
 
-/// The adapted predictor, with the old one's network where that still helps on the log.
-fn with_network(adapted: StagedPredictor, stacked: Option<StackedPredictor>, runs: &[AxisRun]) -> Result<Box<dyn AxisPredictor>> {
-    let Some(stacked) = stacked else { return Ok(Box::new(adapted)) };
-    let with = stacked.with_base(adapted.clone())?;
-    let rms = |predictor: &dyn AxisPredictor| {
-        let errors: Vec<f64> = errors(predictor, runs).into_iter().flat_map(|(_, errors)| errors).collect();
-        rms_max(&errors).0
-    };
-    Ok(if rms(&with) < rms(&adapted) { Box::new(with) } else { Box::new(adapted) })
+    /// Adapted to the rows of `runs`; with the network that it had where that still helps on them.
+    fn adapted(&self, runs: &[AxisRun]) -> Result<Box<dyn AxisPredictor>> {
+        let (adapted, _) =
+            adapt_axis(&self.staged, runs, &StagedRecipe::default()).map_err(|error| Refusal(error.to_string()))?;
+        let Some(stacked) = &self.stacked else { return Ok(Box::new(adapted)) };
+        let with = stacked.clone().with_base(adapted.clone())?;
+        let rms = |predictor: &dyn AxisPredictor| cross_fit::figures(&cross_fit::pieces(predictor, runs)).0;
+        Ok(if rms(&with) < rms(&adapted) { Box::new(with) } else { Box::new(adapted) })
+    }
 }
 
 fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
@@ -97,19 +126,7 @@ fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
             let (Some(reference), Some(actual)) = (log.reference.column(axis), log.actual.column(axis)) else {
                 return Err(Refusal(format!("the log {} lacks the axis {axis}, which the model has", log.name)).into());
             };
-            Ok(AxisRun { reference: reference.to_vec(), actual: actual.to_vec(), period_s: log.period_s() })
-        })
-        .collect()
-}
-
-/// Prediction errors on the scored samples of every run.
-fn errors<'a>(predictor: &dyn AxisPredictor, runs: &'a [AxisRun]) -> Vec<(AxisSignal<'a>, Vec<f64>)> {
-    runs.iter()
-        .map(|run| {
-            let skip = ((UNSCORED_S / run.period_s).round() as usize).min(run.reference.len());
-            let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
-            let errors = (skip..run.reference.len()).map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect();
-            (AxisSignal::uncompensated(&run.reference[skip..], run.period_s), errors)
+            Ok(AxisRun::new(reference.to_vec(), actual.to_vec(), log.period_s()))
         })
         .collect()
 }

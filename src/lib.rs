@@ -8,6 +8,7 @@ pub mod cli;
 mod commands;
 pub mod comparison;
 mod control;
+pub mod cross_fit;
 pub mod evaluate;
 pub mod feeds;
 pub mod input;

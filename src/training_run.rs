@@ -3,17 +3,17 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use datasets::{Log, Purpose, Report, Severity, assess_runs, moving_axes, split_logs};
+use datasets::{Fold, Log, Purpose, Report, Severity, assess_runs, moving_axes};
 use machine::MachineSpec;
-use models::staged::StagedPredictor;
-use models::{AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, HeldOut, Manifest};
+use models::{AxisManifest, AxisPredictor, Band, Bundle, Coverage, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind, lag_s};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
-use training::Recipe;
 use training::network::NetworkRecipe;
-use training::staged::{AxisRun, StagedRecipe};
+use training::staged::StagedRecipe;
+use training::{AxisRun, Recipe};
 
+use crate::cross_fit::{self, Judged, only, without};
 use crate::evaluate::rms_max;
 use crate::output::{Refusal, table, um};
 use crate::progress::Progress;
@@ -38,6 +38,10 @@ impl TrainSettings {
         Self { recipe, held_out: 0.2, seed, checkpoints: None }
     }
 }
+
+/// Samples that the folds of a cross-fit go over together, at least once over all: a short log is judged in every part, a long one, whose
+/// fit takes a minute, in one.
+const FOLD_SAMPLES: usize = 60_000;
 
 /// A model and how it was found.
 #[derive(Debug)]
@@ -74,15 +78,17 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings)
     let Some(first) = logs.first() else { return Err(Refusal("there is no log".into()).into()) };
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
-    let split = split_logs(logs, settings.held_out, settings.seed).map_err(|error| Refusal(error.to_string()))?;
+    let samples: usize = logs.iter().map(Log::len).sum();
+    let most = (FOLD_SAMPLES / samples.max(1)).max(1);
+    let folds = datasets::folds(logs, settings.held_out, most, settings.seed).map_err(|error| Refusal(error.to_string()))?;
     let progress = std::sync::Mutex::new(Progress::new("training", moving.len() as u64));
     let fitted: Vec<Result<FittedAxis>> = std::thread::scope(|scope| {
         let jobs: Vec<_> = moving
             .iter()
             .map(|&axis| {
-                let (split, name, progress) = (&split, &axes[axis], &progress);
+                let (folds, name, progress) = (&folds, &axes[axis], &progress);
                 scope.spawn(move || {
-                    let fitted = fit_axis(&runs(&split.training, axis), &runs(&split.held_out, axis), name, settings);
+                    let fitted = fit_axis(&runs(logs, axis), folds, name, settings);
                     if let Ok(mut progress) = progress.lock() {
                         progress.step(&name.name);
                     }
@@ -121,11 +127,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings)
 
 fn runs(logs: &[Log], axis: usize) -> Vec<AxisRun> {
     logs.iter()
-        .map(|log| AxisRun {
-            reference: log.reference.columns()[axis].clone(),
-            actual: log.actual.columns()[axis].clone(),
-            period_s: log.period_s(),
-        })
+        .map(|log| AxisRun::new(log.reference.columns()[axis].clone(), log.actual.columns()[axis].clone(), log.period_s()))
         .collect()
 }
 
@@ -137,67 +139,78 @@ struct FittedAxis {
     note: String,
 }
 
-fn fit_axis(training: &[AxisRun], held_out: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
-    let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
-    let linear = fit_stages(training, &law, None, axis, settings.seed)?;
-    let linear_errors = held_out_errors(linear.predictor.as_ref(), held_out);
-    let fit = match (&settings.recipe.staged, &settings.recipe.network) {
-        (Some(staged), network) => fit_stages(training, staged, network.as_ref(), axis, settings.seed)?,
-        (None, Some(network)) => fit_network(training, network, axis, settings)?,
-        (None, None) => anyhow::bail!(Refusal("the recipe has no stage".into())),
+/// Fits an axis to all runs, and to the runs without each fold, whose errors then judge the same procedure.
+///
+/// A predictor that takes minutes to train is not trained again on all runs: that of the first fold is kept.
+fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
+    let mut judged = Vec::new();
+    let mut kept = None;
+    let again = settings.recipe.staged.is_some();
+    for fold in if again { folds } else { &folds[..1] } {
+        let (training, held_out) = (without(runs, fold), only(runs, fold));
+        let fit = fit_recipe(&training, axis, settings)?;
+        let linear = fit_linear(&training, axis, settings.seed)?;
+        judged.push(Judged {
+            rich: cross_fit::pieces(fit.predictor.as_ref(), &held_out),
+            simple: cross_fit::pieces(linear.predictor.as_ref(), &held_out),
+        });
+        kept = kept.or(Some(fit));
+    }
+    // Stages that pay on folds within the log and not on others are not shipped; who judges does not choose.
+    let choice = cross_fit::choose(&judged, again);
+    let Fit { predictor, note } = match kept.filter(|_| choice.simple || !again) {
+        Some(fit) if choice.simple => {
+            let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
+            Fit { note, ..fit_linear(runs, axis, settings.seed)? }
+        }
+        Some(fit) => fit,
+        None => fit_recipe(runs, axis, settings)?,
     };
-    let errors = held_out_errors(fit.predictor.as_ref(), held_out);
-    let rms_of = |errors: &[Vec<f64>]| rms_max(&errors.concat()).0;
-    // Stages that paid within the training runs and do not on others are not shipped.
-    let (Fit { predictor, note, again }, errors) = if settings.recipe.staged.is_some() && rms_of(&errors) > rms_of(&linear_errors)
-    {
-        let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
-        (Fit { note, ..linear }, linear_errors.clone())
-    } else {
-        (fit, errors)
-    };
-    // What was held out has done its work: the model that is kept learns from it as well, where that takes seconds.
-    let covered = if again.is_some() { held_out } else { &[] };
-    let predictor = match again {
-        Some(again) => again(&[training, held_out].concat())?,
-        None => predictor,
-    };
-    let note = format!("{}: {note}", axis.name);
-    let coverage = Coverage::of(training.iter().chain(covered).map(|run| run.reference.as_slice()), period_of(training));
-    let (band, band_held) = bands(held_out, &errors, coverage.velocity);
-    let flat: Vec<f64> = errors.iter().flatten().copied().collect();
-    let (rms, max) = rms_max(&flat);
-    let raw: Vec<f64> = held_out.iter().flat_map(|run| scored(run).map(|k| run.reference[k] - run.actual[k])).collect();
-    let linear_flat: Vec<f64> = linear_errors.into_iter().flatten().collect();
-    Ok(FittedAxis {
-        predictor,
-        held_out: HeldOut { rms, max, linear_rms: rms_max(&linear_flat).0, raw_rms: rms_max(&raw).0, band_held },
-        coverage,
-        band,
-        note,
-    })
+    let covered = runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
+    let coverage = Coverage::of(covered, period_of(runs));
+    let (band, band_held) = cross_fit::bands(runs, &choice.pieces, coverage.velocity);
+    let errors: Vec<f64> = choice.pieces.iter().flat_map(|piece| &piece.errors).copied().collect();
+    let (rms, max) = rms_max(&errors);
+    let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
+    let raw = cross_fit::tracking_errors(runs, &choice.pieces);
+    let held_out =
+        HeldOut { rms, max, linear_rms: rms_max(&linear).0, raw_rms: rms_max(&raw).0, band_held, folds: judged.len() };
+    Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
 }
 
-/// Fits a predictor to runs.
-type Refit<'a> = Box<dyn Fn(&[AxisRun]) -> Result<Box<dyn AxisPredictor>> + 'a>;
+fn period_of(runs: &[AxisRun]) -> f64 {
+    runs.first().map_or(0.002, |run| run.period_s)
+}
 
-/// A predictor fitted to the training runs.
-struct Fit<'a> {
+/// A predictor fitted to runs.
+struct Fit {
     predictor: Box<dyn AxisPredictor>,
     /// What it is made of.
     note: String,
-    /// Fits the same stages to more runs, where that is quick.
-    again: Option<Refit<'a>>,
+}
+
+fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<Fit> {
+    match (&settings.recipe.staged, &settings.recipe.network) {
+        (Some(staged), network) => fit_stages(runs, staged, network.as_ref(), axis, settings.seed),
+        (None, Some(network)) => fit_network(runs, network, axis, settings),
+        (None, None) => anyhow::bail!(Refusal("the recipe has no stage".into())),
+    }
+}
+
+/// The linear law alone.
+fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
+    let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
+    fit_stages(runs, &law, None, axis, seed)
 }
 
 /// The staged predictor, with a network on what it leaves where that pays.
-fn fit_stages<'a>(
+fn fit_stages(
     runs: &[AxisRun],
-    recipe: &'a StagedRecipe,
-    network: Option<&'a NetworkRecipe>,
+    recipe: &StagedRecipe,
+    network: Option<&NetworkRecipe>,
     axis: &Axis,
     seed: u64,
-) -> Result<Fit<'a>> {
+) -> Result<Fit> {
     let (staged, report) = training::staged::fit(runs, recipe)?;
     let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
     let mut kept = None;
@@ -209,19 +222,15 @@ fn fit_stages<'a>(
         note += &format!("; network on the rest: {without} → {with} {unit}, {verdict}");
         kept = trial.accepted.then_some(network);
     }
-    let stack = move |staged: StagedPredictor, runs: &[AxisRun]| -> Result<Box<dyn AxisPredictor>> {
-        Ok(match kept {
-            Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
-            None => Box::new(staged),
-        })
+    let predictor = match kept {
+        Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
+        None => Box::new(staged),
     };
-    let predictor = stack(staged, runs)?;
-    let again = move |runs: &[AxisRun]| stack(training::staged::fit(runs, recipe)?.0, runs);
-    Ok(Fit { predictor, note, again: Some(Box::new(again)) })
+    Ok(Fit { predictor, note })
 }
 
 /// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
-fn fit_network<'a>(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: &TrainSettings) -> Result<Fit<'a>> {
+fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: &TrainSettings) -> Result<Fit> {
     let (fitted, validation) = validation_split(runs);
     let trained = match &settings.checkpoints {
         Some(folder) => {
@@ -231,13 +240,16 @@ fn fit_network<'a>(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settin
         None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
     };
     let note = format!("{} epochs, best after {}", trained.epochs, trained.best_epoch);
-    Ok(Fit { predictor: trained.predictor, note, again: None })
+    Ok(Fit { predictor: trained.predictor, note })
 }
 
-/// One run in six, at least one, to stop early by; a single run serves as both.
+/// One run in six, at least one, to stop early by; of a single run a sixth of its rows.
 fn validation_split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
-    if runs.len() < 2 {
-        return (runs.to_vec(), runs.to_vec());
+    if let [run] = runs {
+        let rows = run.scored();
+        let (first, last) = (rows.first().map_or(0, |rows| rows.start), rows.last().map_or(0, |rows| rows.end));
+        let tail = std::slice::from_ref(&(last - (last - first) / 6..last)).to_vec();
+        return (vec![run.without(&tail)], vec![run.only(&tail)]);
     }
     let every = runs.len().min(6);
     let (mut fitted, mut validation) = (Vec::new(), Vec::new());
@@ -245,51 +257,6 @@ fn validation_split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
         if index % every == every - 1 { validation.push(run.clone()) } else { fitted.push(run.clone()) }
     }
     (fitted, validation)
-}
-
-fn period_of(runs: &[AxisRun]) -> f64 {
-    runs.first().map_or(0.002, |run| run.period_s)
-}
-
-/// Samples of a held-out run that are scored: the first ones lack their command history where a log starts in motion.
-fn scored(run: &AxisRun) -> std::ops::Range<usize> {
-    let skip = (datasets::UNSCORED_S / run.period_s).round() as usize;
-    skip.min(run.reference.len())..run.reference.len()
-}
-
-/// Prediction minus measurement on the scored samples of every run.
-fn held_out_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<Vec<f64>> {
-    runs.iter()
-        .map(|run| {
-            let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
-            scored(run).map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect()
-        })
-        .collect()
-}
-
-/// The band of all held-out runs, and the share of errors in a quarter of each run that a band of the other three holds, over all four.
-fn bands(runs: &[AxisRun], errors: &[Vec<f64>], top_speed: f64) -> (Band, f64) {
-    let part = |from: f64, to: f64| -> Vec<(AxisSignal<'_>, Vec<f64>)> {
-        runs.iter()
-            .zip(errors)
-            .map(|(run, errors)| {
-                let range = scored(run);
-                let cut = |share: f64| (errors.len() as f64 * share) as usize;
-                let samples = range.start + cut(from)..range.start + cut(to);
-                (AxisSignal::uncompensated(&run.reference[samples], run.period_s), errors[cut(from)..cut(to)].to_vec())
-            })
-            .collect()
-    };
-    let (mut held, mut all) = (0.0, 0.0);
-    for quarter in [0.0, 0.25, 0.5, 0.75] {
-        let others = [part(0.0, quarter), part(quarter + 0.25, 1.0)].concat();
-        let check = Band::fit(&others, top_speed);
-        for (signal, errors) in part(quarter, quarter + 0.25) {
-            held += check.held(&signal, &errors) * errors.len() as f64;
-            all += errors.len() as f64;
-        }
-    }
-    (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }
 
 /// Delay that the moving axes share, s: the mean of their lags, each over all runs. It hardly hurts a contour; differences between axes do.
@@ -344,7 +311,7 @@ impl Trained {
             .iter()
             .map(|axis| {
                 let scale = if axis.rotary { 1e3 } else { 1.0 };
-                let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
+                let HeldOut { rms, max, linear_rms, raw_rms, band_held, .. } = axis.held_out;
                 let shown = [rms, max, linear_rms, raw_rms].map(|value| um(value * scale));
                 let unit = if axis.rotary { "µrad" } else { "µm" };
                 std::iter::once(format!("{} ({unit})", axis.name))
@@ -367,7 +334,7 @@ impl Trained {
             .zip(&self.lags_s)
             .map(|(axis, lag)| {
                 let (unit, scale) = if axis.rotary { ("urad", 1e6) } else { ("um", 1e3) };
-                let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
+                let HeldOut { rms, max, linear_rms, raw_rms, band_held, .. } = axis.held_out;
                 let figures = json!({
                     format!("held_out_rms_{unit}"): rms * scale,
                     format!("held_out_max_{unit}"): max * scale,

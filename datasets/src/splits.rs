@@ -1,4 +1,6 @@
-//! Training and held-out runs: split by run, never by window, for neighbouring windows leak.
+//! What is held out: whole runs, or rows of a single one. Never windows drawn at random, for neighbouring windows leak.
+
+use std::ops::Range;
 
 use motion::Trajectory;
 use rand::SeedableRng;
@@ -11,89 +13,96 @@ use crate::{DatasetError, Log, quality};
 pub const UNSCORED_S: f64 = 0.3;
 /// Shortest rest at which a log is cut, s.
 pub const REST_S: f64 = 0.1;
-/// Pieces into which a log without rests is cut by time.
-const BLOCKS: usize = 4;
+/// Shortest piece of a log that is held out, s.
+const SHORTEST_S: f64 = 1.0;
 
-/// Runs to learn from and runs to judge by.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Split {
-    /// Runs to learn from.
-    pub training: Vec<Log>,
-    /// Runs to judge by.
-    pub held_out: Vec<Log>,
+/// For every log the rows that a fold holds out, in order and apart; none of a log that it learns from whole.
+pub type Fold = Vec<Vec<Range<usize>>>;
+
+/// Piece of a log that stays together.
+#[derive(Debug, Clone)]
+struct Unit {
+    log: usize,
+    rows: Range<usize>,
 }
 
-/// Holds out whole runs, drawn at random, until they make `held_out_fraction` of all samples: at least one, and never all.
+/// Folds that each hold out about `share` of all rows, at most `most` of them and at most one over the share; no row is held out twice.
+///
+/// Several logs are held out as whole runs. A single log is cut at its rests, or where it rests less than twice into contiguous
+/// blocks. Which runs go together is drawn by `seed`. An axis that moves in several runs is judged by the first fold.
 ///
 /// # Errors
-/// When there are fewer than two runs, or the fraction is not between 0 and 1.
-pub fn split_runs(logs: &[Log], held_out_fraction: f64, seed: u64) -> Result<Split, DatasetError> {
-    if !(held_out_fraction > 0.0 && held_out_fraction < 1.0) {
-        return Err(DatasetError::BadSetting {
-            name: "held_out_fraction",
-            value: held_out_fraction,
-            remedy: "it must be between 0 and 1",
-        });
+/// When the share is not between 0 and 1, or a single log is too short to be cut.
+pub fn folds(logs: &[Log], share: f64, most: usize, seed: u64) -> Result<Vec<Fold>, DatasetError> {
+    if !(share > 0.0 && share < 1.0) {
+        return Err(DatasetError::BadSetting { name: "held_out_fraction", value: share, remedy: "it must be between 0 and 1" });
     }
-    if logs.len() < 2 {
+    let parts = (1.0 / share).round().max(2.0) as usize;
+    let mut units: Vec<Unit> = match logs {
+        [log] => pieces(log, parts)?.into_iter().map(|rows| Unit { log: 0, rows }).collect(),
+        _ => logs.iter().enumerate().map(|(log, whole)| Unit { log, rows: 0..whole.len() }).collect(),
+    };
+    units.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    let wanted = share * units.iter().map(|unit| unit.rows.len() as f64).sum::<f64>();
+    let count = units.len();
+    let mut chosen: Vec<Vec<Unit>> = vec![Vec::new(); parts.min(most.max(1)).min(count)];
+    let mut left = std::collections::VecDeque::from(units);
+    for fold in &mut chosen {
+        let mut sum = 0.0;
+        while let Some(unit) = left.pop_front() {
+            // A unit is taken when that brings the sum nearer to what is wanted; one is always learned from.
+            let taken = fold.is_empty() || (sum + 0.5 * unit.rows.len() as f64 <= wanted && fold.len() + 1 < count);
+            if !taken {
+                left.push_front(unit);
+                break;
+            }
+            sum += unit.rows.len() as f64;
+            fold.push(unit);
+        }
+    }
+    let axes = logs.first().map_or(0, |log| log.axes().len());
+    for axis in 0..axes {
+        let moves = |unit: &Unit| moves(&logs[unit.log], axis, &unit.rows);
+        let judged = chosen.iter().flatten().any(moves);
+        if !judged
+            && left.iter().filter(|unit| moves(unit)).count() >= 2
+            && let Some(unit) = left.iter().position(moves).and_then(|index| left.remove(index))
+        {
+            chosen[0].push(unit);
+        }
+    }
+    let fold = |units: &Vec<Unit>| {
+        let mut fold: Fold = vec![Vec::new(); logs.len()];
+        units.iter().for_each(|unit| fold[unit.log].push(unit.rows.clone()));
+        fold.iter_mut().for_each(|rows| rows.sort_by_key(|rows| rows.start));
+        fold
+    };
+    Ok(chosen.iter().filter(|units| !units.is_empty()).map(fold).collect())
+}
+
+/// Pieces of a single log: between its rests, or blocks of equal length.
+fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
+    let pieces = between_rests(log, REST_S);
+    if pieces.len() >= parts.max(3) {
+        return Ok(pieces);
+    }
+    let length = log.len() / parts;
+    if (length as f64) * log.period_s() < SHORTEST_S {
         return Err(DatasetError::Runs(format!(
-            "{} run cannot be split by run; record a second one, or cut it at its rests",
-            logs.len()
+            "`{}` lasts {:.2} s; at least {:.0} s are needed to hold a part of it out. Record a longer run, or a second one",
+            log.name,
+            log.reference.duration_s(),
+            SHORTEST_S * parts as f64
         )));
     }
-    let mut order: Vec<usize> = (0..logs.len()).collect();
-    order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    let total: usize = logs.iter().map(Log::len).sum();
-    let wanted = held_out_fraction * total as f64;
-    let mut held = vec![false; logs.len()];
-    let mut sum = 0;
-    for (position, &index) in order.iter().enumerate().take(logs.len() - 1) {
-        // A run is taken when that brings the sum nearer to what is wanted.
-        let nearer = (sum + logs[index].len()) as f64 - wanted < wanted - sum as f64;
-        if position == 0 || nearer {
-            held[index] = true;
-            sum += logs[index].len();
-        }
-    }
-    // An axis that moves in several runs is judged by one of them.
-    for axis in 0..logs[0].axes().len() {
-        let moving: Vec<usize> = order.iter().copied().filter(|index| moves(&logs[*index], axis)).collect();
-        if moving.len() >= 2 && moving.iter().all(|index| !held[*index]) {
-            held[moving[0]] = true;
-        }
-    }
-    let pick = |side: bool| {
-        let chosen = logs.iter().zip(&held).filter(|(_, held)| **held == side);
-        chosen.map(|(log, _)| log.clone()).collect()
-    };
-    Ok(Split { training: pick(false), held_out: pick(true) })
+    Ok((0..parts).map(|part| part * length..if part + 1 == parts { log.len() } else { (part + 1) * length }).collect())
 }
 
-/// Splits by run; a single log is cut at its rests first, or where it never rests into four blocks.
-///
-/// # Errors
-/// As [`split_runs`], for a log that is too short to be cut.
-pub fn split_logs(logs: &[Log], held_out_fraction: f64, seed: u64) -> Result<Split, DatasetError> {
-    let [log] = logs else {
-        return split_runs(logs, held_out_fraction, seed);
-    };
-    let pieces = segment_at_rests(log, REST_S)?;
-    if pieces.len() >= 3 {
-        split_runs(&pieces, held_out_fraction, seed)
-    } else {
-        split_runs(&blocks(log, BLOCKS)?, held_out_fraction, seed)
-    }
-}
-
-/// Cuts a log in the middle of each rest of its command of at least `rest_s`; pieces shorter than a second join the one before.
-///
-/// # Errors
-/// When `rest_s` is not positive.
-pub fn segment_at_rests(log: &Log, rest_s: f64) -> Result<Vec<Log>, DatasetError> {
-    if !(rest_s.is_finite() && rest_s > 0.0) {
-        return Err(DatasetError::BadSetting { name: "rest_s", value: rest_s, remedy: "it must be positive" });
-    }
-    let shortest = (1.0 / log.period_s()).ceil() as usize;
+/// Rows of a log from the middle of one rest of its command of at least `rest_s` to the middle of the next; pieces shorter than a
+/// second join the one before.
+#[must_use]
+pub fn between_rests(log: &Log, rest_s: f64) -> Vec<Range<usize>> {
+    let shortest = (SHORTEST_S / log.period_s()).ceil() as usize;
     let needed = (rest_s / log.period_s()).ceil() as usize;
     let mut cuts = vec![0];
     let mut start = None;
@@ -114,45 +123,15 @@ pub fn segment_at_rests(log: &Log, rest_s: f64) -> Result<Vec<Log>, DatasetError
         }
     }
     cuts.push(log.len());
-    parts(log, &cuts)
+    cuts.windows(2).map(|cut| cut[0]..cut[1]).collect()
 }
 
-/// Cuts a log into `count` contiguous pieces of equal length; what follows a cut lacks its command history for [`UNSCORED_S`].
-///
-/// # Errors
-/// When the pieces would be shorter than twice [`UNSCORED_S`].
-pub fn blocks(log: &Log, count: usize) -> Result<Vec<Log>, DatasetError> {
-    let length = log.len() / count.max(1);
-    if count == 0 || length as f64 * log.period_s() < 2.0 * UNSCORED_S {
-        return Err(DatasetError::Runs(format!(
-            "`{}` lasts {:.2} s, too short for {count} pieces of at least {:.1} s",
-            log.name,
-            log.reference.duration_s(),
-            2.0 * UNSCORED_S
-        )));
-    }
-    let mut cuts: Vec<usize> = (0..count).map(|piece| piece * length).collect();
-    cuts.push(log.len());
-    parts(log, &cuts)
-}
-
-/// Number of samples at the start of a run that are not scored, for `skip_s` seconds.
-#[must_use]
-pub fn skip_samples(log: &Log, skip_s: f64) -> usize {
-    let samples = (skip_s / log.period_s()).ceil();
-    if samples > 0.0 { log.len().min(samples as usize) } else { 0 }
-}
-
-fn parts(log: &Log, cuts: &[usize]) -> Result<Vec<Log>, DatasetError> {
-    cuts.windows(2).enumerate().map(|(index, cut)| log.part(format!("{} part {}", log.name, index + 1), cut[0], cut[1])).collect()
+/// Whether an axis is commanded to move in some rows.
+fn moves(log: &Log, axis: usize, rows: &Range<usize>) -> bool {
+    log.reference.columns().get(axis).is_some_and(|column| column[rows.clone()].windows(2).any(|pair| pair[0] != pair[1]))
 }
 
 /// Whether no axis's command moves from sample `k − 1` to `k`.
-/// Whether an axis is commanded to move in a run.
-fn moves(log: &Log, axis: usize) -> bool {
-    log.reference.columns().get(axis).is_some_and(|column| column.iter().any(|position| *position != column[0]))
-}
-
 fn is_still(reference: &Trajectory, k: usize) -> bool {
     reference
         .axes()

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{assert_found, shared};
-use datasets::{Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, read_log, split_logs};
+use datasets::{Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, folds, read_log};
 use motion::AxisKind;
 
 fn read(name: &str) -> Option<(Log, Report)> {
@@ -38,16 +38,11 @@ fn emps_is_fit_for_training() {
 #[test]
 fn one_long_log_is_split_into_contiguous_pieces() {
     let Some((log, _)) = read("emps_train_1kHz.csv") else { return };
-    let split = split_logs(std::slice::from_ref(&log), 0.25, 1).unwrap();
-    let total: usize = split.training.iter().chain(&split.held_out).map(Log::len).sum();
-    assert_eq!(total, log.len());
-    for piece in split.training.iter().chain(&split.held_out) {
-        println!("{}: {} samples", piece.name, piece.len());
-        assert!(piece.len() > 600);
-    }
-    let held: usize = split.held_out.iter().map(Log::len).sum();
-    let share = held as f64 / total as f64;
-    assert!((0.1..0.45).contains(&share), "{share}");
+    let folds = folds(std::slice::from_ref(&log), 0.2, 5, 1).unwrap();
+    let mut held: Vec<_> = folds.iter().flat_map(|fold| fold[0].clone()).collect();
+    held.sort_by_key(|rows| rows.start);
+    assert_eq!(held.len(), 5);
+    assert!(held.windows(2).all(|pair| pair[0].end == pair[1].start) && held[0].start == 0 && held[4].end == log.len());
 }
 
 #[test]

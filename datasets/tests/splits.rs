@@ -1,37 +1,60 @@
-//! Splits are by run.
+//! What is held out: whole runs, or rows of a single one.
 
 mod common;
 
+use std::ops::Range;
+
 use common::{healthy, hurt};
-use datasets::{DatasetError, Log, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
+use datasets::{DatasetError, Log, between_rests, folds};
 
 fn ten() -> Vec<Log> {
     (0..10).map(|k| healthy().part(format!("run {k}"), 0, 1000 + 100 * k).unwrap()).collect()
 }
 
-#[test]
-fn whole_runs_are_held_out_near_the_fraction() {
-    let logs = ten();
-    let total: usize = logs.iter().map(Log::len).sum();
-    for seed in 0..20 {
-        let split = split_runs(&logs, 0.25, seed).unwrap();
-        assert_eq!(split.training.len() + split.held_out.len(), 10);
-        assert!(split.held_out.iter().all(|log| logs.contains(log) && !split.training.contains(log)));
-        let share = split.held_out.iter().map(Log::len).sum::<usize>() as f64 / total as f64;
-        assert!((0.15..0.35).contains(&share), "{share}");
-        assert_eq!(split, split_runs(&logs, 0.25, seed).unwrap());
-    }
-    assert_ne!(split_runs(&logs, 0.25, 1).unwrap(), split_runs(&logs, 0.25, 2).unwrap());
+fn len(rows: &[Range<usize>]) -> usize {
+    rows.iter().map(ExactSizeIterator::len).sum()
 }
 
 #[test]
-fn neither_side_is_ever_empty() {
-    for fraction in [0.001, 0.5, 0.999] {
-        let split = split_runs(&ten()[..2], fraction, 3).unwrap();
-        assert_eq!((split.training.len(), split.held_out.len()), (1, 1));
+fn whole_runs_are_held_out_near_the_share() {
+    let logs = ten();
+    let total: usize = logs.iter().map(Log::len).sum();
+    for seed in 0..20 {
+        let all = folds(&logs, 0.25, 9, seed).unwrap();
+        assert_eq!(all, folds(&logs, 0.25, 9, seed).unwrap());
+        assert!((3..=4).contains(&all.len()));
+        for fold in &all {
+            let held: Vec<usize> = (0..10).filter(|log| !fold[*log].is_empty()).collect();
+            assert!(held.iter().all(|&log| fold[log] == [0..logs[log].len()]));
+            let share = held.iter().map(|&log| logs[log].len()).sum::<usize>() as f64 / total as f64;
+            assert!((0.07..0.35).contains(&share), "{share}");
+        }
+        let times = |log: usize| all.iter().filter(|fold| !fold[log].is_empty()).count();
+        assert!((0..10).all(|log| times(log) <= 1));
+        assert_eq!(folds(&logs, 0.25, 1, seed).unwrap(), all[..1]);
     }
-    assert!(matches!(split_runs(&ten()[..1], 0.5, 1), Err(DatasetError::Runs(_))));
-    assert!(matches!(split_runs(&ten(), 1.0, 1), Err(DatasetError::BadSetting { .. })));
+    assert_ne!(folds(&logs, 0.25, 1, 1).unwrap(), folds(&logs, 0.25, 1, 2).unwrap());
+}
+
+#[test]
+fn something_is_always_learned_from_and_something_judged() {
+    for share in [0.001, 0.5, 0.999] {
+        for fold in folds(&ten()[..2], share, 9, 3).unwrap() {
+            assert_eq!(fold.iter().filter(|rows| rows.is_empty()).count(), 1);
+        }
+    }
+    assert!(matches!(folds(&ten(), 1.0, 1, 1), Err(DatasetError::BadSetting { .. })));
+    assert!(folds(&[], 0.2, 1, 1).unwrap().is_empty());
+}
+
+#[test]
+fn an_axis_that_few_runs_move_is_judged_by_one_of_them() {
+    let still = hurt(|reference, _| reference[1].fill(3.0));
+    let logs: Vec<Log> = (0..10).map(|k| if k < 2 { healthy() } else { still.clone() }).collect();
+    for seed in 0..20 {
+        let [fold] = &folds(&logs, 0.2, 1, seed).unwrap()[..] else { panic!("one fold was asked for") };
+        assert!(!fold[0].is_empty() || !fold[1].is_empty());
+    }
 }
 
 #[test]
@@ -44,30 +67,20 @@ fn a_log_is_cut_in_the_middle_of_its_rests() {
             }
         }
     });
-    let pieces = segment_at_rests(&stops, 0.1).unwrap();
-    let lengths: Vec<usize> = pieces.iter().map(Log::len).collect();
+    let lengths: Vec<usize> = between_rests(&stops, 0.1).iter().map(ExactSizeIterator::len).collect();
     assert_eq!(lengths.iter().sum::<usize>(), stops.len());
     assert_eq!(lengths.len(), 3);
     assert!(lengths[0].abs_diff(1300) <= 1 && lengths[1].abs_diff(1800) <= 1, "{lengths:?}");
-    assert_eq!(segment_at_rests(&stops, 1.0).unwrap().len(), 1);
-    assert!(segment_at_rests(&stops, 0.0).is_err());
+    assert_eq!(between_rests(&stops, 1.0).len(), 1);
 }
 
 #[test]
 fn a_log_without_rests_is_cut_by_time() {
     let log = healthy();
-    let split = split_logs(std::slice::from_ref(&log), 0.25, 5).unwrap();
-    assert_eq!((split.training.len(), split.held_out.len()), (3, 1));
-    assert_eq!(split.held_out[0].len(), 1250);
-    assert!(blocks(&log, 100).is_err());
-    assert!(blocks(&log, 0).is_err());
-}
-
-#[test]
-fn the_unscored_start_is_clipped_to_the_log() {
-    let log = healthy();
-    assert_eq!(skip_samples(&log, 0.3), 150);
-    assert_eq!(skip_samples(&log, 1e9), log.len());
-    assert_eq!(skip_samples(&log, f64::NAN), 0);
-    assert_eq!(skip_samples(&log, -1.0), 0);
+    let all = folds(std::slice::from_ref(&log), 0.25, 9, 5).unwrap();
+    assert_eq!(all.len(), 4);
+    assert!(all.iter().all(|fold| fold[0].len() == 1 && len(&fold[0]) == 1250));
+    let short = log.part("short".into(), 0, 400).unwrap();
+    let why = folds(&[short], 0.25, 9, 5).unwrap_err().to_string();
+    assert!(why.contains("at least 4 s"), "{why}");
 }

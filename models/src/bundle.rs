@@ -34,6 +34,9 @@ pub struct HeldOut {
     pub raw_rms: f64,
     /// Share of the errors within the 95 % band, on runs that the band was not fitted to.
     pub band_held: f64,
+    /// Folds of the cross-fit that these figures come from: each fitted and chosen without the rows that judge it. Zero where unknown.
+    #[serde(default)]
+    pub folds: usize,
 }
 
 /// Everything that a bundle says of one axis.

@@ -135,7 +135,7 @@ impl Train {
     }
 
     fn adapt(&self, model: &Path, logs: &[Log], warnings: &[String], printer: &Printer) -> Result<()> {
-        let adapted = adaptation::adapt(&input::model(model)?, logs)?;
+        let adapted = adaptation::adapt(&input::model(model)?, logs, self.common.seed)?;
         let rows: Vec<Vec<String>> = adapted
             .axes
             .iter()

@@ -21,7 +21,7 @@ fn record(seconds: f64) -> Recorded {
     let mut run = |reference: &Trajectory| -> Vec<AxisRun> {
         let actual = machine.run_full(reference).expect("a run").motor;
         let columns = reference.columns().iter().zip(actual.columns());
-        columns.map(|(r, x)| AxisRun { reference: r.clone(), actual: x.clone(), period_s: reference.period_s() }).collect()
+        columns.map(|(r, x)| AxisRun::new(r.clone(), x.clone(), reference.period_s())).collect()
     };
     let period_s = spec.sampling_period_s();
     let axes = spec.motion_axes();

@@ -76,7 +76,7 @@ fn with_bumps(reversal_samples: usize, start_samples: usize) -> AxisRun {
         x - 0.001 * v - bumps[k]
     });
     let actual = actual.collect();
-    AxisRun { reference, actual, period_s }
+    AxisRun::new(reference, actual, period_s)
 }
 
 #[test]
@@ -92,6 +92,6 @@ fn flag_windows_are_found_in_the_runs() {
 #[test]
 fn too_few_events_give_default_windows() {
     let reference: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.01).collect();
-    let run = AxisRun { actual: reference.clone(), reference, period_s: 0.002 };
+    let run = AxisRun::new(reference.clone(), reference, 0.002);
     assert_eq!(FlagWindows::identify(&[run]), FlagWindows { backlash: 25, start: 25 });
 }

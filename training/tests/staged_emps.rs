@@ -64,11 +64,7 @@ fn without_plateau(plateau: u32) -> Option<(f64, f64)> {
     while start < labels.len() {
         let end = (start..labels.len()).find(|&k| labels[k] != labels[start]).unwrap_or(labels.len());
         if labels[start] != plateau && end - start > 200 {
-            runs.push(AxisRun {
-                reference: log.reference[start..end].to_vec(),
-                actual: log.actual[start..end].to_vec(),
-                period_s: PERIOD_S,
-            });
+            runs.push(AxisRun::new(log.reference[start..end].to_vec(), log.actual[start..end].to_vec(), PERIOD_S));
         }
         start = end;
     }
@@ -87,7 +83,7 @@ fn without_plateau(plateau: u32) -> Option<(f64, f64)> {
 fn the_second_half_is_predicted_from_the_first() {
     let Some(log) = log() else { return };
     let half = log.reference.len() / 2;
-    let first = AxisRun { reference: log.reference[..half].to_vec(), actual: log.actual[..half].to_vec(), period_s: PERIOD_S };
+    let first = AxisRun::new(log.reference[..half].to_vec(), log.actual[..half].to_vec(), PERIOD_S);
     let (predictor, linear, parts) = trained(&[first]);
     let left = residual(predictor.as_ref(), &log);
     let error = 1e3 * rms(left[half..].iter().copied());

@@ -51,7 +51,7 @@ fn run(seed: u32, half_width: f64) -> AxisRun {
     reference.extend(std::iter::repeat_n(x, 300));
     let start = if seed.is_multiple_of(4) { -half_width } else { half_width };
     let actual = table(&reference, half_width, start);
-    AxisRun { reference, actual, period_s: PERIOD_S }
+    AxisRun::new(reference, actual, PERIOD_S)
 }
 
 fn fitted(half_width: f64) -> (StagedPredictor, StagedReport) {

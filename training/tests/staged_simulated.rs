@@ -17,11 +17,7 @@ fn planned(spec: &MachineSpec, curve: Arc<dyn Curve>, feed_mm_s: f64) -> Traject
 }
 
 fn run_of(axis: usize, reference: &Trajectory, actual: &Trajectory) -> AxisRun {
-    AxisRun {
-        reference: reference.columns()[axis].clone(),
-        actual: actual.columns()[axis].clone(),
-        period_s: reference.period_s(),
-    }
+    AxisRun::new(reference.columns()[axis].clone(), actual.columns()[axis].clone(), reference.period_s())
 }
 
 /// About 30,000 samples of random curves: standard ones, slow ones and one with sharp turns.
@@ -99,11 +95,7 @@ fn a_lugre_machine_is_predicted_nearly_as_well_as_by_its_noise_free_copy() {
     }
     let minute = training_runs(&sister, 0, 8);
     let log = minute[0].clone();
-    let short = AxisRun {
-        reference: log.reference[..5000.min(log.reference.len())].to_vec(),
-        actual: log.actual[..5000.min(log.actual.len())].to_vec(),
-        period_s: log.period_s,
-    };
+    let short = AxisRun::new(log.reference[..5000.min(log.reference.len())].to_vec(), log.actual[..5000.min(log.actual.len())].to_vec(), log.period_s);
     let [foreign, ..] = against_noise_free(&sister, 0, &predictor);
     let (adapted, report) = adapt(&predictor, &[short], &StagedRecipe::default()).unwrap();
     let [own, ..] = against_noise_free(&sister, 0, &adapted);
@@ -156,7 +148,7 @@ fn an_axis_that_only_lags_keeps_a_pure_delay() {
             let reference: Vec<f64> =
                 (0..2000).map(|k| 20.0 * (f64::from(k) * 2e-3 * f64::from(2 + run)).sin().powi(3)).collect();
             let actual = (0..2000_usize).map(|k| reference[k.saturating_sub(delay)]).collect();
-            AxisRun { reference, actual, period_s: 2e-3 }
+            AxisRun::new(reference, actual, 2e-3)
         })
         .collect();
     let (predictor, report) = fit(&runs, &StagedRecipe::default()).unwrap();
@@ -169,7 +161,7 @@ fn an_axis_that_only_lags_keeps_a_pure_delay() {
 
 #[test]
 fn unusable_runs_are_refused_with_the_reason() {
-    let run = |length: usize| AxisRun { reference: vec![1.0; length], actual: vec![1.0; length], period_s: 2e-3 };
+    let run = |length: usize| AxisRun::new(vec![1.0; length], vec![1.0; length], 2e-3);
     let refused = |runs: &[AxisRun]| fit(runs, &StagedRecipe::default()).unwrap_err().to_string();
     assert!(refused(&[]).contains("no run"));
     assert!(refused(&[run(1000)]).contains("never moves"));

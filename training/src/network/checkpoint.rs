@@ -55,6 +55,7 @@ pub fn identity(runs: &[AxisRun], held_out: &[AxisRun], recipe: &NetworkRecipe, 
         for run in runs {
             hash.update(run.period_s.to_le_bytes());
             hash.update(run.reference.len().to_le_bytes());
+            run.rows.iter().flat_map(|rows| [rows.start, rows.end]).for_each(|row| hash.update(row.to_le_bytes()));
             run.reference.iter().chain(&run.actual).for_each(|position| hash.update(position.to_le_bytes()));
         }
     }

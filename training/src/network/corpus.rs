@@ -14,9 +14,6 @@ use rand_chacha::ChaCha8Rng;
 use super::{NetworkRecipe, windows::FlagWindows};
 use crate::{TrainingError, staged::AxisRun};
 
-/// Start of a log that begins in motion, whose errors are not counted, s: it lacks the commands before.
-const UNSCORED_S: f64 = 0.3;
-
 /// What a network sees, and what it is to learn.
 #[derive(Debug, Clone)]
 pub enum Task {
@@ -93,7 +90,7 @@ pub struct Scaling {
 struct Sequence {
     rows: Vec<f32>,
     targets: Vec<f32>,
-    counted: Range<usize>,
+    counted: Vec<Range<usize>>,
 }
 
 /// The training runs of one axis.
@@ -145,14 +142,6 @@ pub fn tracking_error(run: &AxisRun) -> Vec<f64> {
     run.reference.iter().zip(&run.actual).map(|(r, x)| r - x).collect()
 }
 
-/// The samples of a run whose errors count.
-pub fn counted(run: &AxisRun) -> Range<usize> {
-    let n = run.reference.len();
-    let moving = run.reference.first() != run.reference.get(1);
-    let skipped = if moving { (UNSCORED_S / run.period_s).ceil() as usize } else { 0 };
-    skipped.min(n)..n
-}
-
 impl Corpus {
     /// Rows and targets of the runs, scaled to unit size.
     pub fn new(runs: &[AxisRun], task: Task, recipe: &NetworkRecipe) -> Result<Self, TrainingError> {
@@ -169,7 +158,8 @@ impl Corpus {
         let errors: Vec<Vec<f32>> = runs.iter().map(|run| task.targets(run)).collect();
         let own = rows.iter().zip(runs).map(|(rows, run)| &rows[lead * width..(lead + run.reference.len()) * width]);
         let inputs = Scaler::fit(own, width);
-        let targets = Scaler::fit(errors.iter().map(Vec::as_slice), 1);
+        let known = errors.iter().zip(runs).flat_map(|(errors, run)| run.rows.iter().map(|rows| &errors[rows.clone()]));
+        let targets = Scaler::fit(known, 1);
         rows.iter_mut().for_each(|rows| inputs.scale(rows));
         let past = if recipe.kind.cell().is_none() { PAST_ERRORS } else { 0 };
         let sequences: Vec<Sequence> = rows
@@ -180,7 +170,7 @@ impl Corpus {
                 scaled.extend(errors);
                 scaled.resize(rows.len() / width, 0.0);
                 targets.scale(&mut scaled);
-                Sequence { rows: with_past(&rows, width, &scaled, past), targets: scaled, counted: counted(run) }
+                Sequence { rows: with_past(&rows, width, &scaled, past), targets: scaled, counted: run.scored() }
             })
             .collect();
         let largest = sequences.iter().flat_map(|s| &s.targets).fold(0.0_f32, |top, e| top.max(e.abs()));
@@ -193,20 +183,20 @@ impl Corpus {
         for (sequence, run) in self.sequences.iter().enumerate() {
             // A window that begins at `first` counts from `first + warmup` on; the run itself begins at `warmup + window`.
             let first = self.window - rng.random_range(0..self.window);
-            let end = self.window + run.counted.end;
+            let end = self.window + run.counted.last().map_or(0, |rows| rows.end);
             let starts = (first..end).step_by(self.window);
-            windows.extend(starts.map(|start| Window { sequence, start }).filter(|window| !self.counted(window).is_empty()));
+            windows.extend(starts.map(|start| Window { sequence, start }).filter(|window| self.counted(window).next().is_some()));
         }
         windows.shuffle(rng);
         windows
     }
 
     /// Steps of a window whose errors count.
-    fn counted(&self, window: &Window) -> Range<usize> {
+    fn counted(&self, window: &Window) -> impl Iterator<Item = Range<usize>> {
         let counted = &self.sequences[window.sequence].counted;
-        let lead = self.warmup + self.window;
-        let within = |k: usize| (k + lead).saturating_sub(window.start).clamp(self.warmup, self.warmup + self.window);
-        within(counted.start)..within(counted.end)
+        let (lead, warmup, start) = (self.warmup + self.window, self.warmup, window.start);
+        let within = move |k: usize| (k + lead).saturating_sub(start).clamp(warmup, lead);
+        counted.iter().map(move |rows| within(rows.start)..within(rows.end)).filter(|steps| !steps.is_empty())
     }
 
     /// The windows as tensors.
@@ -220,7 +210,7 @@ impl Corpus {
             let (from, to) = (window.start, window.start + steps);
             inputs.extend_from_slice(&run.rows[from * self.width..to * self.width]);
             targets.extend_from_slice(&run.targets[from..to]);
-            mask[self.counted(window)].fill(1.0);
+            self.counted(window).for_each(|steps| mask[steps].fill(1.0));
         }
         let counted = mask.iter().filter(|weight| **weight > 0.0).count();
         let tensor = |values: Vec<f32>, width: usize| {

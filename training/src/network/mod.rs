@@ -14,4 +14,4 @@ pub mod windows;
 pub use axes::{AxisRuns, train_axes};
 pub use clip::{clip_global_norm, global_norm};
 pub use recipe::{NetworkKind, NetworkRecipe};
-pub use train::{Epoch, Trained, held_out_error, train, train_on_residual, train_resumable};
+pub use train::{Epoch, Trained, held_out_error, part_errors, train, train_on_residual, train_resumable};

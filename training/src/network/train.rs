@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Progress, State, identity};
-use super::corpus::{Corpus, Task, check_runs, counted, tracking_error};
+use super::corpus::{Corpus, Task, check_runs, tracking_error};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
@@ -180,16 +180,22 @@ fn validate(state: &mut State, corpus: &Corpus, held_out: &[AxisRun]) -> Result<
 /// Root mean square of a prediction's error on `runs`, mm or rad, over the samples that count.
 #[must_use]
 pub fn held_out_error(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> f64 {
-    let (mut squares, mut count) = (0.0, 0_usize);
-    for run in runs {
-        let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
-        let errors = tracking_error(run);
-        for k in counted(run) {
-            squares += (errors[k] - predicted.get(k).copied().unwrap_or(f64::NAN)).powi(2);
-            count += 1;
-        }
-    }
+    let (squares, count) = runs.iter().flat_map(|run| squares(predictor, run)).fold((0.0, 0), |(a, b), (c, d)| (a + c, b + d));
     (squares / count.max(1) as f64).sqrt()
+}
+
+/// The same of each range of rows by itself, run by run.
+#[must_use]
+pub fn part_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<f64> {
+    runs.iter().flat_map(|run| squares(predictor, run)).map(|(squares, count)| (squares / count.max(1) as f64).sqrt()).collect()
+}
+
+/// Sum of the squared errors of a prediction over each range of a run's rows, and its samples.
+fn squares(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<(f64, usize)> {
+    let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
+    let errors = tracking_error(run);
+    let square = |k: usize| (errors[k] - predicted.get(k).copied().unwrap_or(f64::NAN)).powi(2);
+    run.scored().into_iter().map(|rows| (rows.clone().map(square).sum(), rows.len())).collect()
 }
 
 /// Random numbers of an epoch: a stream of the seed for each.

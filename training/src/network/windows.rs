@@ -3,7 +3,7 @@
 use models::features::{EventKind, events, velocity};
 use nalgebra::{DMatrix, DVector};
 
-use super::corpus::{counted, tracking_error};
+use super::corpus::tracking_error;
 use crate::staged::AxisRun;
 
 /// Velocities on either side that the linear law sees, samples.
@@ -54,7 +54,7 @@ fn residuals(runs: &[AxisRun]) -> Option<Vec<Vec<f64>>> {
     let mut right = DVector::<f64>::zeros(columns);
     let cut: Vec<(Vec<f64>, Vec<f64>)> = runs.iter().map(|run| (surrounded(run), tracking_error(run))).collect();
     for ((v, error), run) in cut.iter().zip(runs) {
-        for block in counted(run).collect::<Vec<_>>().chunks(512) {
+        for block in run.scored().into_iter().flatten().collect::<Vec<_>>().chunks(512) {
             let rows = DMatrix::from_fn(block.len(), columns, |i, j| if j == 0 { 1.0 } else { v[block[i] + j - 1] });
             let errors = DVector::from_fn(block.len(), |i, _| error[block[i]]);
             gram += rows.tr_mul(&rows);
@@ -88,7 +88,8 @@ fn profile(runs: &[AxisRun], residuals: &[Vec<f64>], kind: EventKind, longest: u
     for (run, residual) in runs.iter().zip(residuals) {
         let all = events(&velocity(&run.reference, run.period_s));
         for (index, event) in all.iter().enumerate().filter(|(_, event)| event.kind == kind) {
-            let end = all.get(index + 1).map_or(residual.len(), |next| next.sample);
+            let Some(rows) = run.rows.iter().find(|rows| rows.contains(&event.sample)) else { continue };
+            let end = all.get(index + 1).map_or(residual.len(), |next| next.sample).min(rows.end);
             for (r, sum) in residual[event.sample..end].iter().zip(&mut sums) {
                 *sum = (sum.0 + event.sign * r, sum.1 + 1);
             }

@@ -2,10 +2,10 @@
 
 use models::staged::{Carrier, FeatureSet, Pass, Scales, StagedPredictor};
 
-use super::corpus::{AxisRun, Corpus};
+use super::corpus::Corpus;
 use super::gram::Penalty;
 use super::recipe::StagedRecipe;
-use crate::TrainingError;
+use crate::{AxisRun, TrainingError};
 
 /// Columns of the linear law's response that are corrected one by one: sums over 1, 2, 3, 5 … samples.
 const RESPONSE_COLUMNS: [usize; 8] = [0, 1, 2, 4, 7, 12, 20, 32];

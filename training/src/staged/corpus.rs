@@ -8,21 +8,10 @@ use nalgebra::DMatrix;
 use super::gram::{FoldGrams, Gram};
 use super::play::least_half_width;
 use super::recipe::StagedRecipe;
-use crate::TrainingError;
+use crate::{AxisRun, TrainingError};
 
 /// Rows gathered at once.
 const BLOCK_ROWS: usize = 1024;
-
-/// One axis of one recorded run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AxisRun {
-    /// Commanded position, mm or rad, one a period.
-    pub reference: Vec<f64>,
-    /// Actual position at the same instants.
-    pub actual: Vec<f64>,
-    /// Sampling period, s.
-    pub period_s: f64,
-}
 
 /// Share of the top speed below which a motion is taken to end.
 const REST_SHARE: f64 = 0.02;
@@ -80,9 +69,8 @@ impl<'a> Corpus<'a> {
             errors.push(error);
         }
         let top = quantile(&mut speeds, 0.995).ok_or_else(|| TrainingError::Unusable("the axis never moves".into()))?;
-        let scored: Vec<Range<usize>> =
-            runs.iter().zip(&errors).map(|(run, error)| scored_rows(run, error, top, recipe.skip_s)).collect();
-        let total: usize = scored.iter().map(ExactSizeIterator::len).sum();
+        let scored: Vec<Vec<Range<usize>>> = runs.iter().map(AxisRun::scored).collect();
+        let total: usize = scored.iter().flatten().map(ExactSizeIterator::len).sum();
         // Few runs are cut into blocks, so that there are folds enough to tell a gain from chance.
         let by_run = runs.len() >= recipe.folds;
         let folds = recipe.folds;
@@ -242,7 +230,7 @@ const REST_S: f64 = 0.02;
 fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
     let start = |(run, error): (&AxisRun, &Vec<f64>)| {
         let still = run.reference.iter().take_while(|x| **x == run.reference[0]).count();
-        let known = still as f64 * run.period_s >= REST_S;
+        let known = still as f64 * run.period_s >= REST_S && run.rows.first().is_some_and(|rows| rows.start == 0 && rows.end >= still);
         if known { error[..still].iter().sum::<f64>() / still as f64 } else { 0.0 }
     };
     let starts: Vec<f64> = runs.iter().zip(errors).map(start).collect();
@@ -250,25 +238,13 @@ fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
     if on_either_side { starts } else { vec![0.0; runs.len()] }
 }
 
-/// A log that begins in motion lacks the commands before it: its first rows say nothing.
-fn scored_rows(run: &AxisRun, error: &[f64], top_speed: f64, skip_s: f64) -> Range<usize> {
-    let length = error.len();
-    let moved = run.reference.first().zip(run.reference.get(1)).map_or(0.0, |(a, b)| (b - a).abs());
-    if moved > 1e-3 * top_speed * run.period_s {
-        let skipped = (skip_s / run.period_s).ceil() as usize;
-        skipped.min(length)..length
-    } else {
-        0..length
-    }
-}
-
 /// Whole runs dealt out to folds, or contiguous blocks where there are too few runs for that.
-fn stretches(scored: &[Range<usize>], folds: usize, by_run: bool) -> Vec<Stretch> {
-    let total: usize = scored.iter().map(ExactSizeIterator::len).sum();
+fn stretches(scored: &[Vec<Range<usize>>], folds: usize, by_run: bool) -> Vec<Stretch> {
+    let total: usize = scored.iter().flatten().map(ExactSizeIterator::len).sum();
     let block = if by_run { usize::MAX } else { total.div_ceil(folds).max(1) };
     let mut out = Vec::new();
     let mut seen = 0_usize;
-    for (run, rows) in scored.iter().enumerate() {
+    for (run, rows) in scored.iter().enumerate().flat_map(|(run, ranges)| ranges.iter().map(move |rows| (run, rows))) {
         let mut start = rows.start;
         while start < rows.end {
             let (length, fold) =

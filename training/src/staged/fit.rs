@@ -2,7 +2,7 @@
 
 use models::staged::StagedPredictor;
 
-use super::corpus::{AxisRun, Corpus};
+use super::corpus::Corpus;
 use super::gram::FoldErrors;
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
 use super::operators::{Bank, FittedPass, best_ridge, fit_pass, knots, operator_features, penalties};
@@ -12,7 +12,7 @@ use super::refine::refined_lines;
 use super::report::{StageReport, StagedReport};
 use super::search::Search;
 use super::waves::{Line, WaveBasis, leading_filters};
-use crate::TrainingError;
+use crate::{AxisRun, TrainingError};
 
 /// Passes of operators before the last: position from the linear law, then from the operators themselves.
 const OPERATOR_PASSES: usize = 2;

@@ -16,7 +16,7 @@ mod search;
 mod waves;
 
 pub use adapt::{AdaptReport, adapt};
-pub use corpus::AxisRun;
+pub use crate::AxisRun;
 pub use fit::fit;
 pub use recipe::{LineRecipe, StagedRecipe};
 pub use report::{StageReport, StagedReport};

@@ -11,8 +11,6 @@ use serde::{Deserialize, Serialize};
 pub struct StagedRecipe {
     /// Top speed for which the lengths and speeds below are meant, unit/s.
     pub speed_unit: f64,
-    /// Seconds at the start of a log that begins in motion which are neither fitted nor scored.
-    pub skip_s: f64,
     /// Folds of the cross-validation: whole runs where there are at least as many, else contiguous blocks.
     pub folds: usize,
     /// Time constants that are tried for the linear law's response to die out, s, shortest first.
@@ -105,7 +103,6 @@ impl Default for StagedRecipe {
         let knots = [-80, -65, -52, -40, -30, -24, -19, -15, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1, 0, 1, 2];
         Self {
             speed_unit: 80.0,
-            skip_s: 0.3,
             folds: 8,
             memory_s: vec![0.01, 0.02, 0.03, 0.05],
             memories: 4.0,

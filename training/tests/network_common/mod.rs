@@ -35,7 +35,7 @@ pub fn toy_run(seed: u64, samples: usize) -> AxisRun {
             held
         })
         .collect();
-    AxisRun { reference, actual, period_s: PERIOD_S }
+    AxisRun::new(reference, actual, PERIOD_S)
 }
 
 pub fn toy_runs(first_seed: u64, count: u64) -> Vec<AxisRun> {

@@ -22,11 +22,7 @@ pub fn shared_log(name: &str) -> Option<Vec<Vec<f64>>> {
 
 /// One axis of some rows of a log.
 pub fn run_of(rows: &[Vec<f64>], command: usize, actual: usize, period_s: f64) -> AxisRun {
-    AxisRun {
-        reference: rows.iter().map(|row| row[command]).collect(),
-        actual: rows.iter().map(|row| row[actual]).collect(),
-        period_s,
-    }
+    AxisRun::new(rows.iter().map(|row| row[command]).collect(), rows.iter().map(|row| row[actual]).collect(), period_s)
 }
 
 /// Prediction errors on a run.
