@@ -82,7 +82,8 @@ pub fn choose(folds: &[Judged], free: bool) -> Choice {
         let (rich, simple) = others.fold((0.0, 0.0), |sum, (_, cost)| (sum.0 + cost.0, sum.1 + cost.1));
         free && rich > simple
     };
-    let judged = |(index, part): (usize, &Judged)| if prefers_simple(Some(index)) { part.simple.clone() } else { part.rich.clone() };
+    let judged =
+        |(index, part): (usize, &Judged)| if prefers_simple(Some(index)) { part.simple.clone() } else { part.rich.clone() };
     Choice { simple: prefers_simple(None), pieces: parts.iter().enumerate().flat_map(judged).collect() }
 }
 

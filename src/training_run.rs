@@ -166,15 +166,15 @@ fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSetti
         Some(fit) => fit,
         None => fit_recipe(runs, axis, settings)?,
     };
-    let covered = runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
+    let covered =
+        runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
     let coverage = Coverage::of(covered, period_of(runs));
     let (band, band_held) = cross_fit::bands(runs, &choice.pieces, coverage.velocity);
     let errors: Vec<f64> = choice.pieces.iter().flat_map(|piece| &piece.errors).copied().collect();
     let (rms, max) = rms_max(&errors);
     let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
     let raw = cross_fit::tracking_errors(runs, &choice.pieces);
-    let held_out =
-        HeldOut { rms, max, linear_rms: rms_max(&linear).0, raw_rms: rms_max(&raw).0, band_held, folds: judged.len() };
+    let held_out = HeldOut { rms, max, linear_rms: rms_max(&linear).0, raw_rms: rms_max(&raw).0, band_held, folds: judged.len() };
     Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
 }
 
@@ -204,13 +204,7 @@ fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
 }
 
 /// The staged predictor, with a network on what it leaves where that pays.
-fn fit_stages(
-    runs: &[AxisRun],
-    recipe: &StagedRecipe,
-    network: Option<&NetworkRecipe>,
-    axis: &Axis,
-    seed: u64,
-) -> Result<Fit> {
+fn fit_stages(runs: &[AxisRun], recipe: &StagedRecipe, network: Option<&NetworkRecipe>, axis: &Axis, seed: u64) -> Result<Fit> {
     let (staged, report) = training::staged::fit(runs, recipe)?;
     let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
     let mut kept = None;
@@ -300,7 +294,37 @@ pub(crate) fn data_hash(logs: &[Log]) -> String {
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// Share of the tracking error from which on what a model leaves is worth a warning.
+const LEAVES_MUCH: f64 = 0.5;
+
 impl Trained {
+    /// What speaks against the model: axes of which it leaves more than half of the error on data that it never saw.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when an axis is predicted worse than by no model at all: such a model must not be written.
+    pub fn doubts(&self) -> Result<Vec<String>, Refusal> {
+        let mut doubts = Vec::new();
+        for axis in &self.bundle.manifest.axes {
+            let HeldOut { rms, raw_rms, .. } = axis.held_out;
+            let (unit, scale) = if axis.rotary { ("µrad", 1e3) } else { ("µm", 1.0) };
+            let figures = format!("{} of {} {unit} RMS on held-out data", um(rms * scale), um(raw_rms * scale));
+            if !(rms < raw_rms) {
+                return Err(Refusal(format!(
+                    "axis {}: the model leaves {figures}, no better than no model; nothing is written. Look for exchanged columns, lost rows or \
+                     too little motion, or leave the axis out with --columns",
+                    axis.name
+                )));
+            }
+            if rms > LEAVES_MUCH * raw_rms {
+                doubts.push(format!(
+                    "axis {}: the model leaves {figures}; most of this axis's error is noise or has a cause that the log does not show",
+                    axis.name
+                ));
+            }
+        }
+        Ok(doubts)
+    }
+
     /// Held-out figures of every axis; µm, or µrad for rotary axes.
     #[must_use]
     pub fn table(&self) -> String {
@@ -320,7 +344,9 @@ impl Trained {
                     .collect()
             })
             .collect();
-        table(&["held-out runs", "RMS", "MAX", "linear RMS", "tracking error RMS", "95 % band holds", "predictor"], &rows)
+        let folds = self.bundle.manifest.axes.iter().map(|axis| axis.held_out.folds).max().unwrap_or_default();
+        let title = format!("held out, {folds} fold{}", if folds == 1 { "" } else { "s" });
+        table(&[&title, "RMS", "MAX", "linear RMS", "tracking error RMS", "95 % band holds", "predictor"], &rows)
     }
 
     /// The figures as JSON.
@@ -341,6 +367,7 @@ impl Trained {
                     format!("linear_rms_{unit}"): linear_rms * scale,
                     format!("raw_rms_{unit}"): raw_rms * scale,
                     "band_held_share": band_held,
+                    "folds": axis.held_out.folds,
                     "lag_ms": lag.map(|lag| lag * 1e3),
                     "predictor": axis.predictor,
                     "coverage": axis.coverage,

@@ -19,6 +19,8 @@ pub struct Log {
     pub reference: Trajectory,
     /// Reported positions, mm or rad, with the axes, period and length of the reference.
     pub actual: Trajectory,
+    /// Time stamp of the first sample, s; zero where there is none.
+    pub start_s: f64,
 }
 
 impl Log {
@@ -28,7 +30,13 @@ impl Log {
     /// When axes, period or length differ.
     pub fn new(name: impl Into<String>, reference: Trajectory, actual: Trajectory) -> Result<Self, DatasetError> {
         reference.check_matches(&actual)?;
-        Ok(Self { name: name.into(), reference, actual })
+        Ok(Self { name: name.into(), reference, actual, start_s: 0.0 })
+    }
+
+    /// The same run with this time stamp of its first sample, s.
+    #[must_use]
+    pub fn starting_at(self, start_s: f64) -> Self {
+        Self { start_s, ..self }
     }
 
     /// The axes, in column order.
@@ -76,7 +84,7 @@ impl Log {
             let columns = columns.map(|column| if same { column.clone() } else { resample(&times, column, period_s) });
             Trajectory::new(period_s, self.axes().to_vec(), columns.collect())
         };
-        let log = Self::new(self.name.clone(), at(&self.reference)?, at(&self.actual)?)?;
+        let log = Self::new(self.name.clone(), at(&self.reference)?, at(&self.actual)?)?.starting_at(self.start_s);
         let (own_ms, period_ms) = (1e3 * own_s, 1e3 * period_s);
         let loss = if own_s > period_s { ": fast detail between its samples is lost; log at that rate" } else { "" };
         let message = format!(
@@ -103,7 +111,7 @@ impl Log {
             let columns = axes.iter().map(column).collect::<Result<_, _>>()?;
             Ok::<_, DatasetError>(Trajectory::new(trajectory.period_s(), axes.to_vec(), columns)?)
         };
-        Self::new(self.name.clone(), pick(&self.reference)?, pick(&self.actual)?)
+        Ok(Self::new(self.name.clone(), pick(&self.reference)?, pick(&self.actual)?)?.starting_at(self.start_s))
     }
 
     /// Samples `start..end` as a run of its own; the range is clipped to the log.
@@ -116,7 +124,8 @@ impl Log {
         let cut = |trajectory: &Trajectory| {
             trajectory.with_columns(trajectory.columns().iter().map(|column| column[start..end].to_vec()).collect())
         };
-        Self::new(name, cut(&self.reference)?, cut(&self.actual)?)
+        let start_s = self.start_s + start as f64 * self.period_s();
+        Ok(Self::new(name, cut(&self.reference)?, cut(&self.actual)?)?.starting_at(start_s))
     }
 }
 

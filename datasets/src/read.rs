@@ -51,22 +51,23 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), Dat
     for axis in &map.axes {
         sources.push((axis.axis.clone(), axis.actual));
     }
-    let (period_s, mut columns, findings) = uniform_columns(path, &table, map.time, &sources, options.period_s)?;
+    let ((period_s, start_s), mut columns, findings) = uniform_columns(path, &table, map.time, &sources, options.period_s)?;
     report.findings.extend(findings);
     let actual = columns.split_off(map.axes.len());
     let axes: Vec<Axis> = map.axes.into_iter().map(|columns| columns.axis).collect();
     let log =
         Log::new(run_name(path), Trajectory::new(period_s, axes.clone(), columns)?, Trajectory::new(period_s, axes, actual)?)?;
-    Ok((log, report))
+    Ok((log.starting_at(start_s), report))
 }
 
 pub(crate) fn run_name(path: &Path) -> String {
     path.file_stem().map_or_else(|| "log".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-type Uniform = (f64, Vec<Vec<f64>>, Vec<Finding>);
+/// Period and time of the first row, s; the columns; what was done for them.
+type Uniform = ((f64, f64), Vec<Vec<f64>>, Vec<Finding>);
 
-/// The columns of `sources` at a uniform rate, that rate, and what was done for it.
+/// The columns of `sources` at a uniform rate, that rate and the first time stamp, and what was done for it.
 pub(crate) fn uniform_columns(
     path: &Path,
     table: &Table,
@@ -81,7 +82,7 @@ pub(crate) fn uniform_columns(
             .period_s
             .or(period_s)
             .ok_or_else(|| DatasetError::NoTime { path: path.to_owned(), hints: hints(table, sources, &columns) })?;
-        return Ok((period_s, columns, Vec::new()));
+        return Ok(((period_s, 0.0), columns, Vec::new()));
     };
     let mut times = table.finite(path, time.column, time.scale)?;
     let mut lines = table.lines.clone();
@@ -91,7 +92,8 @@ pub(crate) fn uniform_columns(
     if timing.resample {
         columns = columns.iter().map(|column| resample(&times, column, timing.period_s)).collect();
     }
-    Ok((timing.period_s, columns, findings))
+    let start_s = times.first().copied().unwrap_or_default();
+    Ok(((timing.period_s, start_s), columns, findings))
 }
 
 /// A row written twice (same stamp, same values) carries nothing.

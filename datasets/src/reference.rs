@@ -23,7 +23,7 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
     }
     let table = read_table(path)?;
     let (time, sources) = recognise_reference(path, &table)?;
-    let (period_s, columns, findings) = uniform_columns(path, &table, time, &sources, options.period_s)?;
+    let ((period_s, _), columns, findings) = uniform_columns(path, &table, time, &sources, options.period_s)?;
     let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
     let mut report = Report { findings: table.findings };
     report.findings.extend(findings);

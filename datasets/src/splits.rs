@@ -13,8 +13,9 @@ use crate::{DatasetError, Log, quality};
 pub const UNSCORED_S: f64 = 0.3;
 /// Shortest rest at which a log is cut, s.
 pub const REST_S: f64 = 0.1;
-/// Shortest piece of a log that is held out, s.
+/// Shortest piece between rests, s, and shortest block of a log without rests.
 const SHORTEST_S: f64 = 1.0;
+const SHORTEST_BLOCK_S: f64 = 0.5;
 
 /// For every log the rows that a fold holds out, in order and apart; none of a log that it learns from whole.
 pub type Fold = Vec<Vec<Range<usize>>>;
@@ -87,12 +88,12 @@ fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
         return Ok(pieces);
     }
     let length = log.len() / parts;
-    if (length as f64) * log.period_s() < SHORTEST_S {
+    if (length as f64) * log.period_s() < SHORTEST_BLOCK_S {
         return Err(DatasetError::Runs(format!(
-            "`{}` lasts {:.2} s; at least {:.0} s are needed to hold a part of it out. Record a longer run, or a second one",
+            "`{}` lasts {:.2} s; at least {:.1} s are needed to hold a part of it out. Record a longer run, or a second one",
             log.name,
             log.reference.duration_s(),
-            SHORTEST_S * parts as f64
+            SHORTEST_BLOCK_S * parts as f64
         )));
     }
     Ok((0..parts).map(|part| part * length..if part + 1 == parts { log.len() } else { (part + 1) * length }).collect())

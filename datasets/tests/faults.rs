@@ -169,6 +169,19 @@ fn columns_that_do_not_belong_together_are_named() {
 }
 
 #[test]
+fn a_command_with_the_noise_of_a_sensor_is_the_actual_position() {
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let noisy = hurt(|_, actual| actual.iter_mut().flatten().for_each(|position| *position += 4e-4 * random()));
+    assert!(!training(&noisy).is_refused());
+    let swapped = Log::new("swapped", noisy.actual.clone(), noisy.reference.clone()).unwrap();
+    assert_found(&training(&swapped), Refuse, Check::Pairing, "the two columns are swapped");
+}
+
+#[test]
 fn units_that_cannot_be_are_named() {
     let scaled = |factor: f64| hurt(move |_, actual| actual[0].iter_mut().for_each(|v| *v *= factor));
     assert_found(&training(&scaled(1e3)), Refuse, Check::Units, "mm against µm");
@@ -183,7 +196,8 @@ fn units_that_cannot_be_are_named() {
     assert_found(&training(&both(1e3)), Warn, Check::Units, "if they are µm");
     assert_found(&training(&both(1e-3)), Warn, Check::Units, "if they are m,");
     let report = training(&hurt(|_, actual| actual[1].iter_mut().for_each(|v| *v += 12.0)));
-    assert_found(&report, Warn, Check::Units, "different zeros");
+    assert_found(&report, Refuse, Check::Units, "different zeros");
+    assert_found(&training(&both(1.0 / 25.4)), Warn, Check::Units, "if these are inches");
 }
 
 #[test]

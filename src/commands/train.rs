@@ -10,7 +10,7 @@ use models::FeatureSet;
 use crate::adaptation;
 use crate::cli::{Common, LogArgs};
 use crate::input;
-use crate::output::{Printer, table, um, write_file, write_json};
+use crate::output::{Printer, Refusal, table, um, write_file, write_json};
 use crate::training_run::{self, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
@@ -81,9 +81,14 @@ impl Train {
         let mut warnings = Vec::new();
         for path in &self.logs {
             let (log, report) = input::log(path, &self.columns)?;
+            if let Some(reason) = report.of(Severity::Refuse).next() {
+                return Err(Refusal(format!("{}: {reason}", path.display())).into());
+            }
             warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
             logs.push(log);
         }
+        let (logs, joined) = datasets::joined(logs);
+        warnings.extend(joined.iter().map(ToString::to_string));
         warnings.extend(
             training_run::check(&logs).findings.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string),
         );
@@ -127,6 +132,9 @@ impl Train {
                 axis.name, c.position.0, c.position.1, c.velocity, c.acceleration, c.reversals, c.starts, c.dwell_s
             ));
         }
+        let doubts = trained.doubts()?;
+        doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
+        warnings.extend(doubts);
         write_file(&self.out, &trained.bundle.to_bytes()?)?;
         printer.line(format!("trained in {:.1} s; model in {}", trained.seconds, self.out.display()));
         let mut figures = trained.json();

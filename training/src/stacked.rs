@@ -73,7 +73,8 @@ pub fn fit(
 /// Runs to learn from and runs to judge by: whole ones where there are enough, else rows of each.
 fn split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
     if runs.len() >= PARTS {
-        let (held_out, fitted): (Vec<_>, Vec<_>) = runs.iter().enumerate().partition(|(index, _)| HELD_OUT.contains(&(index % PARTS)));
+        let (held_out, fitted): (Vec<_>, Vec<_>) =
+            runs.iter().enumerate().partition(|(index, _)| HELD_OUT.contains(&(index % PARTS)));
         let own = |part: Vec<(usize, &AxisRun)>| part.into_iter().map(|(_, run)| run.clone()).collect();
         return (own(fitted), own(held_out));
     }

@@ -95,7 +95,11 @@ fn a_lugre_machine_is_predicted_nearly_as_well_as_by_its_noise_free_copy() {
     }
     let minute = training_runs(&sister, 0, 8);
     let log = minute[0].clone();
-    let short = AxisRun::new(log.reference[..5000.min(log.reference.len())].to_vec(), log.actual[..5000.min(log.actual.len())].to_vec(), log.period_s);
+    let short = AxisRun::new(
+        log.reference[..5000.min(log.reference.len())].to_vec(),
+        log.actual[..5000.min(log.actual.len())].to_vec(),
+        log.period_s,
+    );
     let [foreign, ..] = against_noise_free(&sister, 0, &predictor);
     let (adapted, report) = adapt(&predictor, &[short], &StagedRecipe::default()).unwrap();
     let [own, ..] = against_noise_free(&sister, 0, &adapted);

@@ -52,7 +52,7 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
     let mut whole = Vec::new();
     for axis in signals.iter().filter(|axis| axis.moves()) {
         digits::check(axis, purpose, &mut report);
-        units::check(axis, &mut report);
+        units::check(axis, purpose, &mut report);
         let lost = dropout::check(axis, purpose, &mut report);
         jumps::check(axis, &lost, purpose, &mut report);
         // What is missing does not follow the command either: that would only be said twice.

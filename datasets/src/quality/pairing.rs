@@ -1,6 +1,7 @@
 //! Whether each actual position belongs to its command: swapped columns or axes, wrong sign, actual ahead of the command.
 
-use super::signals::{Signals, correlation, rms, steps};
+use super::digits::step_of;
+use super::signals::{Signals, correlation, quantile, rms, steps};
 use crate::{Check, Finding, Report, Severity};
 
 /// Speeds are compared over this time, s, which averages encoder noise away.
@@ -10,11 +11,26 @@ const BELONGS: f64 = 0.9;
 const STRANGE: f64 = 0.5;
 /// An actual position that leads by more than this share of a period is suspect.
 const LEAD_PERIODS: f64 = 0.5;
+/// One that leads by more than this share is, where its command is also noisier than itself by this factor, the command in truth.
+const SWAPPED_LEAD_PERIODS: f64 = 0.02;
+const NOISIER: f64 = 1.5;
+/// Share of an axis's own error below which that of another axis's position says that the two are exchanged.
+const EXCHANGED: f64 = 0.2;
+/// The third quartile of a normal distribution's magnitude, in standard deviations.
+const QUARTILE: f64 = 1.1503;
 /// A column is the rougher one when its third differences are larger by this factor.
 const ROUGHER: f64 = 1.05;
 
 pub(super) fn check(moving: &[&Signals], report: &mut Report) {
     for (index, axis) in moving.iter().enumerate() {
+        if let Some(other) = exchanged_with(index, moving) {
+            let message = format!(
+                "the actual position of `{}` follows the command of `{}` far better than its own does: the axes' columns are exchanged",
+                other.axis, axis.axis
+            );
+            report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
+            continue;
+        }
         let own = correlation(&speeds(axis, axis.reference), &speeds(axis, axis.actual)).0;
         if own >= STRANGE {
             check_lead(axis, report);
@@ -40,32 +56,63 @@ pub(super) fn check(moving: &[&Signals], report: &mut Report) {
     }
 }
 
+/// The axis whose actual position leaves of the command of axis `index` a fraction of what its own leaves, offsets aside.
+fn exchanged_with<'a>(index: usize, moving: &[&'a Signals<'a>]) -> Option<&'a Signals<'a>> {
+    let axis = moving[index];
+    let left = |actual: &[f64]| {
+        let error: Vec<f64> = axis.reference.iter().zip(actual).map(|(r, x)| r - x).collect();
+        let mean = error.iter().sum::<f64>() / error.len().max(1) as f64;
+        rms(&error.iter().map(|e| e - mean).collect::<Vec<_>>())
+    };
+    let own = left(axis.actual);
+    let others = moving.iter().enumerate().filter(|(other, _)| *other != index);
+    others.map(|(_, other)| *other).find(|other| left(other.actual) < EXCHANGED * own)
+}
+
 fn speeds(axis: &Signals, positions: &[f64]) -> Vec<f64> {
     let stride = (STRIDE_S / axis.period_s).round().max(1.0) as usize;
     positions.iter().zip(positions.iter().skip(stride)).map(|(before, after)| after - before).collect()
 }
 
 fn check_lead(axis: &Signals, report: &mut Report) {
-    let lag_s = lag_s(axis);
-    if lag_s >= -LEAD_PERIODS * axis.period_s {
+    let lead_s = -lag_s(axis);
+    if lead_s <= SWAPPED_LEAD_PERIODS * axis.period_s {
         return;
     }
     // A measured position is rougher than a planned one.
     let roughness = |of: &[f64]| rms(&steps(&steps(of)));
-    let rougher = roughness(&axis.reference_steps) > ROUGHER * roughness(&axis.actual_steps);
-    let (severity, remedy) = if rougher {
-        (Severity::Refuse, "and the command is rougher than the actual position: the two columns are swapped")
-    } else {
+    let rougher =
+        lead_s > LEAD_PERIODS * axis.period_s && roughness(&axis.reference_steps) > ROUGHER * roughness(&axis.actual_steps);
+    let (of_command, of_actual) = (noise(axis.reference), noise(axis.actual));
+    let noisier = of_command > NOISIER * of_actual && of_command > axis.of_kind(1e-6, 1e-8);
+    let (severity, remedy) = if rougher || noisier {
+        (
+            Severity::Refuse,
+            "and the command has the noise of a sensor, the actual position less of it: the two columns are swapped",
+        )
+    } else if lead_s > LEAD_PERIODS * axis.period_s {
         (Severity::Warn, "columns swapped, or stamped at different instants, or too much feed-forward")
+    } else {
+        return;
     };
     report.push(
         Finding::new(
             severity,
             Check::Pairing,
-            format!("the actual position is ahead of the command by {:.2} ms; {remedy}", -1e3 * lag_s),
+            format!("the actual position is ahead of the command by {:.2} ms; {remedy}", 1e3 * lead_s),
         )
         .in_column(axis.actual_name()),
     );
+}
+
+/// Noise of positions from sample to sample, without that of their rounding: what three quarters of their fourth differences stay below.
+///
+/// Fourth differences take a planned motion out but for the instants at which its jerk changes.
+fn noise(positions: &[f64]) -> f64 {
+    let fourth = steps(&steps(&steps(&steps(positions))));
+    // White noise of variance s² has fourth differences of variance 70·s² (1 + 16 + 36 + 16 + 1); a rounding step q one of q²/12.
+    let rounding = step_of(positions).map_or(0.0, |step| step * step / 12.0);
+    ((quantile(&fourth, 0.75) / QUARTILE).powi(2) / 70.0 - rounding).max(0.0).sqrt()
 }
 
 /// Delay of the actual position, s, as the regression of the tracking error on the speed.

@@ -1,5 +1,6 @@
 //! Units and scales that look wrong.
 
+use super::Purpose;
 use super::signals::{Signals, correlation, largest, range, rms};
 use crate::{Check, Finding, Report, Severity};
 
@@ -7,6 +8,9 @@ use crate::{Check, Finding, Report, Severity};
 const TRAVEL: (f64, f64) = (2e4, 20.0);
 /// Smallest linear travel of a run in which the error is yet below 1 µm: positions in m look like that, mm.
 const TRAVEL_OF_METRES: f64 = 2.0;
+/// Travel, mm, and speed, mm/s, below which a log of excitation is rather one in inches: a twenty-fifth of what small machines do.
+const TRAVEL_OF_INCHES: f64 = 10.0;
+const SPEED_OF_INCHES: f64 = 8.0;
 /// Largest plausible speed, mm/s and rad/s.
 const SPEED: (f64, f64) = (5e3, 200.0);
 /// Actual over command travel may differ from 1 by this share.
@@ -14,7 +18,7 @@ const SCALE_SHARE: f64 = 0.05;
 /// A mean offset larger than this many times the spread of the tracking error, and than 1 mm or 10 mrad, is one of zero points.
 const OFFSET_SPREADS: f64 = 5.0;
 
-pub(super) fn check(axis: &Signals, report: &mut Report) {
+pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
     let mut push = |severity, column: String, message: String| {
         report.push(Finding::new(severity, Check::Units, message).in_column(column));
     };
@@ -53,6 +57,21 @@ pub(super) fn check(axis: &Signals, report: &mut Report) {
             ),
         );
     } else if axis.unit() == "mm"
+        && range(axis.reference) < TRAVEL_OF_INCHES
+        && speed < SPEED_OF_INCHES
+        && purpose == Purpose::Training
+    {
+        push(
+            Severity::Warn,
+            axis.reference_name(),
+            format!(
+                "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
+                 as `{}_ref=column:in`; if not, record longer and faster motion",
+                range(axis.reference),
+                axis.axis
+            ),
+        );
+    } else if axis.unit() == "mm"
         && travel < TRAVEL_OF_METRES
         && speed < TRAVEL_OF_METRES
         && rms(&axis.error) < 1e-3
@@ -73,10 +92,11 @@ pub(super) fn check(axis: &Signals, report: &mut Report) {
     let spread = rms(&axis.error.iter().map(|error| error - mean).collect::<Vec<_>>());
     if mean.abs() > OFFSET_SPREADS * spread && mean.abs() > axis.of_kind(1.0, 0.01) {
         push(
-            Severity::Warn,
+            purpose.grave(),
             axis.actual_name(),
             format!(
-                "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset",
+                "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset \
+                 from the column",
                 axis.unit()
             ),
         );

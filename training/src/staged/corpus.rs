@@ -230,7 +230,8 @@ const REST_S: f64 = 0.02;
 fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
     let start = |(run, error): (&AxisRun, &Vec<f64>)| {
         let still = run.reference.iter().take_while(|x| **x == run.reference[0]).count();
-        let known = still as f64 * run.period_s >= REST_S && run.rows.first().is_some_and(|rows| rows.start == 0 && rows.end >= still);
+        let known =
+            still as f64 * run.period_s >= REST_S && run.rows.first().is_some_and(|rows| rows.start == 0 && rows.end >= still);
         if known { error[..still].iter().sum::<f64>() / still as f64 } else { 0.0 }
     };
     let starts: Vec<f64> = runs.iter().zip(errors).map(start).collect();

@@ -15,8 +15,8 @@ mod report;
 mod search;
 mod waves;
 
-pub use adapt::{AdaptReport, adapt};
 pub use crate::AxisRun;
+pub use adapt::{AdaptReport, adapt};
 pub use fit::fit;
 pub use recipe::{LineRecipe, StagedRecipe};
 pub use report::{StageReport, StagedReport};
