@@ -76,7 +76,8 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
         let (rms, max) = cross_fit::figures(&choice.pieces);
         let (band, band_held) = cross_fit::bands(&runs, &choice.pieces, axis.coverage.velocity);
         let raw_rms = rms_max(&cross_fit::tracking_errors(&runs, &choice.pieces)).0;
-        axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: judged.len(), ..axis.held_out };
+        let worst_window = cross_fit::worst_window(&choice.pieces, manifest.period_s);
+        axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: judged.len(), worst_window, ..axis.held_out };
         axis.band = band;
         let (before, taken) = (cross_fit::figures(&before).0, !choice.simple);
         axes.push(AdaptedAxis { name: axis.name.clone(), rotary: axis.rotary, before, held_out: rms, taken });

@@ -140,6 +140,19 @@ pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (Band, f64) 
     (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }
 
+/// Time over which errors are summed up to see how unevenly they fall, s: a short motion, some reversals.
+const WINDOW_S: f64 = 2.0;
+
+/// Largest RMS error over a window of two seconds, over the RMS of all; 1 where no piece is as long.
+#[must_use]
+pub fn worst_window(pieces: &[Piece], period_s: f64) -> f64 {
+    let samples = (WINDOW_S / period_s).round().max(1.0) as usize;
+    let overall = figures(pieces).0;
+    let windows = pieces.iter().flat_map(|piece| piece.errors.chunks_exact(samples)).map(|window| rms_max(window).0);
+    let worst = windows.fold(overall, f64::max);
+    if overall > 0.0 { worst / overall } else { 1.0 }
+}
+
 /// Root mean square and largest magnitude of the errors of `pieces`.
 #[must_use]
 pub fn figures(pieces: &[Piece]) -> (f64, f64) {

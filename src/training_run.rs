@@ -174,7 +174,9 @@ fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSetti
     let (rms, max) = rms_max(&errors);
     let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
     let raw = cross_fit::tracking_errors(runs, &choice.pieces);
-    let held_out = HeldOut { rms, max, linear_rms: rms_max(&linear).0, raw_rms: rms_max(&raw).0, band_held, folds: judged.len() };
+    let worst_window = cross_fit::worst_window(&choice.pieces, period_of(runs));
+    let (linear_rms, raw_rms) = (rms_max(&linear).0, rms_max(&raw).0);
+    let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: judged.len(), worst_window };
     Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
 }
 

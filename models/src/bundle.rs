@@ -37,6 +37,9 @@ pub struct HeldOut {
     /// Folds of the cross-fit that these figures come from: each fitted and chosen without the rows that judge it. Zero where unknown.
     #[serde(default)]
     pub folds: usize,
+    /// Largest RMS error over two seconds of these runs, over [`Self::rms`]: how unevenly errors fall. Zero where unknown.
+    #[serde(default)]
+    pub worst_window: f64,
 }
 
 /// Everything that a bundle says of one axis.

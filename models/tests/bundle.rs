@@ -56,7 +56,7 @@ fn manifest() -> Manifest {
         rotary,
         predictor: String::new(),
         settings: serde_json::Value::Null,
-        held_out: HeldOut { rms: 1e-4, max: 1e-3, linear_rms: 3e-4, raw_rms: 0.05, band_held: 0.95 },
+        held_out: HeldOut { rms: 1e-4, max: 1e-3, linear_rms: 3e-4, raw_rms: 0.05, band_held: 0.95, folds: 1, worst_window: 1.5 },
         coverage: Coverage::of(std::iter::once(x.as_slice()), PERIOD_S),
         band: Band::fit(&[(signal, numbers(1500, 3).into_iter().map(f64::from).collect())], 50.0),
     };

@@ -1,5 +1,7 @@
 //! Finite impulse responses, and the bases of them through which a signal acts on the tracking error.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::taps::{Tap, add_taps};
@@ -62,12 +64,18 @@ impl LagBasis {
         Self::new((first..=last).map(Fir::shift).collect())
     }
 
-    /// Sums over the present and the last `m` samples for `m = 0..=longest`, then each of the `future` samples ahead on its own.
+    /// Sums over the present and the last `m` samples, the mean of them over the `m` of each group, then each of the `future` samples
+    /// ahead on its own. Groups are not empty.
     ///
-    /// On velocity increments the sums are `v(k) − v(k − m − 1)`.
+    /// On velocity increments the sums are `v(k) − v(k − m − 1)`. Groups of one `m` leave the response free at every lag; within a
+    /// longer one it is linear.
     #[must_use]
-    pub fn sums(longest: usize, future: usize) -> Self {
-        let back = (0..=longest).map(|m| Fir { first_lag: -(m as isize), taps: vec![1.0; m + 1] });
+    pub fn sums(groups: &[Range<usize>], future: usize) -> Self {
+        let share = |group: &Range<usize>, lag: usize| (group.end - lag.max(group.start)) as f64 / group.len() as f64;
+        let back = groups.iter().map(|group| Fir {
+            first_lag: 1 - group.end as isize,
+            taps: (0..group.end).rev().map(|lag| share(group, lag)).collect(),
+        });
         let ahead = (1..=future).map(|m| Fir::shift(m as isize));
         Self::new(back.chain(ahead).collect())
     }
@@ -144,6 +152,25 @@ mod tests {
         for tap in sum.taps {
             assert!((tap - 1.0).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn a_group_of_sums_is_their_mean() {
+        let input: Vec<f64> = (0..12).map(|i| (f64::from(i) * 0.7).sin()).collect();
+        let through = |groups: &[Range<usize>]| -> Vec<f64> {
+            let basis = LagBasis::sums(groups, 0);
+            let out = basis.filters().iter().map(|fir| {
+                let mut out = [0.0];
+                fir.add_to(&input, -11, 1.0, &mut out);
+                out[0]
+            });
+            out.collect()
+        };
+        let single: Vec<f64> = through(&[0..1, 1..2, 2..3, 3..4, 4..5]);
+        assert!((single[2] - input[9..].iter().sum::<f64>()).abs() < 1e-15);
+        let grouped = through(&[0..1, 1..2, 2..5]);
+        assert_eq!(grouped[..2], single[..2]);
+        assert!((grouped[2] - single[2..].iter().sum::<f64>() / 3.0).abs() < 1e-15);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use models::staged::StagedPredictor;
 use super::corpus::Corpus;
 use super::gram::FoldErrors;
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
-use super::operators::{Bank, FittedPass, best_ridge, fit_pass, knots, operator_features, penalties};
+use super::operators::{Bank, FittedPass, best_ridge, fit_pass, operator_features, penalties};
 use super::play::with_drag_and_play;
 use super::recipe::StagedRecipe;
 use super::refine::refined_lines;
@@ -106,7 +106,7 @@ fn with_operators(
     bank: Bank,
     recipe: &StagedRecipe,
 ) -> Result<(Candidate, f64), TrainingError> {
-    let features = operator_features(&law.features, bank, corpus, recipe);
+    let features = operator_features(law, bank, corpus, recipe);
     let mut passes = linear.passes.clone();
     let mut expected = corpus.expected_after(&passes[0], references);
     let guess = linear.errors.mean_square();
@@ -140,7 +140,7 @@ fn with_position_lines(
     };
     let basis = WaveBasis {
         filters,
-        knots: knots(&recipe.knots_s, corpus.period_s()),
+        knots: law.knots.clone(),
         stops: recipe.shape_stops.clone(),
         fine_above: recipe.lines.fine_above / corpus.unit,
     };

@@ -1,5 +1,7 @@
 //! The linear candidates: pure delay, the law in velocity, acceleration and jerk, and the anchored linear law.
 
+use std::ops::Range;
+
 use models::staged::{Carrier, FeatureGroup, FeatureSet, Fir, LagBasis, Pass, Scales};
 
 use super::corpus::Corpus;
@@ -110,27 +112,32 @@ pub struct LinearLaw {
     pub features: FeatureSet,
     /// Variance expected of each weight; infinite for `v` and 1.
     variances: Vec<f64>,
+    /// Lags between which the responses to friction are linear, samples: they last as long as this law's.
+    pub knots: Vec<isize>,
 }
 
 impl LinearLaw {
     /// The law with a response that dies out with time constant `memory_s`, around a steady lag of `lag_s`.
     pub fn new(memory_s: f64, lag_s: f64, period_s: f64, recipe: &StagedRecipe) -> Self {
         let longest = (recipe.memories * memory_s / period_s).ceil().max(2.0) as usize;
+        let groups = lag_groups(longest, (recipe.dense_s / period_s).round() as usize, recipe.lag_growth);
         let ahead_s = recipe.future_s.min(recipe.memories * memory_s);
         let future = (ahead_s / period_s).round().max(1.0) as usize;
         let decay = (-2.0 * period_s / memory_s).exp();
         let size = lag_s.abs().max(period_s).powi(2);
-        let back = (0..=longest).map(|m| size * (1.0 - decay) * decay.powi(m as i32));
-        let ahead = (0..future).map(|m| size * (1.0 - decay) * decay.powi(m as i32));
+        let variance = |m: usize| size * (1.0 - decay) * decay.powi(m as i32);
+        let back = groups.iter().map(|group| group.clone().map(variance).sum());
+        let ahead = (0..future).map(variance);
         Self {
             features: FeatureSet {
                 scales: Scales::linear(),
                 groups: vec![
                     group(LagBasis::now(), &[Carrier::Velocity, Carrier::One]),
-                    group(LagBasis::sums(longest, future), &[Carrier::VelocityStep]),
+                    group(LagBasis::sums(&groups, future), &[Carrier::VelocityStep]),
                 ],
             },
             variances: [f64::INFINITY; 2].into_iter().chain(back).chain(ahead).collect(),
+            knots: knots(&recipe.knots_s, recipe.memories * memory_s, period_s),
         }
     }
 
@@ -141,6 +148,34 @@ impl LinearLaw {
             .map(|variance| Penalty { ridge: recipe.linear_ridge, prior: noise * recipe.correlated / variance })
             .collect()
     }
+}
+
+/// Lags `0..=longest` in groups: up to `dense` each on its own, then growing by the share `growth` of the way beyond it, since what acts
+/// that late is slow.
+fn lag_groups(longest: usize, dense: usize, growth: f64) -> Vec<Range<usize>> {
+    let mut groups = Vec::new();
+    let mut start = 0;
+    while start <= longest {
+        let width = (growth * start.saturating_sub(dense) as f64).round().max(1.0) as usize;
+        let end = (start + width).min(longest + 1);
+        groups.push(start..end);
+        start = end;
+    }
+    groups
+}
+
+/// Factor by which a knot lies further back than the one before it, beyond those of the recipe.
+const KNOT_GROWTH: f64 = 1.35;
+
+/// Knots as whole samples: those of the recipe, and further ones up to `longest_s` back.
+fn knots(seconds: &[f64], longest_s: f64, period_s: f64) -> Vec<isize> {
+    let earliest = seconds.iter().copied().fold(0.0, f64::min);
+    let further = std::iter::successors(Some(earliest * KNOT_GROWTH), |knot| Some(knot * KNOT_GROWTH));
+    let further = further.take_while(|knot| *knot < 0.0 && -knot <= longest_s);
+    let mut knots: Vec<isize> = seconds.iter().copied().chain(further).map(|s| (s / period_s).round() as isize).collect();
+    knots.sort_unstable();
+    knots.dedup();
+    knots
 }
 
 /// The anchored linear law whose response dies out with time constant `memory_s`.

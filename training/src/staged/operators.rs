@@ -31,24 +31,24 @@ impl Bank {
 }
 
 /// Columns of the linear law followed by those of the operators.
-pub fn operator_features(linear: &FeatureSet, bank: Bank, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
-    let knots = knots(&recipe.knots_s, corpus.period_s());
-    let mut groups = linear.groups.clone();
+pub fn operator_features(law: &LinearLaw, bank: Bank, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
+    let knots = &law.knots;
+    let mut groups = law.features.groups.clone();
     match bank {
         Bank::Anchored => {
             let stops: Vec<Carrier> = recipe.few_stops.iter().map(|&i| Carrier::StopLessSign(i)).collect();
             groups.push(group(LagBasis::now(), &[Carrier::Sign]));
-            groups.push(group(LagBasis::hats(&knots), &stops));
+            groups.push(group(LagBasis::hats(knots), &stops));
         }
         Bank::Full | Bank::Shaped => {
             let stops: Vec<Carrier> = (0..recipe.stop_half_widths.len()).map(Carrier::Stop).collect();
-            groups.push(group(LagBasis::hats(&knots), &stops));
+            groups.push(group(LagBasis::hats(knots), &stops));
         }
     }
     if bank == Bank::Shaped {
         let slow = (0..recipe.slow_speeds.len()).map(|q| Carrier::SlowStop(recipe.slow_stop, q));
         let shaped: Vec<Carrier> = slow.chain(recipe.shape_stops.iter().map(|&i| Carrier::StopMagnitude(i))).collect();
-        groups.push(group(LagBasis::hats(&every(&knots, 2)), &shaped));
+        groups.push(group(LagBasis::hats(&every(knots, 2)), &shaped));
     }
     FeatureSet { scales: scales(corpus, recipe), groups }
 }
@@ -65,14 +65,6 @@ pub fn scales(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Scales {
         half_travel: 0.5 * (high - low),
         lines: Vec::new(),
     }
-}
-
-/// Knots of the operators' responses as whole samples.
-pub fn knots(seconds: &[f64], period_s: f64) -> Vec<isize> {
-    let mut knots: Vec<isize> = seconds.iter().map(|s| (s / period_s).round() as isize).collect();
-    knots.sort_unstable();
-    knots.dedup();
-    knots
 }
 
 /// Every `step`-th knot, counted from the latest, the earliest always among them.

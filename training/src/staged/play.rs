@@ -8,7 +8,7 @@ use models::staged::{Carrier, FeatureSet, LagBasis, Pass};
 
 use super::corpus::Corpus;
 use super::linear::{Candidate, LinearLaw, group};
-use super::operators::{FittedPass, best_ridge, fit_pass, knots, penalties, scales};
+use super::operators::{FittedPass, best_ridge, fit_pass, penalties, scales};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
@@ -38,7 +38,7 @@ pub fn with_drag_and_play(
     };
     let least = least_half_width(recipe, corpus.unit);
     let fit = |drag: bool, half_width: Option<f64>, expected: &[Vec<f64>], noise: f64| {
-        let features = features(&law.features, drag, half_width, corpus, recipe);
+        let features = features(law, drag, half_width, corpus, recipe);
         let penalties = penalties(law, noise, corpus, &features, weak, recipe);
         fit_pass(corpus, &features, expected, penalties)
     };
@@ -81,15 +81,15 @@ pub fn least_half_width(recipe: &StagedRecipe, unit: f64) -> f64 {
 }
 
 /// Columns of the linear law, then of friction by direction of motion, of drag, and of play.
-fn features(linear: &FeatureSet, drag: bool, half_width: Option<f64>, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
+fn features(law: &LinearLaw, drag: bool, half_width: Option<f64>, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
     let mut scales = scales(corpus, recipe);
     let mut friction = vec![Carrier::Sign];
     if drag {
         scales.drag_speeds = recipe.drag_speeds.iter().map(|speed| speed * corpus.unit).collect();
         friction.extend((0..recipe.drag_speeds.len()).map(Carrier::Drag));
     }
-    let mut groups = linear.groups.clone();
-    groups.push(group(LagBasis::hats(&knots(&recipe.knots_s, corpus.period_s())), &friction));
+    let mut groups = law.features.groups.clone();
+    groups.push(group(LagBasis::hats(&law.knots), &friction));
     if let Some(half_width) = half_width {
         groups.push(group(LagBasis::now(), &[Carrier::Play(scales.stop_half_widths.len())]));
         scales.stop_half_widths.push(half_width);

@@ -17,6 +17,10 @@ pub struct StagedRecipe {
     pub memory_s: Vec<f64>,
     /// Window of the linear law in such time constants.
     pub memories: f64,
+    /// Time back to which the linear law's response is free at every sample, s: about as long as resonances ring.
+    pub dense_s: f64,
+    /// Share of the time beyond that over which the response is linear.
+    pub lag_growth: f64,
     /// Longest window of the linear law after the present, s.
     pub future_s: f64,
     /// Samples over which errors are alike, so that many samples weigh no more than their independent ones.
@@ -31,7 +35,7 @@ pub struct StagedRecipe {
     pub stop_half_widths: Vec<f64>,
     /// The operators of the smallest variant, by index.
     pub few_stops: Vec<usize>,
-    /// Knots of the operators' responses, s.
+    /// Knots of the operators' responses, s; further ones follow where the linear law reaches further back.
     pub knots_s: Vec<f64>,
     /// Decay speeds of the terms that act in slow motion.
     pub slow_speeds: Vec<f64>,
@@ -104,8 +108,10 @@ impl Default for StagedRecipe {
         Self {
             speed_unit: 80.0,
             folds: 8,
-            memory_s: vec![0.01, 0.02, 0.03, 0.05],
+            memory_s: vec![0.0125, 0.025, 0.05, 0.1, 0.2],
             memories: 4.0,
+            dense_s: 0.05,
+            lag_growth: 0.08,
             future_s: 0.05,
             correlated: 3.0,
             linear_ridge: 1e-6,
