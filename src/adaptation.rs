@@ -11,12 +11,15 @@ use training::staged::{AxisRun, StagedRecipe, adapt as adapt_axis};
 use crate::evaluate::rms_max;
 use crate::output::Refusal;
 use crate::training_run::{check, data_hash};
+use crate::units::ErrorUnit;
 
 /// What became of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdaptedAxis {
     /// Name of the axis.
     pub name: String,
+    /// Unit in which its errors are shown.
+    pub unit: ErrorUnit,
     /// Root mean square error of the model as it was, on the new log; mm or rad.
     pub before: f64,
     /// The same of the adapted one, on folds of the new log that it was not fitted to.
@@ -74,7 +77,8 @@ pub fn adapt(bundle: &Bundle, logs: &[Log]) -> Result<Adapted> {
         axis.held_out.rms = if taken { report.held_out_rms } else { report.before_rms };
         axis.held_out.max = signals.iter().map(|(_, errors)| rms_max(errors).1).fold(0.0, f64::max);
         axis.band = Band::fit(&signals, axis.coverage.velocity);
-        axes.push(AdaptedAxis { name: axis.name.clone(), before: report.before_rms, held_out: report.held_out_rms, taken });
+        let unit = ErrorUnit::from(&*axis);
+        axes.push(AdaptedAxis { name: axis.name.clone(), unit, before: report.before_rms, held_out: report.held_out_rms, taken });
         predictors.push(adapted);
     }
     Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })

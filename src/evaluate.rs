@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::output::um;
 use crate::pipeline::Part;
+use crate::units::ErrorUnit;
 
 /// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
 /// the analytic curve where one is known.
@@ -213,16 +214,10 @@ pub fn in_words(figures: &Figures) -> String {
 pub fn tracking_json(reference: &Trajectory, actual: &Trajectory) -> Result<Value> {
     let errors = reference.tracking_error(actual)?;
     let entries = reference.axes().iter().zip(errors).map(|(axis, error)| {
-        let (rms, max) = rms_max(&error);
-        (axis.name.clone(), json!({ "rms": rms * 1e3, "max": max * 1e3 }))
+        let ((rms, max), unit) = (rms_max(&error), ErrorUnit::from(axis));
+        // The key above all axes says µm already.
+        let key = |quantity: &str| if unit == ErrorUnit::Micrometre { quantity.to_owned() } else { unit.key(quantity) };
+        (axis.name.clone(), json!({ key("rms"): unit.value(rms), key("max"): unit.value(max) }))
     });
-    // Rotary axes are in rad: a thousandth is a milliradian, a millionth a microradian.
-    let scaled = entries.zip(reference.axes()).map(|((name, figures), axis)| match axis.kind {
-        motion::AxisKind::Linear => (name, figures),
-        motion::AxisKind::Rotary => {
-            let micro = |key: &str| figures[key].as_f64().unwrap_or_default() * 1e3;
-            (name, json!({ "rms_urad": micro("rms"), "max_urad": micro("max") }))
-        }
-    });
-    Ok(Value::Object(scaled.collect()))
+    Ok(Value::Object(entries.collect()))
 }

@@ -21,3 +21,4 @@ mod progress;
 pub mod recording;
 mod report;
 pub mod training_run;
+pub mod units;

@@ -15,8 +15,9 @@ use training::network::NetworkRecipe;
 use training::staged::{AxisRun, StagedRecipe};
 
 use crate::evaluate::rms_max;
-use crate::output::{Refusal, table, um};
+use crate::output::{Refusal, table};
 use crate::progress::Progress;
+use crate::units::ErrorUnit;
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq)]
@@ -204,9 +205,8 @@ fn fit_stages<'a>(
     if let Some(network) = network {
         let trial = training::stacked::try_out(&staged, runs, network, seed)?;
         let verdict = if trial.accepted { "kept" } else { "does not pay" };
-        let (unit, scale) = if axis.kind == AxisKind::Rotary { ("µrad", 1e3) } else { ("µm", 1.0) };
-        let (without, with) = (um(trial.without * scale), um(trial.with * scale));
-        note += &format!("; network on the rest: {without} → {with} {unit}, {verdict}");
+        let unit = ErrorUnit::from(axis);
+        note += &format!("; network on the rest: {} → {}, {verdict}", unit.number(trial.without), unit.text(trial.with));
         kept = trial.accepted.then_some(network);
     }
     let stack = move |staged: StagedPredictor, runs: &[AxisRun]| -> Result<Box<dyn AxisPredictor>> {
@@ -343,12 +343,10 @@ impl Trained {
             .axes
             .iter()
             .map(|axis| {
-                let scale = if axis.rotary { 1e3 } else { 1.0 };
+                let unit = ErrorUnit::from(axis);
                 let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
-                let shown = [rms, max, linear_rms, raw_rms].map(|value| um(value * scale));
-                let unit = if axis.rotary { "µrad" } else { "µm" };
-                std::iter::once(format!("{} ({unit})", axis.name))
-                    .chain(shown)
+                std::iter::once(unit.label(&axis.name))
+                    .chain([rms, max, linear_rms, raw_rms].map(|value| unit.number(value)))
                     .chain([format!("{:.1} %", band_held * 100.0), axis.predictor.clone()])
                     .collect()
             })
@@ -366,13 +364,13 @@ impl Trained {
             .iter()
             .zip(&self.lags_s)
             .map(|(axis, lag)| {
-                let (unit, scale) = if axis.rotary { ("urad", 1e6) } else { ("um", 1e3) };
+                let unit = ErrorUnit::from(axis);
                 let HeldOut { rms, max, linear_rms, raw_rms, band_held } = axis.held_out;
                 let figures = json!({
-                    format!("held_out_rms_{unit}"): rms * scale,
-                    format!("held_out_max_{unit}"): max * scale,
-                    format!("linear_rms_{unit}"): linear_rms * scale,
-                    format!("raw_rms_{unit}"): raw_rms * scale,
+                    unit.key("held_out_rms"): unit.value(rms),
+                    unit.key("held_out_max"): unit.value(max),
+                    unit.key("linear_rms"): unit.value(linear_rms),
+                    unit.key("raw_rms"): unit.value(raw_rms),
                     "band_held_share": band_held,
                     "lag_ms": lag.map(|lag| lag * 1e3),
                     "predictor": axis.predictor,

@@ -17,6 +17,7 @@ use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::measurement::{self, Fit, Measurement, Readback, Segment};
 use crate::output::{Printer, Refusal, table, um, write_json};
+use crate::units::ErrorUnit;
 
 /// Tracking and contour error of a recorded run
 ///
@@ -115,7 +116,12 @@ impl Measure {
                 fits.iter()
                     .map(|fit| (
                         fit.axis.clone(),
-                        json!({ "rms_um": fit.rms_mm * 1e3, "held_out_rms_um": fit.expected_mm * 1e3, "in_band_share": fit.in_band, "stale": fit.stale })
+                        json!({
+                            fit.unit.key("rms"): fit.unit.value(fit.rms),
+                            fit.unit.key("held_out_rms"): fit.unit.value(fit.expected),
+                            "in_band_share": fit.in_band,
+                            "stale": fit.stale,
+                        })
                     ))
                     .collect::<serde_json::Map<_, _>>()
             );
@@ -174,10 +180,12 @@ fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) ->
         .map(|((axis, error), lag)| {
             let (rms, max) = evaluate::rms_max(&error);
             let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
-            vec![axis.name.clone(), um(rms), um(max), ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
+            let unit = ErrorUnit::from(axis);
+            let (rms, max) = (unit.number(rms), unit.number(max));
+            vec![unit.label(&axis.name), rms, max, ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
         })
         .collect();
-    printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "lag ms", "against the mean ms"], &rows));
+    printer.line(table(&["axis", "tracking error RMS", "MAX", "lag ms", "against the mean ms"], &rows));
     let contour = &measured.contour;
     printer.line(format!(
         "contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
@@ -245,15 +253,15 @@ fn say_fits(printer: &Printer, fits: &[Fit]) {
         .map(|fit| {
             let verdict = if fit.stale { "stale: train again, or adapt it with train --from" } else { "fits" };
             vec![
-                fit.axis.clone(),
-                um(fit.rms_mm),
-                um(fit.expected_mm),
+                fit.unit.label(&fit.axis),
+                fit.unit.number(fit.rms),
+                fit.unit.number(fit.expected),
                 format!("{:.1} %", fit.in_band * 100.0),
                 verdict.to_owned(),
             ]
         })
         .collect();
-    printer.line(table(&["model, axis", "error RMS µm", "held-out RMS µm", "within its 95 % band", ""], &rows));
+    printer.line(table(&["model, axis", "error RMS", "held-out RMS", "within its 95 % band", ""], &rows));
 }
 
 fn say_circle(printer: &Printer, circle: &CircularTest) {

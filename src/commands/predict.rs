@@ -9,7 +9,8 @@ use machine::Machine;
 use serde_json::json;
 
 use crate::cli::{Common, ProgramArgs};
-use crate::output::{Printer, check_not_input, table, um, write_json};
+use crate::output::{Printer, check_not_input, table, write_json};
+use crate::units::ErrorUnit;
 use crate::{evaluate, input};
 
 /// Forecast the tracking and contour error of a path
@@ -48,10 +49,12 @@ impl Predict {
             .zip(&bundle.manifest.axes)
             .map(|((axis, error), known)| {
                 let (rms, max) = evaluate::rms_max(error);
-                vec![axis.name.clone(), um(rms), um(max), format!("±{}", um(2.0 * known.held_out.rms))]
+                let unit = ErrorUnit::from(axis);
+                let known = format!("±{}", unit.number(2.0 * known.held_out.rms));
+                vec![unit.label(&axis.name), unit.number(rms), unit.number(max), known]
             })
             .collect();
-        printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "known to µm (95 %)"], &rows));
+        printer.line(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows));
         if let Some(out) = &self.out {
             check_not_input(&self.input, out)?;
             write_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;

@@ -6,19 +6,22 @@ use models::{AxisSignal, Bundle};
 
 use crate::evaluate::rms_max;
 use crate::output::Refusal;
+use crate::units::ErrorUnit;
 
 /// Error over the held-out error above which a model is stale, whatever its band says.
 const STALE: f64 = 2.0;
 
-/// How one axis of a model does on a new log. Lengths in mm, angles in rad.
+/// How one axis of a model does on a new log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Name of the axis.
     pub axis: String,
-    /// Root mean square of prediction minus measurement.
-    pub rms_mm: f64,
-    /// What it was on held-out runs of the training.
-    pub expected_mm: f64,
+    /// Unit in which its errors are shown.
+    pub unit: ErrorUnit,
+    /// Root mean square of prediction minus measurement, mm or rad.
+    pub rms: f64,
+    /// What it was on held-out runs of the training, mm or rad.
+    pub expected: f64,
     /// Share of the samples within the model's 95 % band.
     pub in_band: f64,
     /// Whether the model no longer fits.
@@ -46,12 +49,13 @@ pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
         let errors: Vec<f64> =
             predictor.predict(&signal).iter().zip(reference.iter().zip(actual)).map(|(p, (r, x))| p - (r - x)).collect();
         let scored = AxisSignal::uncompensated(&reference[skip..], log.period_s());
-        let rms_mm = rms_max(&errors[skip..]).0;
+        let rms = rms_max(&errors[skip..]).0;
         found.push(Fit {
             axis: axis.name.clone(),
-            rms_mm,
-            stale: rms_mm > STALE * axis.held_out.rms || axis.band.is_stale(&scored, &errors[skip..]),
-            expected_mm: axis.held_out.rms,
+            unit: ErrorUnit::from(axis),
+            rms,
+            stale: rms > STALE * axis.held_out.rms || axis.band.is_stale(&scored, &errors[skip..]),
+            expected: axis.held_out.rms,
             in_band: axis.band.held(&scored, &errors[skip..]),
         });
     }

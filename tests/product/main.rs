@@ -12,3 +12,4 @@ mod refine;
 mod reproduce;
 mod rows;
 mod story;
+mod units;
