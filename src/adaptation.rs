@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use datasets::{Log, Severity, UNSCORED_S};
+use datasets::{Log, Severity, scored};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, AxisSignal, Band, Bundle, Manifest, StackedPredictor};
 use training::staged::{AxisRun, StagedRecipe, adapt as adapt_axis};
@@ -110,10 +110,10 @@ fn runs_of(logs: &[Log], axis: &str) -> Result<Vec<AxisRun>> {
 fn errors<'a>(predictor: &dyn AxisPredictor, runs: &'a [AxisRun]) -> Vec<(AxisSignal<'a>, Vec<f64>)> {
     runs.iter()
         .map(|run| {
-            let skip = ((UNSCORED_S / run.period_s).round() as usize).min(run.reference.len());
+            let scored = scored(&run.reference, run.period_s);
             let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
-            let errors = (skip..run.reference.len()).map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect();
-            (AxisSignal::uncompensated(&run.reference[skip..], run.period_s), errors)
+            let errors = scored.clone().map(|k| predicted[k] - (run.reference[k] - run.actual[k])).collect();
+            (AxisSignal::uncompensated(&run.reference[scored], run.period_s), errors)
         })
         .collect()
 }

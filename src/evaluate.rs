@@ -109,7 +109,7 @@ pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
     let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
     let errors = errors_from(desired, &tips, &desired.tips())?;
-    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(*k));
+    let counts = |k: &usize| counts(part, *k);
     let turns = desired.kinematics().turns();
     let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, counts)).transpose()?;
     Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
@@ -123,7 +123,7 @@ pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Tra
     let (errors, places) = contour_errors_along(desired, reference, actual)?;
     let poses = poses_at_places(desired.poses(), &places);
     let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
-    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(places[*k]));
+    let counts = |k: &usize| counts(part, places[*k]);
     let orientation = orientation(desired, &errors, &poses, actual, counts)?;
     Ok(Figures { tip: summary_of_feed_moves(part, places.iter().copied().zip(errors))?, orientation })
 }
@@ -168,13 +168,22 @@ pub fn contour(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     Ok(figures(desired, part, actual)?.tip)
 }
 
-/// The figures of errors, each with its place on the path in samples: rapids do not cut, and do not count.
+/// Whether the sample `place` of a path counts in figures: every one of a reference or curve, of a program those of its feed moves. Rapids do not
+/// cut.
+#[must_use]
+pub fn counts(part: Option<&Part>, place: usize) -> bool {
+    part.is_none_or(|part| part.feeds_at(place))
+}
+
+/// What [`counts`], in words for headings.
+pub const COUNTED: &str = "over feed moves; rapids do not count";
+
+/// The figures of errors, each with its place on the path in samples, over those that count.
 ///
 /// # Errors
 /// When none counts.
 pub fn summary_of_feed_moves(part: Option<&Part>, errors: impl Iterator<Item = (usize, ContourError)>) -> Result<ContourSummary> {
-    let counted: Vec<ContourError> =
-        errors.filter(|(place, _)| part.is_none_or(|part| part.feeds_at(*place))).map(|(_, error)| error).collect();
+    let counted: Vec<ContourError> = errors.filter(|(place, _)| counts(part, *place)).map(|(_, error)| error).collect();
     summary(&counted).ok_or_else(|| anyhow::anyhow!("the path has no samples"))
 }
 

@@ -251,10 +251,8 @@ fn period_of(runs: &[AxisRun]) -> f64 {
     runs.first().map_or(0.002, |run| run.period_s)
 }
 
-/// Samples of a held-out run that are scored: the first ones lack their command history where a log starts in motion.
 fn scored(run: &AxisRun) -> std::ops::Range<usize> {
-    let skip = (datasets::UNSCORED_S / run.period_s).round() as usize;
-    skip.min(run.reference.len())..run.reference.len()
+    datasets::scored(&run.reference, run.period_s)
 }
 
 /// Prediction minus measurement on the scored samples of every run.

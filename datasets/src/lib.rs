@@ -30,6 +30,6 @@ pub use quality::{Purpose, assess, assess_runs, moving_axes};
 pub use read::{ReadOptions, read_log};
 pub use reference::{read_reference, write_reference};
 pub use report::{Check, Finding, Place, Report, Severity};
-pub use splits::{Split, UNSCORED_S, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
+pub use splits::{Split, UNSCORED_S, blocks, scored, segment_at_rests, split_logs, split_runs};
 pub use table::Table;
 pub use write::write_log;

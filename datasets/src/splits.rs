@@ -1,5 +1,7 @@
 //! Training and held-out runs: split by run, never by window, for neighbouring windows leak.
 
+use std::ops::Range;
+
 use motion::Trajectory;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -136,11 +138,13 @@ pub fn blocks(log: &Log, count: usize) -> Result<Vec<Log>, DatasetError> {
     parts(log, &cuts)
 }
 
-/// Number of samples at the start of a run that are not scored, for `skip_s` seconds.
+/// The samples of a run that are scored: all, but for the first [`UNSCORED_S`] of a run that begins in motion, whose samples lack their command
+/// history. `reference` is the commanded position of one axis, one a period.
 #[must_use]
-pub fn skip_samples(log: &Log, skip_s: f64) -> usize {
-    let samples = (skip_s / log.period_s()).ceil();
-    if samples > 0.0 { log.len().min(samples as usize) } else { 0 }
+pub fn scored(reference: &[f64], period_s: f64) -> Range<usize> {
+    let begins_in_motion = reference.first() != reference.get(1);
+    let skipped = if begins_in_motion { (UNSCORED_S / period_s).ceil() as usize } else { 0 };
+    skipped.min(reference.len())..reference.len()
 }
 
 fn parts(log: &Log, cuts: &[usize]) -> Result<Vec<Log>, DatasetError> {

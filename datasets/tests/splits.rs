@@ -3,7 +3,7 @@
 mod common;
 
 use common::{healthy, hurt};
-use datasets::{DatasetError, Log, blocks, segment_at_rests, skip_samples, split_logs, split_runs};
+use datasets::{DatasetError, Log, blocks, scored, segment_at_rests, split_logs, split_runs};
 
 fn ten() -> Vec<Log> {
     (0..10).map(|k| healthy().part(format!("run {k}"), 0, 1000 + 100 * k).unwrap()).collect()
@@ -64,10 +64,11 @@ fn a_log_without_rests_is_cut_by_time() {
 }
 
 #[test]
-fn the_unscored_start_is_clipped_to_the_log() {
-    let log = healthy();
-    assert_eq!(skip_samples(&log, 0.3), 150);
-    assert_eq!(skip_samples(&log, 1e9), log.len());
-    assert_eq!(skip_samples(&log, f64::NAN), 0);
-    assert_eq!(skip_samples(&log, -1.0), 0);
+fn the_start_of_a_run_that_begins_in_motion_is_not_scored() {
+    let moving: Vec<f64> = (0..500).map(f64::from).collect();
+    assert_eq!(scored(&moving, 0.002), 150..500);
+    assert_eq!(scored(&moving[..100], 0.002), 100..100);
+    let resting = [&[7.0; 200][..], &moving].concat();
+    assert_eq!(scored(&resting, 0.002), 0..700);
+    assert_eq!(scored(&[], 0.002), 0..0);
 }

@@ -1,7 +1,7 @@
 //! Whether a model still fits the machine.
 
 use anyhow::Result;
-use datasets::{Log, UNSCORED_S};
+use datasets::{Log, scored};
 use models::{AxisSignal, Bundle};
 
 use crate::evaluate::rms_max;
@@ -45,7 +45,7 @@ pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
     for (axis, predictor) in bundle.manifest.axes.iter().zip(bundle.predictors()?) {
         let (Some(reference), Some(actual)) = (log.reference.column(&axis.name), log.actual.column(&axis.name)) else { continue };
         let signal = AxisSignal::uncompensated(reference, log.period_s());
-        let skip = ((UNSCORED_S / log.period_s()).round() as usize).min(reference.len());
+        let skip = scored(reference, log.period_s()).start;
         let errors: Vec<f64> =
             predictor.predict(&signal).iter().zip(reference.iter().zip(actual)).map(|(p, (r, x))| p - (r - x)).collect();
         let scored = AxisSignal::uncompensated(&reference[skip..], log.period_s());
