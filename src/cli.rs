@@ -66,6 +66,9 @@ pub struct ProgramArgs {
     /// Length of the tool, mm, where the offset's Z is without it: added to Z
     #[arg(long, value_name = "MM", value_parser = parse_finite, default_value_t = 0.0, allow_hyphen_values = true)]
     pub tool_length: f64,
+    /// Whether a simulated machine runs the program, which is at 0,0,0 where no offset is given.
+    #[arg(skip)]
+    pub simulated: bool,
     /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner
     #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
     pub corner_tolerance: f64,
@@ -81,11 +84,7 @@ impl ProgramArgs {
     /// The same for a simulated machine: it runs a program at 0,0,0 where no offset is given.
     #[must_use]
     pub fn placed(&self) -> Self {
-        let mut placed = self.clone();
-        if placed.work_offset.is_empty() {
-            placed.work_offset.push((None, [0.0; 3]));
-        }
-        placed
+        Self { simulated: true, ..self.clone() }
     }
 }
 

@@ -115,7 +115,8 @@ impl Source {
                 });
                 let options = asked.or(frame.dialect).map(Options::from);
                 let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
-                let offsets = WorkOffsets::new(&args.work_offset, &frame.work_offsets, args.tool_length);
+                let given = WorkOffsets::new(&args.work_offset, &frame.work_offsets, args.tool_length);
+                let offsets = if args.simulated { given.or_zero() } else { given };
                 let part = Part::read(&name, program, options.as_ref(), &offsets, frame, &settings)?;
                 Ok(Input { name, desired: part.plan.desired.clone(), part: Some(part) })
             }

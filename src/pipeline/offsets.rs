@@ -40,6 +40,12 @@ impl WorkOffsets {
         Self { all, systems, tool_length_mm }
     }
 
+    /// The same with 0,0,0 for coordinate systems that have none.
+    #[must_use]
+    pub fn or_zero(self) -> Self {
+        Self { all: self.all.or(Some(Vec3::zeros())), ..self }
+    }
+
     /// The offset of the coordinate systems that `toolpath` moves in, mm; `None` where one of them has none.
     ///
     /// # Errors

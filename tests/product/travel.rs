@@ -67,3 +67,21 @@ fn of_a_part_without_a_place_only_the_extent_is_compared() {
     let large = folder.fails(1, &["predict", "large.nc", "-m", "short.model"]);
     assert!(large.contains("axis x would cover 101.0") && large.contains("travel of 100.000 mm"), "{large}");
 }
+
+#[test]
+fn the_machine_file_says_where_a_part_lies() {
+    let folder = folder_with_travel();
+    let machine = std::fs::read_to_string(folder.path("short.toml")).unwrap();
+    let (head, axes) = machine.split_at(machine.find("[[axes]]").unwrap());
+    let with =
+        |offsets: &str| std::fs::write(folder.path("placed.toml"), format!("{head}[work_offsets]\n{offsets}\n{axes}")).unwrap();
+    let words = ["simulate", "part.nc", "--machine", "placed.toml", "-o", "run.csv"];
+    with("G54 = [-30.0, 0.0, 0.0]");
+    folder.figures(&words);
+    // The command line stands above the file.
+    assert!(folder.fails(1, &[&words[..], &["--work-offset", "0,0,0"]].concat()).contains("axis x would be at 50.0"));
+    with("G60 = [-30.0, 0.0, 0.0]");
+    assert!(folder.fails(1, &words).contains("work_offsets.G60"));
+    with("G54 = [inf, 0.0, 0.0]");
+    assert!(folder.fails(1, &words).contains("work_offsets.G54[0]"));
+}
