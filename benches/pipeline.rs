@@ -91,7 +91,15 @@ fn five_axes(c: &mut Criterion) {
     let settings = PlanSettings { period_s: frame.period_s, corner_tolerance_mm: 0.002, ..PlanSettings::default() };
     let lines = 20_000;
     let of = |bytes: &[u8]| {
-        Part::read("dense.nc", gcode::parse(bytes.to_vec()), None, Vec3::zeros(), &frame, &settings).expect("is planned")
+        Part::read(
+            "dense.nc",
+            gcode::parse(bytes.to_vec()),
+            None,
+            &precomp::pipeline::WorkOffsets::at(Vec3::zeros()),
+            &frame,
+            &settings,
+        )
+        .expect("is planned")
     };
     let timed = five_axis_program(lines, "G0 Z0");
     let read = || of(&timed);

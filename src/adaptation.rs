@@ -13,14 +13,15 @@ use crate::cross_fit::{self, Judged, only, without};
 use crate::evaluate::rms_max;
 use crate::output::Refusal;
 use crate::training_run::{check, data_hash};
+use crate::units::ErrorUnit;
 
 /// What became of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AdaptedAxis {
     /// Name of the axis.
     pub name: String,
-    /// Whether its errors are in rad instead of mm.
-    pub rotary: bool,
+    /// Unit in which its errors are shown.
+    pub unit: ErrorUnit,
     /// Root mean square error of the model as it was, on the new log; mm or rad.
     pub before: f64,
     /// The same of the adapted one, on folds of the new log that it was not fitted to.
@@ -80,7 +81,7 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
         axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: judged.len(), worst_window, ..axis.held_out };
         axis.band = band;
         let (before, taken) = (cross_fit::figures(&before).0, !choice.simple);
-        axes.push(AdaptedAxis { name: axis.name.clone(), rotary: axis.rotary, before, held_out: rms, taken });
+        axes.push(AdaptedAxis { name: axis.name.clone(), unit: ErrorUnit::from(&*axis), before, held_out: rms, taken });
         predictors.push(if taken { old.adapted(&runs)? } else { predictor });
     }
     Ok(Adapted { bundle: Bundle::new(manifest, &predictors)?, axes, seconds: started.elapsed().as_secs_f64() })

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use machine::MachineSpec;
+use machine::{MachineSpec, WORK_SYSTEMS};
 
 use crate::commands;
 use crate::input;
@@ -59,15 +59,33 @@ pub struct ProgramArgs {
     /// Control that the program is written for; the machine's profile says, or the program itself, when left out
     #[arg(long, value_enum)]
     pub dialect: Option<DialectName>,
-    /// Machine minus program coordinates, mm: where the part lies on the machine
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_offset, default_value = "0,0,0", allow_hyphen_values = true)]
-    pub work_offset: [f64; 3],
+    /// Machine minus program coordinates, mm: where the part lies on the machine; of one coordinate system with its name, as in
+    /// G55=10,20,0. Without it terms that depend on position are left out
+    #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
+    pub work_offset: Vec<GivenOffset>,
+    /// Length of the tool, mm, where the offset's Z is without it: added to Z
+    #[arg(long, value_name = "MM", value_parser = parse_finite, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub tool_length: f64,
+    /// Whether a simulated machine runs the program, which is at 0,0,0 where no offset is given.
+    #[arg(skip)]
+    pub simulated: bool,
     /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner
     #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
     pub corner_tolerance: f64,
     /// Feed of built-in test curves (`curve:crown`), mm/s
     #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
     pub feed: f64,
+}
+
+/// A work offset: the coordinate system that it is of, if not of all, and machine minus program coordinates, mm.
+pub type GivenOffset = (Option<&'static str>, [f64; 3]);
+
+impl ProgramArgs {
+    /// The same for a simulated machine: it runs a program at 0,0,0 where no offset is given.
+    #[must_use]
+    pub fn placed(&self) -> Self {
+        Self { simulated: true, ..self.clone() }
+    }
 }
 
 /// How a log is read.
@@ -155,15 +173,25 @@ pub fn parse_length(text: &str) -> Result<f64, String> {
     }
 }
 
-fn parse_offset(text: &str) -> Result<[f64; 3], String> {
-    let values: Vec<f64> = text
-        .split(',')
-        .map(|part| match part.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("`{part}` is not a number")),
-        })
-        .collect::<Result<_, _>>()?;
-    values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())
+/// A finite number.
+pub fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("`{text}` is not a number")),
+    }
+}
+
+fn parse_offset(text: &str) -> Result<GivenOffset, String> {
+    let (system, numbers) = match text.split_once('=') {
+        Some((name, numbers)) => {
+            let known = WORK_SYSTEMS.into_iter().find(|known| known.eq_ignore_ascii_case(name.trim()));
+            (Some(known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_SYSTEMS.join(", ")))?), numbers)
+        }
+        None => (None, text),
+    };
+    let values: Vec<f64> = numbers.split(',').map(parse_finite).collect::<Result<_, _>>()?;
+    let offset = values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())?;
+    Ok((system, offset))
 }
 
 /// Runs the command line of this process and returns its exit status: 0 done, 1 refused, 2 error in use.

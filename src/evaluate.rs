@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::output::um;
 use crate::pipeline::Part;
+use crate::units::ErrorUnit;
 
 /// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
 /// the analytic curve where one is known.
@@ -108,7 +109,7 @@ pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
     let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
     let errors = errors_from(desired, &tips, &desired.tips())?;
-    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(*k));
+    let counts = |k: &usize| counts(part, *k);
     let turns = desired.kinematics().turns();
     let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, counts)).transpose()?;
     Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
@@ -122,7 +123,7 @@ pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Tra
     let (errors, places) = contour_errors_along(desired, reference, actual)?;
     let poses = poses_at_places(desired.poses(), &places);
     let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
-    let counts = |k: &usize| part.is_none_or(|part| part.feeds_at(places[*k]));
+    let counts = |k: &usize| counts(part, places[*k]);
     let orientation = orientation(desired, &errors, &poses, actual, counts)?;
     Ok(Figures { tip: summary_of_feed_moves(part, places.iter().copied().zip(errors))?, orientation })
 }
@@ -167,13 +168,22 @@ pub fn contour(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     Ok(figures(desired, part, actual)?.tip)
 }
 
-/// The figures of errors, each with its place on the path in samples: rapids do not cut, and do not count.
+/// Whether the sample `place` of a path counts in figures: every one of a reference or curve, of a program those of its feed moves. Rapids do not
+/// cut.
+#[must_use]
+pub fn counts(part: Option<&Part>, place: usize) -> bool {
+    part.is_none_or(|part| part.feeds_at(place))
+}
+
+/// What [`counts`], in words for headings.
+pub const COUNTED: &str = "over feed moves; rapids do not count";
+
+/// The figures of errors, each with its place on the path in samples, over those that count.
 ///
 /// # Errors
 /// When none counts.
 pub fn summary_of_feed_moves(part: Option<&Part>, errors: impl Iterator<Item = (usize, ContourError)>) -> Result<ContourSummary> {
-    let counted: Vec<ContourError> =
-        errors.filter(|(place, _)| part.is_none_or(|part| part.feeds_at(*place))).map(|(_, error)| error).collect();
+    let counted: Vec<ContourError> = errors.filter(|(place, _)| counts(part, *place)).map(|(_, error)| error).collect();
     summary(&counted).ok_or_else(|| anyhow::anyhow!("the path has no samples"))
 }
 
@@ -213,16 +223,10 @@ pub fn in_words(figures: &Figures) -> String {
 pub fn tracking_json(reference: &Trajectory, actual: &Trajectory) -> Result<Value> {
     let errors = reference.tracking_error(actual)?;
     let entries = reference.axes().iter().zip(errors).map(|(axis, error)| {
-        let (rms, max) = rms_max(&error);
-        (axis.name.clone(), json!({ "rms": rms * 1e3, "max": max * 1e3 }))
+        let ((rms, max), unit) = (rms_max(&error), ErrorUnit::from(axis));
+        // The key above all axes says µm already.
+        let key = |quantity: &str| if unit == ErrorUnit::Micrometre { quantity.to_owned() } else { unit.key(quantity) };
+        (axis.name.clone(), json!({ key("rms"): unit.value(rms), key("max"): unit.value(max) }))
     });
-    // Rotary axes are in rad: a thousandth is a milliradian, a millionth a microradian.
-    let scaled = entries.zip(reference.axes()).map(|((name, figures), axis)| match axis.kind {
-        motion::AxisKind::Linear => (name, figures),
-        motion::AxisKind::Rotary => {
-            let micro = |key: &str| figures[key].as_f64().unwrap_or_default() * 1e3;
-            (name, json!({ "rms_urad": micro("rms"), "max_urad": micro("max") }))
-        }
-    });
-    Ok(Value::Object(scaled.collect()))
+    Ok(Value::Object(entries.collect()))
 }

@@ -5,7 +5,7 @@ use gcode::FeedMode;
 use models::Bundle;
 use motion::Limits;
 
-use crate::evaluate::contour_errors;
+use crate::evaluate::{self, contour_errors};
 use crate::learning::{self, Outcome, Settings};
 use crate::pipeline::Part;
 
@@ -52,7 +52,7 @@ pub struct Adjusted {
 struct Trial {
     part: Part,
     outcome: Outcome,
-    /// Largest predicted contour error of every move, mm; zero of those that are not compensated, such as rapids.
+    /// Largest predicted contour error of every move that counts, mm; zero of rapids.
     worst: Vec<f64>,
 }
 
@@ -61,7 +61,7 @@ impl Trial {
         let outcome = learning::compensate_with(bundle, limits, &part.plan.desired, Some(&part), settings)?;
         let mut worst = vec![0.0_f64; part.toolpath.moves.len()];
         for (k, error) in contour_errors(&part.plan.desired, &outcome.forecast)?.iter().enumerate() {
-            if let Some(index) = part.move_at(k).filter(|_| part.shiftable_at(k)) {
+            if let Some(index) = part.move_at(k).filter(|_| evaluate::counts(Some(&part), k)) {
                 worst[index] = worst[index].max(error.vector.norm());
             }
         }

@@ -1,20 +1,22 @@
 //! What the commands read: part programs, references, built-in curves, machines and models.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
 use gcode::{Dialect, Options, Program};
-use machine::{ControllerSpec, MachineSpec, ProgramDialect, ProgramWords, SimulatedMachine};
+use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDialect, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
-use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, Vec3, plan_curve_on};
+use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, plan_curve_on};
 use training::Recipe;
 
 use crate::cli::{DialectName, LogArgs, ProgramArgs};
 use crate::output::{Printer, Refusal, Usage, read_file};
-use crate::pipeline::Part;
+use crate::pipeline::{Part, WorkOffsets};
+use crate::travel;
 
 /// The prefix of built-in test curves.
 const CURVE: &str = "curve:";
@@ -78,6 +80,23 @@ impl Source {
     /// # Errors
     /// When the content is refused, or the machine cannot run it.
     pub fn on(self, frame: &Frame, args: &ProgramArgs) -> Result<Input> {
+        let input = self.planned(frame, args)?;
+        travel::check(&input, frame)?;
+        Ok(input)
+    }
+
+    /// The reference that it is: a path already, which no machine has to plan.
+    ///
+    /// # Errors
+    /// Gives back a program or curve.
+    pub fn into_reference(self) -> Result<Trajectory, Self> {
+        match self.content {
+            Content::Reference(reference) => Ok(reference),
+            content => Err(Self { content, ..self }),
+        }
+    }
+
+    fn planned(self, frame: &Frame, args: &ProgramArgs) -> Result<Input> {
         let Self { name, content } = self;
         match content {
             Content::Curve => Input::curve(&name, args.feed, frame),
@@ -96,7 +115,9 @@ impl Source {
                 });
                 let options = asked.or(frame.dialect).map(Options::from);
                 let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
-                let part = Part::read(&name, program, options.as_ref(), Vec3::from(args.work_offset), frame, &settings)?;
+                let given = WorkOffsets::new(&args.work_offset, &frame.work_offsets, args.tool_length);
+                let offsets = if args.simulated { given.or_zero() } else { given };
+                let part = Part::read(&name, program, options.as_ref(), &offsets, frame, &settings)?;
                 Ok(Input { name, desired: part.plan.desired.clone(), part: Some(part) })
             }
         }
@@ -118,6 +139,10 @@ pub struct Frame {
     pub plan: PlanSettings,
     /// What its control's programs are written in, where its profile says so.
     pub dialect: Option<Dialect>,
+    /// Lowest and highest position of every axis, mm or rad, where they are limited.
+    pub travel: Vec<Option<[f64; 2]>>,
+    /// Its work offsets by coordinate system, mm, where its description says so.
+    pub work_offsets: BTreeMap<String, [f64; 3]>,
 }
 
 impl Frame {
@@ -139,6 +164,8 @@ impl Frame {
             period_s: spec.sampling_period_s(),
             plan: spec.plan_settings(),
             dialect,
+            travel: spec.axes.iter().map(AxisSpec::travel).collect(),
+            work_offsets: spec.work_offsets.clone(),
         })
     }
 
@@ -189,6 +216,27 @@ pub fn is_reference(path: &Path) -> bool {
 pub fn machine(machine: &str) -> Result<MachineSpec> {
     let names = machine::BUILTIN_MACHINES.map(|(name, _)| name);
     described("machine", machine, &names, MachineSpec::builtin, MachineSpec::from_toml)
+}
+
+/// The machine that real data belongs to: the one `named`, else that of a model; and a line that says which one and from where. `None` where
+/// neither is given: a built-in machine is no stand-in for a real one.
+///
+/// # Errors
+/// When there is no such machine, or its description is not sound.
+pub fn real_machine(named: Option<&str>, model: Option<(&Path, &Bundle)>) -> Result<Option<(MachineSpec, String)>> {
+    let (spec, from) = match (named, model) {
+        (Some(named), _) => (machine(named)?, format!("--machine {named}")),
+        (None, Some((path, bundle))) => (machine_of(bundle)?, format!("the model {}", path.display())),
+        (None, None) => return Ok(None),
+    };
+    let line = format!("machine `{}`, from {from}", spec.name);
+    Ok(Some((spec, line)))
+}
+
+/// The error where a machine is needed and none is given.
+#[must_use]
+pub fn machine_wanted(what: &str) -> anyhow::Error {
+    Usage(format!("{what}: give --machine M.toml, or --model with a model of the machine that made the log")).into()
 }
 
 /// The controller profile called or described by `controller`: a built-in name or a TOML file.

@@ -48,7 +48,7 @@ pub struct Settings {
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on every update, Hz.
     pub low_pass_hz: f64,
-    /// Largest correction of an axis, or of the tip on a machine that turns tool or workpiece, mm.
+    /// Largest correction of the tool tip, mm.
     pub max_shift: f64,
     /// Largest correction of the tool's direction, rad.
     pub max_turn_rad: f64,
@@ -67,7 +67,7 @@ impl Default for Settings {
             gain: 0.9,
             low_pass_hz: 100.0,
             max_shift: 0.1,
-            max_turn_rad: 0.01,
+            max_turn_rad: Guard::MAX_TURN_DEG.to_radians(),
             written: None,
             slowest: f64::INFINITY,
         }
@@ -150,7 +150,10 @@ pub fn compensate(
     let path = desired.trajectory();
     let command = part.and_then(|part| part.command.as_ref()).unwrap_or(path);
     model.freeze_flags(command);
-    let (mut weights, reasons) = fade(coverage, model.predictors(), command);
+    if part.is_some_and(|part| !part.placed) {
+        model.leave_out_position();
+    }
+    let (mut weights, reasons) = fade(coverage, model, command);
     let outside = ranges(path, &reasons, &weights);
     if let Some(part) = part {
         for (weight, allowed) in weights.iter_mut().zip(part.weights(FADE_S)) {

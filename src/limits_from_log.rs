@@ -1,5 +1,7 @@
 //! Limits of a machine that nobody described: what its log reached.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use datasets::Log;
 use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis};
@@ -69,6 +71,7 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
         },
         kinematics: KinematicsSpec::default(),
         controller: None,
+        work_offsets: BTreeMap::new(),
         axes,
     };
     spec.check()?;

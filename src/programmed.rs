@@ -12,7 +12,7 @@ use crate::evaluate::{self, Figures};
 use crate::input::{Frame, Input};
 use crate::measurement::in_time_of;
 use crate::pipeline::part::stated;
-use crate::pipeline::{Carrier, Part, RefitSettings, Replanned};
+use crate::pipeline::{Carrier, Part, RefitSettings, Replanned, WorkOffsets};
 
 /// Digits after the point, mm and degrees: far below an encoder's count.
 const DECIMALS: usize = 6;
@@ -65,7 +65,7 @@ impl Programmed {
         let text = short_lines(&curve, feed_mm_s, spacing_mm)?;
         let settings = frame.plan_settings();
         let options = Options::from(Dialect::Fanuc);
-        let part = Part::read(name, gcode::parse(text), Some(&options), Vec3::zeros(), frame, &settings)?;
+        let part = Part::read(name, gcode::parse(text), Some(&options), &WorkOffsets::at(Vec3::zeros()), frame, &settings)?;
         Ok(Self { part, frame: frame.clone() })
     }
 

@@ -15,8 +15,9 @@ use training::{AxisRun, Recipe};
 
 use crate::cross_fit::{self, Judged, only, without};
 use crate::evaluate::rms_max;
-use crate::output::{Refusal, table, um};
+use crate::output::{Refusal, table};
 use crate::progress::Progress;
+use crate::units::ErrorUnit;
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq)]
@@ -213,9 +214,8 @@ fn fit_stages(runs: &[AxisRun], recipe: &StagedRecipe, network: Option<&NetworkR
     if let Some(network) = network {
         let trial = training::stacked::try_out(&staged, runs, network, seed)?;
         let verdict = if trial.accepted { "kept" } else { "does not pay" };
-        let (unit, scale) = if axis.kind == AxisKind::Rotary { ("µrad", 1e3) } else { ("µm", 1.0) };
-        let (without, with) = (um(trial.without * scale), um(trial.with * scale));
-        note += &format!("; network on the rest: {without} → {with} {unit}, {verdict}");
+        let unit = ErrorUnit::from(axis);
+        note += &format!("; network on the rest: {} → {}, {verdict}", unit.number(trial.without), unit.text(trial.with));
         kept = trial.accepted.then_some(network);
     }
     let predictor = match kept {
@@ -308,8 +308,8 @@ impl Trained {
         let mut doubts = Vec::new();
         for axis in &self.bundle.manifest.axes {
             let HeldOut { rms, raw_rms, .. } = axis.held_out;
-            let (unit, scale) = if axis.rotary { ("µrad", 1e3) } else { ("µm", 1.0) };
-            let figures = format!("{} of {} {unit} RMS on held-out data", um(rms * scale), um(raw_rms * scale));
+            let unit = ErrorUnit::from(axis);
+            let figures = format!("{} of {} RMS on held-out data", unit.number(rms), unit.text(raw_rms));
             if !(rms < raw_rms) {
                 return Err(Refusal(format!(
                     "axis {}: the model leaves {figures}, no better than no model; nothing is written. Look for exchanged columns, lost rows or \
@@ -336,12 +336,10 @@ impl Trained {
             .axes
             .iter()
             .map(|axis| {
-                let scale = if axis.rotary { 1e3 } else { 1.0 };
+                let unit = ErrorUnit::from(axis);
                 let HeldOut { rms, max, linear_rms, raw_rms, band_held, .. } = axis.held_out;
-                let shown = [rms, max, linear_rms, raw_rms].map(|value| um(value * scale));
-                let unit = if axis.rotary { "µrad" } else { "µm" };
-                std::iter::once(format!("{} ({unit})", axis.name))
-                    .chain(shown)
+                std::iter::once(unit.label(&axis.name))
+                    .chain([rms, max, linear_rms, raw_rms].map(|value| unit.number(value)))
                     .chain([format!("{:.1} %", band_held * 100.0), axis.predictor.clone()])
                     .collect()
             })
@@ -361,13 +359,13 @@ impl Trained {
             .iter()
             .zip(&self.lags_s)
             .map(|(axis, lag)| {
-                let (unit, scale) = if axis.rotary { ("urad", 1e6) } else { ("um", 1e3) };
+                let unit = ErrorUnit::from(axis);
                 let HeldOut { rms, max, linear_rms, raw_rms, band_held, .. } = axis.held_out;
                 let figures = json!({
-                    format!("held_out_rms_{unit}"): rms * scale,
-                    format!("held_out_max_{unit}"): max * scale,
-                    format!("linear_rms_{unit}"): linear_rms * scale,
-                    format!("raw_rms_{unit}"): raw_rms * scale,
+                    unit.key("held_out_rms"): unit.value(rms),
+                    unit.key("held_out_max"): unit.value(max),
+                    unit.key("linear_rms"): unit.value(linear_rms),
+                    unit.key("raw_rms"): unit.value(raw_rms),
                     "band_held_share": band_held,
                     "folds": axis.held_out.folds,
                     "lag_ms": lag.map(|lag| lag * 1e3),

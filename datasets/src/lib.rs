@@ -32,6 +32,6 @@ pub use quality::{Purpose, assess, assess_runs, moving_axes};
 pub use read::{ReadOptions, read_log};
 pub use reference::{read_reference, write_reference};
 pub use report::{Check, Finding, Place, Report, Severity};
-pub use splits::{Fold, UNSCORED_S, between_rests, folds};
+pub use splits::{Fold, between_rests, folds, scored};
 pub use table::Table;
 pub use write::write_log;

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{DatasetError, Log, quality};
 
 /// The start of a log that is not scored, s: its samples lack their command history.
-pub const UNSCORED_S: f64 = 0.3;
+const UNSCORED_S: f64 = 0.3;
 /// Shortest rest at which a log is cut, s.
 pub const REST_S: f64 = 0.1;
 /// Shortest piece between rests, s, and shortest block of a log without rests.
@@ -125,6 +125,15 @@ pub fn between_rests(log: &Log, rest_s: f64) -> Vec<Range<usize>> {
     }
     cuts.push(log.len());
     cuts.windows(2).map(|cut| cut[0]..cut[1]).collect()
+}
+
+/// The samples of a run that are scored: all, but for the first 0.3 s of a run that begins in motion, whose samples lack their command
+/// history. `reference` is the commanded position of one axis, one a period.
+#[must_use]
+pub fn scored(reference: &[f64], period_s: f64) -> Range<usize> {
+    let begins_in_motion = reference.first() != reference.get(1);
+    let skipped = if begins_in_motion { (UNSCORED_S / period_s).ceil() as usize } else { 0 };
+    skipped.min(reference.len())..reference.len()
 }
 
 /// Whether an axis is commanded to move in some rows.

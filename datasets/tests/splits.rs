@@ -5,7 +5,7 @@ mod common;
 use std::ops::Range;
 
 use common::{healthy, hurt};
-use datasets::{DatasetError, Log, between_rests, folds};
+use datasets::{DatasetError, Log, between_rests, folds, scored};
 
 fn ten() -> Vec<Log> {
     (0..10).map(|k| healthy().part(format!("run {k}"), 0, 1000 + 100 * k).unwrap()).collect()
@@ -83,4 +83,14 @@ fn a_log_without_rests_is_cut_by_time() {
     let short = log.part("short".into(), 0, 400).unwrap();
     let why = folds(&[short], 0.25, 9, 5).unwrap_err().to_string();
     assert!(why.contains("at least 2.0 s"), "{why}");
+}
+
+#[test]
+fn the_start_of_a_run_that_begins_in_motion_is_not_scored() {
+    let moving: Vec<f64> = (0..500).map(f64::from).collect();
+    assert_eq!(scored(&moving, 0.002), 150..500);
+    assert_eq!(scored(&moving[..100], 0.002), 100..100);
+    let resting = [&[7.0; 200][..], &moving].concat();
+    assert_eq!(scored(&resting, 0.002), 0..700);
+    assert_eq!(scored(&[], 0.002), 0..0);
 }

@@ -34,7 +34,7 @@ pub use spec::{
     AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec,
     Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,
     ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
-    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, Wave,
+    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Wave,
 };
 
 /// What turns a commanded motion into an actual one.

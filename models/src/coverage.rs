@@ -3,7 +3,7 @@
 use motion::Trajectory;
 use serde::{Deserialize, Serialize};
 
-use crate::AxisPredictor;
+use crate::LearnedMachine;
 use crate::features::{EventKind, events, velocity};
 
 /// The motions of one axis that a model was trained on, in mm or rad.
@@ -37,6 +37,8 @@ pub enum Outside {
     Velocity,
     /// Accelerates harder than trained.
     Acceleration,
+    /// The work offset is not known, and the predictor sees positions.
+    Unplaced,
 }
 
 impl std::fmt::Display for Outside {
@@ -45,6 +47,7 @@ impl std::fmt::Display for Outside {
             Self::Position => "position",
             Self::Velocity => "speed",
             Self::Acceleration => "acceleration",
+            Self::Unplaced => "unknown position",
         })
     }
 }
@@ -87,6 +90,11 @@ impl Coverage {
         coverage
     }
 
+    /// The same motions with no bound on positions.
+    fn anywhere(self) -> Self {
+        Self { position: (f64::NEG_INFINITY, f64::INFINITY), ..self }
+    }
+
     /// How much of the correction to keep at every sample of `positions`: 1 inside the coverage, falling to 0 outside of it (one
     /// range beyond the trained positions, 1.5 × the trained speed, 2 × the trained acceleration); with the reason wherever a sample
     /// lies outside. Of a predictor that `holds_beyond_travel` all is kept for one range beyond the trained positions; the fade follows.
@@ -121,15 +129,17 @@ impl Coverage {
 
 /// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
 #[must_use]
-pub fn fade(
-    coverage: &[Coverage],
-    predictors: &[Box<dyn AxisPredictor>],
-    path: &Trajectory,
-) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
+pub fn fade(coverage: &[Coverage], machine: &LearnedMachine, path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
-    for ((coverage, predictor), column) in coverage.iter().zip(predictors).zip(path.columns()) {
-        let weights = coverage.weights(column, path.period_s(), predictor.holds_beyond_travel());
+    for (axis, ((coverage, predictor), column)) in coverage.iter().zip(machine.predictors()).zip(path.columns()).enumerate() {
+        let holds = predictor.holds_beyond_travel();
+        let weights = match (machine.is_placed(axis), holds) {
+            (true, _) => coverage.weights(column, path.period_s(), holds),
+            // What depends on position is left out; no position is outside.
+            (false, true) => coverage.anywhere().weights(column, path.period_s(), holds),
+            (false, false) => vec![(0.0, Some(Outside::Unplaced)); column.len()],
+        };
         for (low, (weight, _)) in least.iter_mut().zip(&weights) {
             *low = low.min(*weight);
         }

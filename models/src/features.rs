@@ -207,7 +207,7 @@ mod tests {
     fn flags_come_from_the_desired_path_where_there_is_one() {
         let desired = positions();
         let shifted: Vec<f64> = desired.iter().enumerate().map(|(k, x)| x + 1e-5 * (k as f64).sin()).collect();
-        let signal = AxisSignal { reference: &shifted, desired: Some(&desired), period_s: 0.01 };
+        let signal = AxisSignal { reference: &shifted, desired: Some(&desired), period_s: 0.01, placed: true };
         let rows = spec(FeatureSet::Iii).rows(&signal);
         let plain = spec(FeatureSet::Iii).rows(&AxisSignal::uncompensated(&desired, 0.01));
         for k in 0..desired.len() {

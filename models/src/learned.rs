@@ -1,7 +1,7 @@
 //! A model of a machine, used in its place.
 
 use machine::{Machine, MachineError};
-use motion::{Axis, Trajectory};
+use motion::{Axis, AxisKind, Trajectory};
 use rayon::prelude::*;
 
 use crate::{AxisPredictor, AxisSignal, ModelError};
@@ -13,6 +13,8 @@ pub struct LearnedMachine {
     axes: Vec<Axis>,
     predictors: Vec<Box<dyn AxisPredictor>>,
     desired: Option<Trajectory>,
+    /// Whether the linear axes' positions are the machine's.
+    placed: bool,
 }
 
 impl LearnedMachine {
@@ -24,12 +26,23 @@ impl LearnedMachine {
         if axes.len() != predictors.len() || axes.is_empty() {
             return Err(ModelError::Misfit(format!("{} predictors for {} axes", predictors.len(), axes.len())));
         }
-        Ok(Self { period_s, axes, predictors, desired: None })
+        Ok(Self { period_s, axes, predictors, desired: None, placed: true })
     }
 
     /// Takes reversal and start flags from `desired` in all runs to come, so that small shifts near rest do not toggle them.
     pub fn freeze_flags(&mut self, desired: &Trajectory) {
         self.desired = Some(desired.clone());
+    }
+
+    /// From here on the linear axes run paths whose work offset is not known: what depends on their position is left out.
+    pub fn leave_out_position(&mut self) {
+        self.placed = false;
+    }
+
+    /// Whether the positions of the axis with this index are the machine's. A work offset leaves rotary axes alone.
+    #[must_use]
+    pub fn is_placed(&self, axis: usize) -> bool {
+        self.placed || self.axes.get(axis).is_some_and(|axis| axis.kind == AxisKind::Rotary)
     }
 
     /// The axes, in order.
@@ -79,6 +92,7 @@ impl LearnedMachine {
                 reference: &reference.columns()[axis],
                 desired: desired.map(|desired| desired.columns()[axis].as_slice()),
                 period_s: self.period_s,
+                placed: self.is_placed(axis),
             })
         };
         Ok((0..self.axes.len()).into_par_iter().map(of_axis).collect())

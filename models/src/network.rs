@@ -211,5 +211,5 @@ pub(crate) fn with_rest_before<T>(signal: &AxisSignal<'_>, rest: usize, with: im
         std::iter::repeat_n(first, rest).chain(positions.iter().copied()).collect()
     };
     let (reference, desired) = (longer(signal.reference), signal.desired.map(longer));
-    with(&AxisSignal { reference: &reference, desired: desired.as_deref(), period_s: signal.period_s })
+    with(&AxisSignal { reference: &reference, desired: desired.as_deref(), ..*signal })
 }

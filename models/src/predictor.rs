@@ -14,13 +14,16 @@ pub struct AxisSignal<'a> {
     pub desired: Option<&'a [f64]>,
     /// Sampling period, s.
     pub period_s: f64,
+    /// Whether the positions are the machine's. Those of a part whose work offset is not known are off by a constant: what depends on position
+    /// is then left out.
+    pub placed: bool,
 }
 
 impl<'a> AxisSignal<'a> {
     /// A signal whose reference is its desired path.
     #[must_use]
     pub fn uncompensated(reference: &'a [f64], period_s: f64) -> Self {
-        Self { reference, desired: None, period_s }
+        Self { reference, desired: None, period_s, placed: true }
     }
 
     /// The positions from which reversal and start flags are taken.

@@ -83,7 +83,8 @@ impl Compare {
         } else {
             self.inputs.clone()
         };
-        let paths: Vec<Input> = inputs.iter().map(|path| Input::read(path, &frame, &self.program)).collect::<Result<_>>()?;
+        let paths: Vec<Input> =
+            inputs.iter().map(|path| Input::read(path, &frame, &self.program.placed())).collect::<Result<_>>()?;
         let settings = CompareSettings {
             seeds: self.seeds,
             ilc_runs: self.runs,
@@ -96,6 +97,8 @@ impl Compare {
         let plant = learned.as_ref().map_or(Plant::Simulated(&spec), Plant::Learned);
         let results = comparison::compare(&paths, plant, bundle.as_ref(), &settings)?;
         let printer = Printer::new(self.common.json.as_deref());
+        let on = if learned.is_some() { "learned" } else { "simulated" };
+        printer.line(format!("{on} machine `{}`", spec.name));
         printer.line(comparison::render(&results, &settings));
         if let Some(report) = &self.report {
             write_report(report, "Comparison", &report_of(&results)?)?;

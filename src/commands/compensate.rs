@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
+use compensation::Guard;
 use models::Outside;
 use serde_json::json;
 
@@ -12,10 +13,12 @@ use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
 use crate::input::{self, Frame, Input, Source};
 use crate::learning::{self, LawName, Outcome, Settings};
+use crate::left_out::{self, LeftOut};
 use crate::measurement::Readback;
 use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
 use crate::pipeline::{Carried, Carrier, Part, RowsWritten, as_recorded, write_out};
 use crate::report::{PathReport, Series, write_report};
+use crate::travel;
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
@@ -47,11 +50,11 @@ pub struct Compensate {
     /// Updates on the model; a program that its control plans anew gets up to three times as many more, one of hours fewer
     #[arg(long, default_value_t = 4)]
     iterations: usize,
-    /// Largest shift of an axis, or of the tool tip on a machine that turns tool or workpiece, mm
+    /// Largest shift of the tool tip, mm: the length of the vector
     #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
     max_shift: f64,
-    /// Largest correction of the tool's direction on such a machine, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 0.5, value_parser = parse_not_negative)]
+    /// Largest correction of the tool's direction on a machine that turns tool or workpiece, degrees
+    #[arg(long, value_name = "DEG", default_value_t = Guard::MAX_TURN_DEG, value_parser = parse_not_negative)]
     max_turn: f64,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
@@ -110,6 +113,8 @@ impl Compensate {
             path = recorded;
             readback = Some(found);
         }
+        let left_out = LeftOut::of(&bundle, &path)?;
+        left_out.iter().filter_map(LeftOut::in_words).chain(travel::unchecked(&path, &frame)).for_each(|line| printer.line(line));
         let mut feeds = serde_json::Value::Null;
         let outcome = match self.tolerance {
             Some(tolerance_mm) => {
@@ -168,6 +173,7 @@ impl Compensate {
                 "carrier": written.carried.filter(|_| outcome.gained || written.rows.is_some()),
                 "rows": written.rows.map(|rows| rows.json()),
                 "feeds": feeds,
+                "left_out": left_out.map(|left_out| left_out.json()),
                 "reference": readback.map(|found| found.json()),
                 "warnings": warnings(path.part.as_ref(), &outcome),
             }),
@@ -207,7 +213,8 @@ impl Compensate {
             printer.line(format!("warning: {warning}"));
         }
         printer.line(format!(
-            "predicted contour error: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model)",
+            "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model)",
+            if path.part.is_some() { " over feed moves" } else { "" },
             um(outcome.before.tip.rms_mm),
             um(outcome.after.tip.rms_mm),
             um(outcome.before.tip.max_mm),
@@ -289,6 +296,10 @@ fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
                 (Some(first), Some(last)) => format!("lines {first} to {last}"),
                 _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
             };
+            if range.reason == Outside::Unplaced {
+                let axis = &range.axis;
+                return format!("the predictor of axis {axis} needs its position, which is not known without --work-offset; nothing is corrected");
+            }
             let effect = match range.reason {
                 Outside::Position if !range.fades => "what depends on the place is corrected less and less there",
                 _ => "the correction fades there",
@@ -304,10 +315,10 @@ fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
 fn forecast(path: &Input, bundle: &models::Bundle, outcome: &Outcome) -> Result<PathReport> {
     use machine::Machine;
     let command = path.part.as_ref().and_then(|part| part.command.as_ref()).unwrap_or(path.desired.trajectory());
-    let before = bundle.machine()?.run(command)?;
+    let before = left_out::machine_for(bundle, path.part.as_ref())?.run(command)?;
     let series = vec![
-        Series::of("uncompensated (forecast)", &path.desired, &before)?,
-        Series::of("compensated (forecast)", &path.desired, &outcome.forecast)?,
+        Series::of_program("uncompensated (forecast)", &path.desired, path.part.as_ref(), &before)?,
+        Series::of_program("compensated (forecast)", &path.desired, path.part.as_ref(), &outcome.forecast)?,
     ];
     Ok(PathReport::new(&path.name, &path.desired, series))
 }

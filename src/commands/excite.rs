@@ -65,7 +65,7 @@ impl Excite {
             seconds += reference.duration_s();
             names.push(name.clone());
         }
-        printer.line(format!("{} runs, {seconds:.1} s, in {}", runs.len(), self.out.display()));
+        printer.line(format!("for the machine `{}`: {} runs, {seconds:.1} s, in {}", spec.name, runs.len(), self.out.display()));
         let (mut covered, mut enough) = (serde_json::Map::new(), true);
         for (index, (axis, &(lowest, highest))) in frame.kinematics.axes().iter().zip(&travel).enumerate() {
             let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());

@@ -6,17 +6,19 @@ use std::sync::Arc;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
+use models::Bundle;
 use motion::contour::{
     CircularTest, ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent,
 };
-use motion::{Cartesian, DesiredPath, Kinematics};
+use motion::{Cartesian, DesiredPath, Kinematics, Trajectory};
 use serde_json::{Value, json};
 
-use crate::cli::{Common, LogArgs, MachineArgs, ProgramArgs};
+use crate::cli::{Common, LogArgs, ProgramArgs};
 use crate::evaluate;
-use crate::input::{self, Frame, Input};
+use crate::input::{self, Frame, Input, Source};
 use crate::measurement::{self, Fit, Measurement, Readback, Segment};
 use crate::output::{Printer, Refusal, table, um, write_json};
+use crate::units::ErrorUnit;
 
 /// Tracking and contour error of a recorded run
 ///
@@ -25,16 +27,17 @@ use crate::output::{Printer, Refusal, table, um, write_json};
 #[command(after_help = "Examples:
   precomp measure run.csv
   precomp measure run.csv --desired part.nc --machine mill.toml
-  precomp measure run.csv --desired compensated.nc --readback
+  precomp measure run.csv --desired compensated.nc --machine mill.toml --readback
   precomp measure today.csv --model mill.model
-  precomp measure circle.csv --desired curve:circle --feed 50")]
+  precomp measure circle.csv --desired curve:circle --feed 50 --machine mill.toml")]
 pub struct Measure {
     /// The log: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     log: PathBuf,
     #[command(flatten)]
     common: Common,
-    #[command(flatten)]
-    machine: MachineArgs,
+    /// Machine that made the log: a TOML file, or a built-in one; the model's when left out
+    #[arg(long, value_name = "TOML")]
+    machine: Option<String>,
     #[command(flatten)]
     program: ProgramArgs,
     /// The path that the part needs, where the log's command is a compensated one: program, reference or test curve (`curve:NAME`)
@@ -87,7 +90,8 @@ impl Measure {
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
-        let desired = self.desired(&log)?;
+        let bundle = self.model.as_deref().map(input::model).transpose()?;
+        let desired = self.desired(&log, bundle.as_ref(), &printer)?;
         let turned: Vec<&str> = log.axes().iter().filter(|axis| axis.slot() >= Some(3)).map(|axis| axis.name.as_str()).collect();
         if !turned.is_empty() && !desired.desired.kinematics().turns() {
             printer.line(format!(
@@ -107,15 +111,19 @@ impl Measure {
         let measured = measurement::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         say(&printer, &log, &measured, self.desired.is_some())?;
         let mut figures = figures(&log, &measured)?;
-        if let Some(model) = &self.model {
-            let bundle = input::model(model)?;
+        if let Some(bundle) = bundle {
             let fits = measurement::fits(&bundle, &log)?;
             say_fits(&printer, &fits);
             figures["model"] = json!(
                 fits.iter()
                     .map(|fit| (
                         fit.axis.clone(),
-                        json!({ "rms_um": fit.rms_mm * 1e3, "held_out_rms_um": fit.expected_mm * 1e3, "in_band_share": fit.in_band, "stale": fit.stale })
+                        json!({
+                            fit.unit.key("rms"): fit.unit.value(fit.rms),
+                            fit.unit.key("held_out_rms"): fit.unit.value(fit.expected),
+                            "in_band_share": fit.in_band,
+                            "stale": fit.stale,
+                        })
                     ))
                     .collect::<serde_json::Map<_, _>>()
             );
@@ -123,24 +131,34 @@ impl Measure {
         write_json(self.common.json.as_deref(), &figures)
     }
 
-    fn desired(&self, log: &Log) -> Result<Input> {
-        match &self.desired {
-            Some(path) => {
+    /// The path to measure against: what --desired says, or the log's own command.
+    fn desired(&self, log: &Log, bundle: Option<&Bundle>, printer: &Printer) -> Result<Input> {
+        let machine = input::real_machine(self.machine.as_deref(), self.model.as_deref().zip(bundle))?;
+        let frame = machine.as_ref().map(|(spec, _)| Frame::of(spec)).transpose()?;
+        let as_logged = |trajectory: Trajectory| -> Result<DesiredPath> {
+            let kinematics: Arc<dyn Kinematics> = match &frame {
+                Some(frame) if frame.kinematics.axes() == trajectory.axes() => Arc::clone(&frame.kinematics),
+                _ => Arc::new(Cartesian::new(trajectory.axes().to_vec())),
+            };
+            Ok(DesiredPath::new(trajectory, kinematics)?)
+        };
+        let Some(path) = &self.desired else {
+            return Ok(Input { name: "command".into(), desired: as_logged(log.reference.clone())?, part: None });
+        };
+        let source = Source::open(path)?;
+        let desired = match (source.into_reference(), machine.zip(frame.clone())) {
+            (Ok(reference), _) => Input { name: path.display().to_string(), desired: as_logged(reference)?, part: None },
+            (Err(source), Some(((_, which), frame))) => {
+                printer.line(format!("{} is planned for the {which}", path.display()));
                 // Planned at the log's own rate, so that samples pair up.
-                let frame = Frame { period_s: log.period_s(), ..Frame::of(&input::machine(&self.machine.machine)?)? };
-                let desired = Input::read(path, &frame, &self.program)?;
-                desired.desired.trajectory().check_axes(log.axes()).map_err(|error| {
-                    Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
-                })?;
-                Ok(desired)
+                source.on(&Frame { period_s: log.period_s(), ..frame }, &self.program)?
             }
-            None => {
-                let machine = Frame::of(&input::machine(&self.machine.machine)?)?.kinematics;
-                let same = machine.axes() == log.axes();
-                let kinematics: Arc<dyn Kinematics> = if same { machine } else { Arc::new(Cartesian::new(log.axes().to_vec())) };
-                Ok(Input { name: "command".into(), desired: DesiredPath::new(log.reference.clone(), kinematics)?, part: None })
-            }
-        }
+            (Err(_), None) => return Err(input::machine_wanted(&format!("{} has to be planned for a machine", path.display()))),
+        };
+        desired.desired.trajectory().check_axes(log.axes()).map_err(|error| {
+            Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
+        })?;
+        Ok(desired)
     }
 }
 
@@ -174,10 +192,12 @@ fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) ->
         .map(|((axis, error), lag)| {
             let (rms, max) = evaluate::rms_max(&error);
             let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
-            vec![axis.name.clone(), um(rms), um(max), ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
+            let unit = ErrorUnit::from(axis);
+            let (rms, max) = (unit.number(rms), unit.number(max));
+            vec![unit.label(&axis.name), rms, max, ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
         })
         .collect();
-    printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "lag ms", "against the mean ms"], &rows));
+    printer.line(table(&["axis", "tracking error RMS", "MAX", "lag ms", "against the mean ms"], &rows));
     let contour = &measured.contour;
     printer.line(format!(
         "contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
@@ -245,15 +265,15 @@ fn say_fits(printer: &Printer, fits: &[Fit]) {
         .map(|fit| {
             let verdict = if fit.stale { "stale: train again, or adapt it with train --from" } else { "fits" };
             vec![
-                fit.axis.clone(),
-                um(fit.rms_mm),
-                um(fit.expected_mm),
+                fit.unit.label(&fit.axis),
+                fit.unit.number(fit.rms),
+                fit.unit.number(fit.expected),
                 format!("{:.1} %", fit.in_band * 100.0),
                 verdict.to_owned(),
             ]
         })
         .collect();
-    printer.line(table(&["model, axis", "error RMS µm", "held-out RMS µm", "within its 95 % band", ""], &rows));
+    printer.line(table(&["model, axis", "error RMS", "held-out RMS", "within its 95 % band", ""], &rows));
 }
 
 fn say_circle(printer: &Printer, circle: &CircularTest) {

@@ -9,8 +9,10 @@ use machine::Machine;
 use serde_json::json;
 
 use crate::cli::{Common, ProgramArgs};
-use crate::output::{Printer, check_not_input, table, um, write_json};
-use crate::{evaluate, input};
+use crate::left_out::{self, LeftOut};
+use crate::output::{Printer, check_not_input, table, write_json};
+use crate::units::ErrorUnit;
+use crate::{evaluate, input, travel};
 
 /// Forecast the tracking and contour error of a path
 #[derive(Debug, Args)]
@@ -36,10 +38,12 @@ impl Predict {
         let frame = input::Frame::of(&input::machine_of(&bundle)?)?;
         let path = input::Input::read(&self.input, &frame, &self.program)?;
         let reference = path.desired.trajectory();
-        let actual = bundle.machine()?.run(reference)?;
+        let actual = left_out::machine_for(&bundle, path.part.as_ref())?.run(reference)?;
         let figures = evaluate::figures(&path.desired, path.part.as_ref(), &actual)?;
         let errors = reference.tracking_error(&actual)?;
         let printer = Printer::new(self.common.json.as_deref());
+        let left_out = LeftOut::of(&bundle, &path)?;
+        left_out.iter().filter_map(LeftOut::in_words).chain(travel::unchecked(&path, &frame)).for_each(|line| printer.line(line));
         printer.line(format!("{}: {:.2} s; predicted {}", path.name, reference.duration_s(), evaluate::in_words(&figures)));
         let rows: Vec<Vec<String>> = reference
             .axes()
@@ -48,10 +52,12 @@ impl Predict {
             .zip(&bundle.manifest.axes)
             .map(|((axis, error), known)| {
                 let (rms, max) = evaluate::rms_max(error);
-                vec![axis.name.clone(), um(rms), um(max), format!("±{}", um(2.0 * known.held_out.rms))]
+                let unit = ErrorUnit::from(axis);
+                let known = format!("±{}", unit.number(2.0 * known.held_out.rms));
+                vec![unit.label(&axis.name), unit.number(rms), unit.number(max), known]
             })
             .collect();
-        printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "known to µm (95 %)"], &rows));
+        printer.line(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows));
         if let Some(out) = &self.out {
             check_not_input(&self.input, out)?;
             write_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
@@ -63,6 +69,7 @@ impl Predict {
                 "contour_um": evaluate::contour_json(&figures.tip),
                 "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
                 "tracking_um": evaluate::tracking_json(reference, &actual)?,
+                "left_out": left_out.map(|left_out| left_out.json()),
             }),
         )
     }

@@ -8,7 +8,7 @@ use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass};
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, LogArgs, MachineArgs, ProgramArgs, parse_not_negative};
+use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_not_negative};
 use crate::evaluate;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
@@ -23,8 +23,8 @@ use crate::pipeline::{Carried, RowsWritten, write_out};
 #[derive(Debug, Args)]
 #[command(after_help = "Example, the first run compensated by the model, then two runs of learning:
   precomp compensate part.nc -m mill.model -o run1.nc
-  precomp refine part.nc --log run1.csv --run 1 -o run2.nc
-  precomp refine part.nc --log run2.csv --run 2 -o run3.nc")]
+  precomp refine part.nc --log run1.csv -m mill.model --run 1 -o run2.nc
+  precomp refine part.nc --log run2.csv -m mill.model --run 2 -o run3.nc")]
 pub struct Refine {
     /// The original: part program or reference (.csv, .parquet)
     input: PathBuf,
@@ -36,8 +36,12 @@ pub struct Refine {
     /// The next program or reference to write, of the same kind as INPUT
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
-    #[command(flatten)]
-    machine: MachineArgs,
+    /// Machine that made the log: a TOML file, or a built-in one; the model's when left out
+    #[arg(long, value_name = "TOML")]
+    machine: Option<String>,
+    /// Model of that machine, from `precomp train`: limits and control are those in it
+    #[arg(short, long, value_name = "MODEL")]
+    model: Option<PathBuf>,
     #[command(flatten)]
     program: ProgramArgs,
     #[command(flatten)]
@@ -54,7 +58,7 @@ pub struct Refine {
     /// Cut-off of the zero-phase low-pass on the update, Hz
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     low_pass: f64,
-    /// Largest shift of an axis, mm
+    /// Largest shift of the tool tip, mm: the length of the vector
     #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
     max_shift: f64,
     #[command(flatten)]
@@ -76,7 +80,15 @@ impl Refine {
         check_not_input(&self.log, &self.out)?;
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
-        let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
+        let bundle = self.model.as_deref().map(input::model).transpose()?;
+        let machine = input::real_machine(self.machine.as_deref(), self.model.as_deref().zip(bundle.as_ref()))?;
+        let Some((spec, which)) = machine else {
+            return Err(input::machine_wanted(
+                "the next program is planned and bounded by the limits of the machine that runs it",
+            ));
+        };
+        printer.line(format!("planned for the {which}"));
+        let spec = self.carrier.on(spec)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
         let path = Input::read(&self.input, &frame, &self.program)?;
         let carried = Carried::of(&self.carrier, &spec);

@@ -65,19 +65,21 @@ impl Simulate {
         check_not_input(&self.input, &self.out)?;
         let spec = input::machine(&self.machine.machine)?;
         let frame = input::Frame::of(&spec)?;
-        let path = input::Input::read(&self.input, &frame, &self.program)?;
+        let program = self.program.placed();
+        let path = input::Input::read(&self.input, &frame, &program)?;
         let options = SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() };
         let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
         let reference = path.desired.trajectory();
         let actual = machine.run(reference)?;
         write_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
-        let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &self.program)).transpose()?;
+        let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &program)).transpose()?;
         let needed = against.as_ref().unwrap_or(&path);
         let figures = evaluate::figures_along(&needed.desired, needed.part.as_ref(), reference, &actual)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
-            "{}: {:.2} s; {}; log in {}",
+            "{} on the machine `{}`: {:.2} s; {}; log in {}",
             path.name,
+            spec.name,
             reference.duration_s(),
             evaluate::in_words(&figures),
             self.out.display()

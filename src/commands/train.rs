@@ -10,7 +10,7 @@ use models::FeatureSet;
 use crate::adaptation;
 use crate::cli::{Common, LogArgs};
 use crate::input;
-use crate::output::{Printer, Refusal, table, um, write_file, write_json};
+use crate::output::{Printer, Refusal, table, write_file, write_json};
 use crate::training_run::{self, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
@@ -149,10 +149,11 @@ impl Train {
             .iter()
             .map(|axis| {
                 let verdict = if axis.taken { "adapted" } else { "kept as it was" };
-                vec![axis.name.clone(), um(axis.before), um(axis.held_out), verdict.to_owned()]
+                let unit = axis.unit;
+                vec![unit.label(&axis.name), unit.number(axis.before), unit.number(axis.held_out), verdict.to_owned()]
             })
             .collect();
-        printer.line(table(&["axis", "error before RMS µm", "adapted, held out RMS µm", ""], &rows));
+        printer.line(table(&["axis", "error before RMS", "adapted, held out RMS", ""], &rows));
         write_file(&self.out, &adapted.bundle.to_bytes()?)?;
         printer.line(format!("adapted in {:.1} s; model in {}", adapted.seconds, self.out.display()));
         let axes: serde_json::Map<String, serde_json::Value> = adapted
@@ -160,7 +161,9 @@ impl Train {
             .iter()
             .map(|axis| {
                 let figures = serde_json::json!({
-                    "before_rms_um": axis.before * 1e3, "held_out_rms_um": axis.held_out * 1e3, "adapted": axis.taken,
+                    axis.unit.key("before_rms"): axis.unit.value(axis.before),
+                    axis.unit.key("held_out_rms"): axis.unit.value(axis.held_out),
+                    "adapted": axis.taken,
                 });
                 (axis.name.clone(), figures)
             })

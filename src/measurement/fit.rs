@@ -1,24 +1,27 @@
 //! Whether a model still fits the machine.
 
 use anyhow::Result;
-use datasets::{Log, UNSCORED_S};
+use datasets::{Log, scored};
 use models::{AxisSignal, Bundle};
 
 use crate::evaluate::rms_max;
 use crate::output::Refusal;
+use crate::units::ErrorUnit;
 
 /// Error over the held-out error above which a model is stale, whatever its band says.
 const STALE: f64 = 2.0;
 
-/// How one axis of a model does on a new log. Lengths in mm, angles in rad.
+/// How one axis of a model does on a new log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Name of the axis.
     pub axis: String,
-    /// Root mean square of prediction minus measurement.
-    pub rms_mm: f64,
-    /// What it was on held-out runs of the training.
-    pub expected_mm: f64,
+    /// Unit in which its errors are shown.
+    pub unit: ErrorUnit,
+    /// Root mean square of prediction minus measurement, mm or rad.
+    pub rms: f64,
+    /// What it was on held-out runs of the training, mm or rad.
+    pub expected: f64,
     /// Share of the samples within the model's 95 % band.
     pub in_band: f64,
     /// Whether the model no longer fits.
@@ -42,16 +45,17 @@ pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
     for (axis, predictor) in bundle.manifest.axes.iter().zip(bundle.predictors()?) {
         let (Some(reference), Some(actual)) = (log.reference.column(&axis.name), log.actual.column(&axis.name)) else { continue };
         let signal = AxisSignal::uncompensated(reference, log.period_s());
-        let skip = ((UNSCORED_S / log.period_s()).round() as usize).min(reference.len());
+        let skip = scored(reference, log.period_s()).start;
         let errors: Vec<f64> =
             predictor.predict(&signal).iter().zip(reference.iter().zip(actual)).map(|(p, (r, x))| p - (r - x)).collect();
         let scored = AxisSignal::uncompensated(&reference[skip..], log.period_s());
-        let rms_mm = rms_max(&errors[skip..]).0;
+        let rms = rms_max(&errors[skip..]).0;
         found.push(Fit {
             axis: axis.name.clone(),
-            rms_mm,
-            stale: rms_mm > STALE * axis.held_out.rms || axis.band.is_stale(&scored, &errors[skip..]),
-            expected_mm: axis.held_out.rms,
+            unit: ErrorUnit::from(axis),
+            rms,
+            stale: rms > STALE * axis.held_out.rms || axis.band.is_stale(&scored, &errors[skip..]),
+            expected: axis.held_out.rms,
             in_band: axis.band.held(&scored, &errors[skip..]),
         });
     }

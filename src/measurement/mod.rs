@@ -39,9 +39,9 @@ pub struct Measurement {
     pub lags_s: Vec<Option<f64>>,
     /// Every reversal of an axis.
     pub reversals: Vec<Reversal>,
-    /// The worst places, worst first.
+    /// The worst places, worst first; none on rapids.
     pub worst: Vec<Place>,
-    /// Lines of a program, or stretches between rests, in order.
+    /// Lines of a program that feed, or stretches between rests, in order.
     pub segments: Vec<Segment>,
     /// Circular-test figures, where the path is a full circle.
     pub circle: Option<CircularTest>,
@@ -85,9 +85,9 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let errors = estimator.estimate(&actual, &matched.path)?;
     let placed = matched.places.iter().map(|place| place.round() as usize).zip(errors.iter().copied());
     let contour = summary_of_feed_moves(desired.part.as_ref(), placed)?;
-    let counts = |k: &usize| desired.part.as_ref().is_none_or(|part| part.feeds_at(matched.places[*k].round() as usize));
+    let counts = |k: &usize| evaluate::counts(desired.part.as_ref(), matched.places[*k].round() as usize);
     let poses = poses_at_places(desired.desired.poses(), &matched.places);
-    let orientation = evaluate::orientation(&desired.desired, &errors, &poses, &log.actual, counts)?;
+    let orientation = evaluate::orientation(&desired.desired, &errors, &poses, &log.actual, &counts)?;
     let line = |k: usize| {
         let part = desired.part.as_ref()?;
         part.line_at((matched.places[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))
@@ -104,8 +104,8 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         contour,
         orientation,
         reversals: reversals(log, &errors, &lags_s),
-        worst: worst(&errors, period, line),
-        segments: segments(&errors, &matched.path, period, desired.part.is_some(), line),
+        worst: worst(&errors, period, counts, line),
+        segments: segments(&errors, &matched.path, period, desired.part.is_some(), |k| line(k).filter(|_| counts(&k))),
         lags_s,
         circle,
         matched,
@@ -121,9 +121,14 @@ impl Measurement {
     }
 }
 
-fn worst(errors: &[ContourError], period_s: f64, line: impl Fn(usize) -> Option<usize>) -> Vec<Place> {
+fn worst(
+    errors: &[ContourError],
+    period_s: f64,
+    counts: impl Fn(&usize) -> bool,
+    line: impl Fn(usize) -> Option<usize>,
+) -> Vec<Place> {
     let apart = (APART_S / period_s).ceil() as usize;
-    let mut order: Vec<usize> = (0..errors.len()).collect();
+    let mut order: Vec<usize> = (0..errors.len()).filter(counts).collect();
     order.sort_by(|a, b| errors[*b].magnitude_mm.total_cmp(&errors[*a].magnitude_mm));
     let mut chosen: Vec<usize> = Vec::new();
     for k in order {

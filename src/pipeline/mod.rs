@@ -3,6 +3,7 @@
 pub mod carry;
 mod lines;
 mod modes;
+pub mod offsets;
 pub mod part;
 pub mod recorded;
 pub mod refit;
@@ -12,6 +13,7 @@ pub mod verify;
 pub mod write;
 
 pub use carry::{Carried, Written, write_out};
+pub use offsets::WorkOffsets;
 pub use part::Part;
 pub use recorded::as_recorded;
 pub use refit::{Carrier, RefitSettings, Refitted, refit};

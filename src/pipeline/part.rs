@@ -14,6 +14,7 @@ use motion::{
     Vec3, Vec6,
 };
 
+use super::WorkOffsets;
 use crate::input::Frame;
 
 /// Shorter moves are no moves, mm.
@@ -35,8 +36,10 @@ pub struct Part {
     /// For every piece of the path the move that it stands for; `None` for a way that the program does not state (from a tool
     /// change, from a home position).
     pub owners: Vec<Option<usize>>,
-    /// Machine minus program coordinates, mm.
+    /// Machine minus program coordinates, mm; zero where they are not known.
     pub work_offset: Vec3,
+    /// Whether the work offset is known.
+    pub placed: bool,
     /// What its words mean while it does not say so itself.
     pub words: ProgramWords,
     /// What the programmed feed of every move is multiplied by.
@@ -66,7 +69,7 @@ impl Part {
         name: &str,
         program: Program,
         options: Option<&Options>,
-        work_offset: Vec3,
+        offsets: &WorkOffsets,
         frame: &Frame,
         settings: &PlanSettings,
     ) -> Result<Self> {
@@ -75,6 +78,8 @@ impl Part {
             GcodeError::Refused { diagnostics } => anyhow!(Refused(render(&diagnostics, &program, name))),
             other => anyhow!(other),
         })?;
+        let known = offsets.of(&toolpath)?;
+        let (work_offset, placed) = (known.unwrap_or_default(), known.is_some());
         let feed_factors = vec![1.0; toolpath.moves.len()];
         let Frame { kinematics, words, limits, .. } = frame;
         let (path, owners) = pieces(&toolpath, work_offset, &feed_factors, kinematics.as_ref(), *words)?;
@@ -92,6 +97,7 @@ impl Part {
             path,
             owners,
             work_offset,
+            placed,
             words,
             feed_factors,
             settings,
@@ -174,6 +180,20 @@ impl Part {
         self.move_at(sample).map(|index| self.toolpath.moves[index].block as usize + 1)
     }
 
+    /// What planned it at its place: the known work offset, or none.
+    #[must_use]
+    pub fn offsets(&self) -> WorkOffsets {
+        if self.placed { WorkOffsets::at(self.work_offset) } else { WorkOffsets::default() }
+    }
+
+    /// A refusal of what the plan does at a sample, shown at its line.
+    #[must_use]
+    pub fn refused_at(&self, sample: usize, what: String) -> anyhow::Error {
+        let owner = self.plan.samples.get(sample).and_then(|at| self.owners[at.piece..].iter().flatten().next().copied());
+        let Some(owner) = owner else { return anyhow!(Refused(format!("{}: {what}", self.name))) };
+        anyhow!(Refused(on_move(&self.toolpath, owner, &self.program, &self.name, what)))
+    }
+
     /// How much of a correction every sample may take: 1 on moves that may be compensated, 0 elsewhere, with a fade over `fade_s` at
     /// both ends of each stretch so that it begins and ends exactly where the program says.
     #[must_use]
@@ -220,15 +240,19 @@ fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &Toolpath, pr
     // A way that the program does not state leads to the move after it.
     let owner = error.piece().and_then(|piece| owners[piece..].iter().flatten().next().copied());
     let Some(owner) = owner else { return error.into() };
-    let block = toolpath.moves[owner].block as usize;
-    let span = program.block_words(block).first().map_or(program.blocks()[block].span, |word| word.span);
     let what = match &error {
         MotionError::UnreachableOnPath { what, .. } => format!("this move cannot be run on the machine: {what}"),
         MotionError::Infeasible { what, .. } => format!("no feed holds the machine's limits in this move: {what}"),
         other => other.to_string(),
     };
-    let diagnostic = Diagnostic::new(program, Severity::Error, span, what);
-    anyhow!(Refused(render(&[diagnostic], program, name)))
+    anyhow!(Refused(on_move(toolpath, owner, program, name, what)))
+}
+
+/// A fault of a move, with its line and a caret under its first word.
+fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name: &str, what: String) -> String {
+    let block = toolpath.moves[owner].block as usize;
+    let span = program.block_words(block).first().map_or(program.blocks()[block].span, |word| word.span);
+    render(&[Diagnostic::new(program, Severity::Error, span, what)], program, name)
 }
 
 /// The program's faults, each with its line and a caret under the word.

@@ -93,7 +93,9 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         desired: DesiredPath::new(command.with_columns(wanted.collect())?, Arc::clone(desired.kinematics()))?,
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
     };
-    Ok(Part { work_offset: part.work_offset + matched.offset, plan, command: Some(command), ..part })
+    // A log is in machine coordinates; where the workpiece turns its offset is not looked for.
+    let placed = part.placed || !plan.desired.kinematics().turns();
+    Ok(Part { work_offset: part.work_offset + matched.offset, placed, plan, command: Some(command), ..part })
 }
 
 /// Where on the path every sample of `command` lies.

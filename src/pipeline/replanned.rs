@@ -1,5 +1,7 @@
 //! What a control makes of a compensated program: it plans the time of the moved points anew.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use gcode::edit;
 use motion::contour::follow;
@@ -33,9 +35,11 @@ impl<'a> Replanned<'a> {
             period_s: part.settings.period_s,
             plan: part.settings.clone(),
             dialect: None,
+            travel: Vec::new(),
+            work_offsets: BTreeMap::new(),
         };
         let bytes = edit(&part.program, &refit(part, reference, written)?.edits)?;
-        let planned = Part::read(&part.name, gcode::parse(bytes), Some(&part.options), part.work_offset, &frame, &part.settings)?;
+        let planned = Part::read(&part.name, gcode::parse(bytes), Some(&part.options), &part.offsets(), &frame, &part.settings)?;
         let command = planned.plan.desired.trajectory().clone();
         let places = follow(&planned.plan.desired.tips(), &desired.tips())?;
         Ok(Self { original: part, command, places })

@@ -64,7 +64,7 @@ pub fn verify(
                 PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
                 _ => 0.0,
             };
-            if !bounded && off > (max_shift_mm + rounding_mm) * 3.0_f64.sqrt() + corner_mm {
+            if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm {
                 bail!("a point of line {line} would lie {off:.4} mm off the programmed path");
             }
         }

@@ -6,18 +6,22 @@ use std::path::Path;
 
 use anyhow::Result;
 use minijinja::{Environment, context};
-use motion::contour::{ContourError, summary};
+use motion::contour::{ContourError, ContourSummary};
 use motion::{DesiredPath, Trajectory, Vec3};
 use serde::Serialize;
 
 use crate::evaluate;
-use crate::output::write_file;
+use crate::output::{um, write_file};
+use crate::pipeline::Part;
 use draw::{Chart, PathDrawing};
 
 /// One run of a path.
 pub struct Series {
     name: String,
+    /// One for every sample; without magnitude where the sample does not count, as on rapids.
     errors: Vec<ContourError>,
+    /// Figures over the samples that count.
+    figures: ContourSummary,
 }
 
 impl Series {
@@ -26,7 +30,20 @@ impl Series {
     /// # Errors
     /// When the two do not match.
     pub fn of(name: &str, desired: &DesiredPath, actual: &Trajectory) -> Result<Self> {
-        Ok(Self { name: name.to_owned(), errors: evaluate::contour_errors(desired, actual)? })
+        Self::of_program(name, desired, None, actual)
+    }
+
+    /// The run `actual` of `desired`, which was planned from `part`: only what counts there is shown ([`evaluate::counts`]).
+    ///
+    /// # Errors
+    /// When the two do not match, or nothing counts.
+    pub fn of_program(name: &str, desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Self> {
+        let mut errors = evaluate::contour_errors(desired, actual)?;
+        let figures = evaluate::summary_of_feed_moves(part, errors.iter().copied().enumerate())?;
+        for (_, error) in errors.iter_mut().enumerate().filter(|(k, _)| !evaluate::counts(part, *k)) {
+            (error.magnitude_mm, error.vector) = (0.0, Vec3::zeros());
+        }
+        Ok(Self { name: name.to_owned(), errors, figures })
     }
 }
 
@@ -61,16 +78,12 @@ impl PathReport {
         let rows = series
             .iter()
             .enumerate()
-            .filter_map(|(i, run)| {
-                let figures = summary(&run.errors)?;
-                let um = |value: f64| format!("{:.2}", value * 1e3);
-                Some(Row {
-                    name: run.name.clone(),
-                    rms_um: um(figures.rms_mm),
-                    max_um: um(figures.max_mm),
-                    p95_um: um(figures.p95_mm),
-                    color: draw::COLORS[i % draw::COLORS.len()],
-                })
+            .map(|(i, run)| Row {
+                name: run.name.clone(),
+                rms_um: um(run.figures.rms_mm),
+                max_um: um(run.figures.max_mm),
+                p95_um: um(run.figures.p95_mm),
+                color: draw::COLORS[i % draw::COLORS.len()],
             })
             .collect();
         Self { name: name.to_owned(), drawings, chart: Chart::new(&lines, period_s), rows }
@@ -90,7 +103,7 @@ pub fn write_report(path: &Path, title: &str, paths: &[PathReport]) -> Result<()
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
     let page = environment.get_template("report.html")?.render(
-        context! { title => title, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
+        context! { title => title, counted => evaluate::COUNTED, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
     )?;
     write_file(path, page.as_bytes())
 }

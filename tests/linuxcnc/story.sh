@@ -63,7 +63,7 @@ awk -F, 'NR == 2 { printf "G21 G90 G17 G64 P0.001 Q0\nG0 X%s Y%s Z2\nG0 X%s Y%s 
   NR > 2 && NR % 5 == 2 { printf "X%.6f Y%.6f Z%.6f\n", $2, $4, $6 } END { print "G0 Z1\nG0 X0 Y0\nM2" }' nurbs.csv > nurbs.ngc
 
 for program in ${programs[@]}; do
-  "$precomp" compensate "$program.ngc" -m machine.model -o "$program-c.ngc"
+  "$precomp" compensate "$program.ngc" -m machine.model --work-offset 0,0,0 -o "$program-c.ngc"
 done
 runs=()
 for program in ${programs[@]}; do runs+=("$program" "$program-c"); done

@@ -27,7 +27,7 @@ fn rewritten(folder: &Folder, from: &str, to: &str, row: impl Fn(usize, Vec<f64>
 fn the_way_to_the_path_and_from_it_does_not_count() {
     let folder = Folder::new();
     folder.figures(&["simulate", "curve:five-petals", "-o", "run.csv"]);
-    let before = folder.figures(&["measure", "run.csv", "--desired", "curve:five-petals"]);
+    let before = folder.figures(&["measure", "run.csv", "--desired", "curve:five-petals", "--machine", "ballscrew"]);
     let text = std::fs::read_to_string(folder.path("run.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|value| value.parse().unwrap()).collect()).collect();
@@ -46,7 +46,7 @@ fn the_way_to_the_path_and_from_it_does_not_count() {
         log += &format!("{:.9},{}\n", k as f64 * 0.002, cells.join(","));
     }
     std::fs::write(folder.path("long.csv"), log).unwrap();
-    let after = folder.figures(&["measure", "long.csv", "--desired", "curve:five-petals"]);
+    let after = folder.figures(&["measure", "long.csv", "--desired", "curve:five-petals", "--machine", "ballscrew"]);
     let (one, other) = (number(&before, "contour_um", "max"), number(&after, "contour_um", "max"));
     assert!((one - other).abs() < 0.05, "{one} {other}");
     let (one, other) = (number(&before, "contour_um", "rms"), number(&after, "contour_um", "rms"));
@@ -57,7 +57,7 @@ fn the_way_to_the_path_and_from_it_does_not_count() {
 fn a_late_and_shifted_run_is_measured_the_same() {
     let folder = Folder::new();
     folder.figures(&["simulate", "curve:five-petals", "-o", "run.csv"]);
-    let before = folder.figures(&["measure", "run.csv", "--desired", "curve:five-petals"]);
+    let before = folder.figures(&["measure", "run.csv", "--desired", "curve:five-petals", "--machine", "ballscrew"]);
     assert_eq!(before["offset_mm"], serde_json::json!([0.0, 0.0, 0.0]));
 
     // 8 ms late, the work offset not taken off.
@@ -76,7 +76,7 @@ fn a_late_and_shifted_run_is_measured_the_same() {
         }
         moved
     });
-    let after = folder.figures(&["measure", "late.csv", "--desired", "curve:five-petals"]);
+    let after = folder.figures(&["measure", "late.csv", "--desired", "curve:five-petals", "--machine", "ballscrew"]);
     assert!((after["delay_ms"].as_f64().unwrap() - 8.0).abs() < 1e-3, "{after}");
     for (axis, wanted) in offset.iter().enumerate() {
         assert!((after["offset_mm"][axis].as_f64().unwrap() - wanted).abs() < 1e-9, "{after}");
@@ -91,7 +91,8 @@ fn a_late_and_shifted_run_is_measured_the_same() {
 fn a_circle_gets_its_circular_test_and_its_reversals() {
     let folder = Folder::new();
     folder.figures(&["simulate", "curve:circle", "--feed", "50", "-o", "circle.csv"]);
-    let figures = folder.figures(&["measure", "circle.csv", "--desired", "curve:circle", "--feed", "50"]);
+    let figures =
+        folder.figures(&["measure", "circle.csv", "--desired", "curve:circle", "--feed", "50", "--machine", "ballscrew"]);
     let one_way = &figures["circular_test"]["counterclockwise"];
     let round = one_way["circular_um"].as_f64().unwrap();
     assert!((2.0..40.0).contains(&round), "{figures}");
@@ -114,13 +115,18 @@ fn a_program_gets_lines_and_another_program_is_refused() {
     std::fs::write(folder.path("part.nc"), part).unwrap();
     std::fs::write(folder.path("other.nc"), part.replace("X30", "X35")).unwrap();
     folder.figures(&["simulate", "part.nc", "-o", "run.csv"]);
-    let figures = folder.figures(&["measure", "run.csv", "--desired", "part.nc"]);
+    let figures = folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--machine", "ballscrew"]);
     let lines: Vec<u64> = figures["segments"].as_array().unwrap().iter().map(|one| one["line"].as_u64().unwrap()).collect();
     assert_eq!(lines, [3, 4, 5, 6]);
     assert!(figures["worst"][0]["line"].as_u64().is_some());
-    assert!(folder.fails(1, &["measure", "run.csv", "--desired", "other.nc"]).contains("leaves the desired path"));
+    assert!(
+        folder
+            .fails(1, &["measure", "run.csv", "--desired", "other.nc", "--machine", "ballscrew"])
+            .contains("leaves the desired path")
+    );
     for estimator in ["hermite-foot", "spline-search", "circle", "tangent"] {
-        let by = folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--estimator", estimator]);
+        let by =
+            folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--machine", "ballscrew", "--estimator", estimator]);
         assert!((number(&by, "contour_um", "rms") - number(&figures, "contour_um", "rms")).abs() < 3.0, "{estimator}: {by}");
     }
 }
@@ -134,7 +140,7 @@ fn readback_tells_a_control_that_keeps_path_and_time_from_others() {
     std::fs::write(folder.path("off.nc"), part.replace("X20 F1200", "X20 Y0.004 F1200")).unwrap();
     folder.figures(&["simulate", "part.nc", "-o", "run.csv"]);
     let kept = |program: &str| {
-        let figures = folder.figures(&["measure", "run.csv", "--desired", program, "--readback"]);
+        let figures = folder.figures(&["measure", "run.csv", "--desired", program, "--machine", "ballscrew", "--readback"]);
         println!("{program}: {figures}");
         (figures["path_is_kept"].as_bool().unwrap(), figures["time_is_kept"].as_bool().unwrap(), figures)
     };

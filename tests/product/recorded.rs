@@ -38,7 +38,9 @@ impl Control {
     /// Contour error RMS of a run of `program`, µm.
     fn error_um(&self, folder: &Folder, program: &str) -> f64 {
         self.run(folder, program, "run.csv");
-        folder.figures(&["measure", "run.csv", "--desired", "recorded.nc"])["contour_um"]["rms"].as_f64().unwrap()
+        folder.figures(&["measure", "run.csv", "--desired", "recorded.nc", "--machine", "ballscrew"])["contour_um"]["rms"]
+            .as_f64()
+            .unwrap()
     }
 }
 
@@ -55,7 +57,7 @@ pub fn a_recorded_command_is_gone_by_instead_of_the_plan(folder: &Folder) {
     for control in [Control { smoothed: 1 }, Control { smoothed: 15 }] {
         control.run(folder, "recorded.nc", "recorded.csv");
         let made = compensate("by-record.nc", &["--reference", "recorded.csv"]);
-        let back = folder.figures(&["measure", "recorded.csv", "--desired", "recorded.nc", "--readback"]);
+        let back = folder.figures(&["measure", "recorded.csv", "--desired", "recorded.nc", "-m", "machine.model", "--readback"]);
         assert_eq!(made["reference"], back);
         let differs = |key: &str| back[key].as_f64().unwrap();
         assert!(differs("commanded_s") > 1.1 * differs("planned_s"), "{back}");

@@ -11,7 +11,18 @@ fn every_run_is_learned_from_its_log() {
     let mut rms = Vec::new();
     for run in 1..4 {
         let (log, next) = (format!("run{run}.csv"), format!("run{}.nc", run + 1));
-        let figures = folder.figures(&["refine", "part.nc", "--log", &log, "--run", &run.to_string(), "-o", &next]);
+        let figures = folder.figures(&[
+            "refine",
+            "part.nc",
+            "--machine",
+            "ballscrew",
+            "--log",
+            &log,
+            "--run",
+            &run.to_string(),
+            "-o",
+            &next,
+        ]);
         rms.push(figures["contour_um"]["rms"].as_f64().unwrap());
         let (seed, after) = (run.to_string(), format!("run{}.csv", run + 1));
         folder.figures(&["simulate", &next, "--against", "part.nc", "-o", &after, "--seed", &seed]);
@@ -22,8 +33,12 @@ fn every_run_is_learned_from_its_log() {
 
     // A log of something else, or none at all, teaches nothing.
     std::fs::write(folder.path("other.nc"), part.replace("Y20", "Y24").replace("J10", "J12")).unwrap();
-    assert!(folder.fails(1, &["refine", "other.nc", "--log", "run1.csv", "-o", "no.nc"]).contains("leaves the desired path"));
-    folder.fails(2, &["refine", "part.nc", "--log", "none.csv", "-o", "no.nc"]);
-    folder.fails(2, &["refine", "part.nc", "--log", "run1.csv", "-o", "part.nc"]);
+    assert!(
+        folder
+            .fails(1, &["refine", "other.nc", "--machine", "ballscrew", "--log", "run1.csv", "-o", "no.nc"])
+            .contains("leaves the desired path")
+    );
+    folder.fails(2, &["refine", "part.nc", "--machine", "ballscrew", "--log", "none.csv", "-o", "no.nc"]);
+    folder.fails(2, &["refine", "part.nc", "--machine", "ballscrew", "--log", "run1.csv", "-o", "part.nc"]);
     assert!(!folder.path("no.nc").exists());
 }

@@ -2,9 +2,6 @@
 
 use std::ops::Range;
 
-/// Start of a run that begins in motion, whose errors are not counted, s: it lacks the commands before.
-const UNSCORED_S: f64 = datasets::UNSCORED_S;
-
 /// One axis of one recorded run.
 ///
 /// Signals are always those of the whole run, so that every row has the command history that the machine had. What is held out is
@@ -49,10 +46,7 @@ impl AxisRun {
     /// Rows whose errors count: [`Self::rows`], without the start of a log that begins in motion.
     #[must_use]
     pub fn scored(&self) -> Vec<Range<usize>> {
-        let n = self.reference.len();
-        let moving = self.reference.first() != self.reference.get(1);
-        let skipped = if moving { (UNSCORED_S / self.period_s).ceil() as usize } else { 0 };
-        let whole = skipped.min(n)..n;
+        let whole = datasets::scored(&self.reference, self.period_s);
         let both = self.rows.iter().map(|rows| rows.start.max(whole.start)..rows.end.min(whole.end));
         both.filter(|rows| !rows.is_empty()).collect()
     }

@@ -9,6 +9,7 @@ mod kinematics;
 mod read;
 mod rotary_drive;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
@@ -42,9 +43,15 @@ pub struct MachineSpec {
     /// What the controller reads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<ControllerSpec>,
+    /// Machine minus program coordinates X, Y, Z by work coordinate system ([`WORK_SYSTEMS`]), mm, where they are known.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub work_offsets: BTreeMap<String, [f64; 3]>,
     /// The axes, in the order of every trajectory.
     pub axes: Vec<AxisSpec>,
 }
+
+/// Names of the work coordinate systems, in the order of their numbers.
+pub const WORK_SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
 /// Limits along the path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -224,6 +231,17 @@ impl MachineSpec {
         within("path.short_line_acceleration", used, used > 0.0 && used <= 1.0, "above 0 and at most 1")?;
         if let Some(controller) = &self.controller {
             controller.check()?;
+        }
+        for (system, offset) in &self.work_offsets {
+            if !WORK_SYSTEMS.contains(&system.as_str()) {
+                return Err(MachineError::BadDescription(format!(
+                    "`work_offsets.{system}` is no work coordinate system; they are {}",
+                    WORK_SYSTEMS.join(", ")
+                )));
+            }
+            for (slot, value) in offset.iter().enumerate() {
+                within(&format!("work_offsets.{system}[{slot}]"), *value, true, "finite")?;
+            }
         }
         if self.axes.is_empty() {
             return Err(MachineError::BadDescription("there is no `[[axes]]`; describe at least one axis".into()));

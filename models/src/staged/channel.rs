@@ -151,9 +151,14 @@ pub struct Waves {
 }
 
 impl Waves {
-    /// Waves of all lines at the given positions (relative to the centre), the first of which is padded sample `origin`.
+    /// Waves of all lines at the padded samples `rows`; zero where the positions are not the machine's.
     #[must_use]
-    pub fn new(position: &[f64], origin: usize, scales: &Scales) -> Self {
+    pub fn new(signals: &Signals, rows: Range<usize>, scales: &Scales) -> Self {
+        let (position, origin) = (&signals.position()[rows.clone()], rows.start);
+        if !signals.is_placed() {
+            let nothing = vec![vec![0.0; position.len()]; scales.lines.len()];
+            return Self { origin, cos: nothing.clone(), sin: nothing };
+        }
         let share = |x: &f64| {
             let beyond = x.abs() - scales.half_travel;
             if beyond <= 0.0 { 1.0 } else { (1.0 - beyond / scales.half_travel).max(0.0) }

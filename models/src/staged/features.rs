@@ -80,7 +80,7 @@ impl FeatureSet {
     /// Velocity, its increment, direction, operators, cosines and sines of the lines at the run's samples; row-major.
     pub(super) fn plain_rows(&self, signals: &Signals) -> Vec<f32> {
         let rows = signals.pad()..signals.pad() + signals.len();
-        let waves = Waves::new(&signals.position()[rows.clone()], rows.start, &self.scales);
+        let waves = Waves::new(signals, rows.clone(), &self.scales);
         let mut columns = vec![&signals.velocity()[rows.clone()], &signals.step()[rows.clone()], &signals.sign()[rows.clone()]];
         columns.extend((0..self.scales.stop_half_widths.len()).map(|stop| &signals.stop(stop)[rows.clone()]));
         for line in 0..self.scales.lines.len() {
@@ -158,8 +158,7 @@ impl FeatureSet {
         let (first, last) = self.wave_span();
         let origin = (signals.pad() as isize + start as isize + first) as usize;
         let length = rows + (last - first) as usize;
-        let position = &signals.position()[origin..origin + length];
-        Waves::new(position, origin, &self.scales)
+        Waves::new(signals, origin..origin + length, &self.scales)
     }
 }
 

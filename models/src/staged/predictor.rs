@@ -39,7 +39,7 @@ impl Pass {
     /// Signals of a run, as this pass sees them.
     #[must_use]
     pub fn signals(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Signals {
-        self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s, 0.0)
+        self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s, 0.0).placed(signal.placed)
     }
 }
 
@@ -127,7 +127,7 @@ impl StagedPredictor {
         let mut error = vec![0.0; expected.len()];
         // The motion is the same in all passes; rest at the ends may be longer than one needs.
         let pad = self.passes.iter().map(|pass| pass.features.pad()).max().unwrap_or(0);
-        let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad);
+        let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad).placed(signal.placed);
         let mut before: Option<&Pass> = None;
         for pass in &self.passes {
             if let Some(before) = before {
@@ -170,7 +170,7 @@ impl AxisPredictor for StagedPredictor {
         self.predict_with_position(signal).0
     }
 
-    /// Linear law and operators know of no place; the position lines fade.
+    /// Linear law and operators know of no place; the position lines fade, and are zero where the place is not known.
     fn holds_beyond_travel(&self) -> bool {
         true
     }

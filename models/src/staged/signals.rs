@@ -70,6 +70,8 @@ pub struct Signals {
     position: Vec<f64>,
     stops: Vec<Vec<f64>>,
     drag: Vec<Vec<f64>>,
+    /// Whether the positions are the machine's.
+    placed: bool,
 }
 
 impl Signals {
@@ -102,7 +104,32 @@ impl Signals {
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
         let (slow_speeds, slow, position, stops, drag) = Default::default();
-        Self { pad, len: reference.len(), period_s, start: 0.0, velocity, step, sign, slow_speeds, slow, position, stops, drag }
+        Self {
+            pad,
+            len: reference.len(),
+            period_s,
+            start: 0.0,
+            velocity,
+            step,
+            sign,
+            slow_speeds,
+            slow,
+            position,
+            stops,
+            drag,
+            placed: true,
+        }
+    }
+
+    /// The same where positions are the machine's only if `placed`; else position lines are zero.
+    #[must_use]
+    pub(super) fn placed(self, placed: bool) -> Self {
+        Self { placed, ..self }
+    }
+
+    /// Whether the positions are the machine's.
+    pub(super) fn is_placed(&self) -> bool {
+        self.placed
     }
 
     /// Takes the position that is expected, seen on these scales.

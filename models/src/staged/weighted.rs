@@ -65,7 +65,7 @@ impl<'a> Weighted<'a> {
     fn predict_block(&self, signals: &Signals, start: usize, out: &mut [f64], room: &mut Room) {
         let origin = (signals.pad() as isize + start as isize + self.first) as usize;
         let rows = origin..origin + out.len() + (self.last - self.first) as usize;
-        let waves = Waves::new(&signals.position()[rows.clone()], origin, &self.features.scales);
+        let waves = Waves::new(signals, rows.clone(), &self.features.scales);
         let inputs = room.inputs(&self.channels, signals, &waves, rows);
         add_taps(&self.straight, &inputs, out);
         if self.bent.is_empty() {
