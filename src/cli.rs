@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use machine::MachineSpec;
 
 use crate::commands;
+use crate::files::Files;
 use crate::input;
 use crate::output::Refusal;
 use crate::pipeline::Carried;
@@ -32,6 +33,39 @@ enum Command {
     Refine(commands::refine::Refine),
     Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
+}
+
+impl Command {
+    /// What it reads and writes.
+    fn files(&self) -> Files {
+        match self {
+            Self::Demo(command) => command.files(),
+            Self::Excite(command) => command.files(),
+            Self::Simulate(command) => command.files(),
+            Self::Train(command) => command.files(),
+            Self::Predict(command) => command.files(),
+            Self::Compensate(command) => command.files(),
+            Self::Measure(command) => command.files(),
+            Self::Refine(command) => command.files(),
+            Self::Compare(command) => command.files(),
+            Self::Reproduce(command) => command.files(),
+        }
+    }
+
+    fn run(&self) -> Result<()> {
+        match self {
+            Self::Demo(command) => command.run(),
+            Self::Excite(command) => command.run(),
+            Self::Simulate(command) => command.run(),
+            Self::Train(command) => command.run(),
+            Self::Predict(command) => command.run(),
+            Self::Compensate(command) => command.run(),
+            Self::Measure(command) => command.run(),
+            Self::Refine(command) => command.run(),
+            Self::Compare(command) => command.run(),
+            Self::Reproduce(command) => command.run(),
+        }
+    }
 }
 
 /// Options that every command has.
@@ -179,18 +213,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match &cli.command {
-        Command::Demo(command) => command.run(),
-        Command::Excite(command) => command.run(),
-        Command::Simulate(command) => command.run(),
-        Command::Train(command) => command.run(),
-        Command::Predict(command) => command.run(),
-        Command::Compensate(command) => command.run(),
-        Command::Measure(command) => command.run(),
-        Command::Refine(command) => command.run(),
-        Command::Compare(command) => command.run(),
-        Command::Reproduce(command) => command.run(),
-    };
+    let result = cli.command.files().check().and_then(|()| cli.command.run());
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

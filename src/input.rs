@@ -17,7 +17,7 @@ use crate::output::{Printer, Refusal, Usage, read_file};
 use crate::pipeline::Part;
 
 /// The prefix of built-in test curves.
-const CURVE: &str = "curve:";
+pub const CURVE: &str = "curve:";
 
 /// A path to be run: its name and what it is.
 #[derive(Debug)]

@@ -10,6 +10,7 @@ pub mod comparison;
 mod control;
 pub mod evaluate;
 pub mod feeds;
+mod files;
 pub mod input;
 pub mod learning;
 mod limits_from_log;

@@ -10,12 +10,13 @@ use serde_json::json;
 use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
+use crate::files::Files;
 use crate::input::{self, Frame, Input, Source};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
-use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
+use crate::output::{Outputs, Printer, Refusal, Usage, um};
 use crate::pipeline::{Carried, Carrier, Part, RowsWritten, as_recorded, write_out};
-use crate::report::{PathReport, Series, write_report};
+use crate::report::{PathReport, Series, report_page};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
@@ -73,13 +74,23 @@ pub struct Compensate {
 }
 
 impl Compensate {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads("-m", &*self.model)
+            .reads_machine(self.machine.as_deref())
+            .reads_controller(self.carrier.controller.as_deref())
+            .reads_logs("--reference", self.reference.as_ref())
+            .writes("-o", &*self.out)
+            .writes("--report", self.report.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         // Among the threads that share the work: whoever waits for a part does another one meanwhile.
         rayon::scope(|_| self.compensate())
     }
 
     fn compensate(&self) -> Result<()> {
-        check_not_input(&self.input, &self.out)?;
         let (bundle, source) = rayon::join(|| input::model(&self.model), || Source::open(&self.input));
         let bundle = bundle?;
         let spec = match &self.machine {
@@ -143,13 +154,16 @@ impl Compensate {
         }
         self.say(&printer, &path, &outcome);
         let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, written.content);
         printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
         written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         if let Some(report) = &self.report {
-            write_report(report, &format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
+            let page = report_page(&format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
+            outputs.add(report, page);
             printer.line(format!("report in {}", report.display()));
         }
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "changed": outcome.gained,
@@ -176,7 +190,6 @@ impl Compensate {
 
     /// The program in the time of the recorded run, with what the control commanded in it.
     fn recorded(&self, path: Input, log: &Path, printer: &Printer) -> Result<(Input, Readback)> {
-        check_not_input(log, &self.out)?;
         if path.part.is_none() {
             return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{ExcitationPlan, excite, write_reference};
+use datasets::{ExcitationPlan, excite, reference_content};
 use gcode::format_number;
 use machine::ProgramWords;
 use models::Coverage;
@@ -13,8 +13,9 @@ use motion::{Trajectory, poses_of};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, parse_positive};
+use crate::files::Files;
 use crate::input;
-use crate::output::{Printer, in_programs, write_file, write_json};
+use crate::output::{Outputs, Printer, in_programs};
 use crate::recording::travel;
 
 /// Share of an axis's travel that is enough to be silent about.
@@ -48,6 +49,15 @@ pub struct Excite {
 }
 
 impl Excite {
+    pub fn files(&self) -> Files {
+        let files = Files::of(self.common.json.as_deref()).reads_machine(&*self.machine.machine).writes_in("-o", &*self.out);
+        let names = ExcitationPlan::of_seconds(self.seconds).names();
+        names
+            .iter()
+            .flat_map(|name| ["csv", "nc"].map(|ending| self.out.join(format!("{name}.{ending}"))))
+            .fold(files, |files, path| files.writes("-o", &*path))
+    }
+
     pub fn run(&self) -> Result<()> {
         let spec = input::machine(&self.machine.machine)?;
         let frame = input::Frame::of(&spec)?;
@@ -57,11 +67,12 @@ impl Excite {
         let printer = Printer::new(self.common.json.as_deref());
         let mut seconds = 0.0;
         let mut names = Vec::new();
-        std::fs::create_dir_all(&self.out)?;
+        let mut outputs = Outputs::default();
         for (name, reference) in &runs {
-            write_reference(&self.out.join(format!("{name}.csv")), reference)?;
+            let table = self.out.join(format!("{name}.csv"));
+            outputs.add(&table, reference_content(&table, reference)?);
             let program = program(&in_words(reference, &frame)?, self.spacing * 1e-3)?;
-            write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
+            outputs.add(&self.out.join(format!("{name}.nc")), program);
             seconds += reference.duration_s();
             names.push(name.clone());
         }
@@ -80,7 +91,7 @@ impl Excite {
             printer
                 .line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
         }
-        write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
+        outputs.write(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
     }
 }
 

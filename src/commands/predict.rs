@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{Log, write_log};
+use datasets::Log;
 use machine::Machine;
 use serde_json::json;
 
 use crate::cli::{Common, ProgramArgs};
-use crate::output::{Printer, check_not_input, table, um, write_json};
+use crate::files::Files;
+use crate::output::{Outputs, Printer, table, um};
 use crate::{evaluate, input};
 
 /// Forecast the tracking and contour error of a path
@@ -31,6 +32,13 @@ pub struct Predict {
 }
 
 impl Predict {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads("-m", &*self.model)
+            .writes("-o", self.out.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         let bundle = input::model(&self.model)?;
         let frame = input::Frame::of(&input::machine_of(&bundle)?)?;
@@ -52,12 +60,12 @@ impl Predict {
             })
             .collect();
         printer.line(table(&["axis", "tracking error RMS µm", "MAX µm", "known to µm (95 %)"], &rows));
+        let mut outputs = Outputs::default();
         if let Some(out) = &self.out {
-            check_not_input(&self.input, out)?;
-            write_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+            outputs.add_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
         }
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "contour_um": evaluate::contour_json(&figures.tip),
