@@ -16,6 +16,7 @@ use crate::learning::{self, LawName, Outcome, Settings};
 use crate::measurement::Readback;
 use crate::output::{Outputs, Printer, Refusal, Usage, um};
 use crate::pipeline::{Carried, Carrier, Part, RowsWritten, as_recorded, write_out};
+use crate::progress::LearningProgress;
 use crate::report::{PathReport, Series, report_page};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -122,6 +123,8 @@ impl Compensate {
             readback = Some(found);
         }
         let mut feeds = serde_json::Value::Null;
+        let progress = LearningProgress::new();
+        let watch = |forecast| progress.show(forecast);
         let outcome = match self.tolerance {
             Some(tolerance_mm) => {
                 let Some(part) = path.part.take() else {
@@ -131,15 +134,16 @@ impl Compensate {
                     .into());
                 };
                 let goal = Goal { tolerance_mm, keep_time: self.keep_time };
-                let adjusted = feeds::adjust(part, &bundle, &frame.limits, &settings, goal)?;
+                let adjusted = feeds::adjust(part, &bundle, &frame.limits, &settings, goal, &watch)?;
                 say_feeds(&printer, &adjusted, goal);
                 feeds = feeds_json(&adjusted, goal);
                 path.desired = adjusted.part.plan.desired.clone();
                 path.part = Some(adjusted.part);
                 adjusted.outcome
             }
-            None => learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?,
+            None => learning::compensate_watched(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings, &watch)?,
         };
+        drop(progress);
         if let (true, Some(slowdown), Some(written)) = (outcome.gained, outcome.kept_feeds, settings.written) {
             printer.line(format!(
                 "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
@@ -244,8 +248,21 @@ impl Compensate {
             ));
         }
         if !outcome.gained {
-            printer.line("the model predicts no gain worth having: what is written is the input, unchanged");
+            printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(path.part.as_ref())));
         }
+    }
+}
+
+/// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
+fn why_unchanged(part: Option<&Part>) -> String {
+    const NO_GAIN: &str = "the model predicts no gain worth having";
+    let Some(part) = part else { return NO_GAIN.to_owned() };
+    let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    match (changeable, fixed.is_empty()) {
+        (0, _) => format!("the program holds no move that may be changed ({})", fixed.join(", ")),
+        (_, true) => NO_GAIN.to_owned(),
+        (_, false) => format!("{NO_GAIN} on the {changeable} moves that may be changed (not changed: {})", fixed.join(", ")),
     }
 }
 

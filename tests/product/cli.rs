@@ -68,6 +68,7 @@ fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
     std::fs::write(folder.path("macro.nc"), "G21 G90\nG0 X0 Y0 Z0\nG1 X[#101*2] F500\nM30\n").unwrap();
     let said = folder.fails(1, &["simulate", "macro.nc", "-o", "x.csv"]);
     assert!(said.contains("macro.nc:3:4") && said.contains('^'), "{said}");
+    assert!(said.starts_with("error: a feed move depends") && said.matches("error:").count() == 1, "{said}");
     assert!(!folder.path("x.csv").exists());
     std::fs::write(folder.path("empty.nc"), "").unwrap();
     assert!(folder.fails(1, &["simulate", "empty.nc", "-o", "x.csv"]).contains("no feed move"));
@@ -98,4 +99,24 @@ fn json_on_standard_output_is_alone_there() {
     let again = folder.figures(&["measure", "x.csv"]);
     let (a, b) = (figures["contour_um"]["rms"].as_f64().unwrap(), again["contour_um"]["rms"].as_f64().unwrap());
     assert!((a - b).abs() < 0.02, "{a} {b}");
+}
+
+#[test]
+fn a_program_that_stays_as_it_is_says_why() {
+    let folder = Folder::new();
+    folder.train("20", "linear");
+    let compensate = |lines: &str| {
+        std::fs::write(folder.path("part.nc"), format!("G21 G90 G17\nG0 X0 Y0 Z5\n{lines}M30\n")).unwrap();
+        folder.precomp(&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc"])
+    };
+    let output = compensate("G41 D1\nG1 X30 F2400\nG1 X30 Y20\nG81 X5 Y5 Z-5 R2 F100\nG80\nG40\n");
+    let said = text(&output.stdout);
+    assert!(said.contains("no move that may be changed (1 in canned cycles, 2 under cutter compensation"), "{said}");
+    assert_eq!(std::fs::read(folder.path("out.nc")).unwrap(), std::fs::read(folder.path("part.nc")).unwrap());
+    // Where there is nothing to gain on moves that may be changed, that is another matter.
+    let said = text(&compensate("G1 X0.002 F1\nG53 G1 X5 F100\n").stdout);
+    assert!(said.contains("no gain worth having on the 1 moves") && said.contains("1 in machine coordinates (G53)"), "{said}");
+    std::fs::write(folder.path("turn.nc"), "G21 G90\nG0 X0\nG1 A30 F100\nM30\n").unwrap();
+    let said = folder.fails(1, &["simulate", "turn.nc", "-o", "x.csv"]);
+    assert!(said.contains("no move of the program moves an axis of the machine (x, y, z)"), "{said}");
 }
