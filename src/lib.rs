@@ -9,6 +9,7 @@ mod commands;
 pub mod comparison;
 mod control;
 pub mod evaluate;
+mod excitation;
 pub mod feeds;
 mod files;
 pub mod input;

@@ -79,6 +79,15 @@ impl Carried {
         }
     }
 
+    /// How a program says its time; one beside rows keeps its feeds.
+    #[must_use]
+    pub fn program_carrier(self) -> Carrier {
+        match self {
+            Self::Program(carrier) => carrier,
+            Self::Rows(_) => Carrier::Keep,
+        }
+    }
+
     /// Whether `path` can be written to `out` in this way.
     ///
     /// # Errors

@@ -120,3 +120,28 @@ fn a_program_that_stays_as_it_is_says_why() {
     let said = folder.fails(1, &["simulate", "turn.nc", "-o", "x.csv"]);
     assert!(said.contains("no move of the program moves an axis of the machine (x, y, z)"), "{said}");
 }
+
+#[test]
+fn excitation_is_written_in_the_words_of_the_control() {
+    let folder = Folder::new();
+    let lines = |controller: &str| -> Vec<String> {
+        folder.figures(&["excite", "-o", "e", "--seconds", "10", "--controller", controller]);
+        let text = std::fs::read_to_string(folder.path("e/04-lines.nc")).unwrap();
+        // Its control plans it without a complaint.
+        folder.figures(&["simulate", "e/04-lines.nc", "-o", "run.csv"]);
+        text.lines().map(str::to_owned).collect()
+    };
+    for controller in ["linuxcnc", "fanuc", "siemens", "grbl", "generic"] {
+        let program = lines(controller);
+        let has = |what: &str| program.iter().any(|line| line.contains(what));
+        assert_eq!((has("G64"), has("G93")), (controller == "linuxcnc", controller == "linuxcnc"), "{controller}");
+        assert_eq!(has("G4 P500"), controller == "fanuc", "{controller}");
+        assert!(has("MACHINE BALLSCREW") && has("(Z ") && has("WORK OFFSET") && has("MM/MIN"), "{controller}");
+        let moves: Vec<&String> =
+            program.iter().filter(|line| ["G0 ", "G1 "].iter().any(|code| line.starts_with(code))).collect();
+        assert!(moves[0].starts_with("G0 Z") && !moves[0].contains('X'), "{controller}: {}", moves[0]);
+        assert!(moves[1].starts_with("G0 X") && !moves[1].contains('Z'), "{controller}: {}", moves[1]);
+        assert!(moves[2].starts_with("G1 Z") && moves[2].ends_with(" F600."), "{controller}: {}", moves[2]);
+        assert!(moves[3..].iter().all(|line| line.starts_with("G1 ") && line.contains(" F")), "{controller}");
+    }
+}
