@@ -137,7 +137,7 @@ pub struct CarrierArgs {
     #[arg(long, value_parser = parse_decimals)]
     pub decimals: Option<usize>,
     /// Least time between points within one move, or the time between rows of a table, ms
-    #[arg(long, value_name = "MS", value_parser = parse_positive)]
+    #[arg(long, value_name = "MS", value_parser = parse_spacing)]
     pub spacing: Option<f64>,
 }
 
@@ -158,6 +158,12 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("`{text}` is not a positive number")),
     }
+}
+
+/// Time between points, ms, within the range of a controller profile's.
+fn parse_spacing(text: &str) -> Result<f64, String> {
+    let value = parse_positive(text)?;
+    if (0.01..=1e4).contains(&value) { Ok(value) } else { Err(format!("`{text}` is not within 0.01 to 10000 ms")) }
 }
 
 fn parse_decimals(text: &str) -> Result<usize, String> {
