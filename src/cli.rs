@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use machine::{MachineSpec, WORK_SYSTEMS};
 
 use crate::commands;
+use crate::files::Files;
 use crate::input;
 use crate::output::Refusal;
 use crate::pipeline::Carried;
@@ -32,6 +33,39 @@ enum Command {
     Refine(commands::refine::Refine),
     Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
+}
+
+impl Command {
+    /// What it reads and writes.
+    fn files(&self) -> Files {
+        match self {
+            Self::Demo(command) => command.files(),
+            Self::Excite(command) => command.files(),
+            Self::Simulate(command) => command.files(),
+            Self::Train(command) => command.files(),
+            Self::Predict(command) => command.files(),
+            Self::Compensate(command) => command.files(),
+            Self::Measure(command) => command.files(),
+            Self::Refine(command) => command.files(),
+            Self::Compare(command) => command.files(),
+            Self::Reproduce(command) => command.files(),
+        }
+    }
+
+    fn run(&self) -> Result<()> {
+        match self {
+            Self::Demo(command) => command.run(),
+            Self::Excite(command) => command.run(),
+            Self::Simulate(command) => command.run(),
+            Self::Train(command) => command.run(),
+            Self::Predict(command) => command.run(),
+            Self::Compensate(command) => command.run(),
+            Self::Measure(command) => command.run(),
+            Self::Refine(command) => command.run(),
+            Self::Compare(command) => command.run(),
+            Self::Reproduce(command) => command.run(),
+        }
+    }
 }
 
 /// Options that every command has.
@@ -121,7 +155,7 @@ pub struct CarrierArgs {
     #[arg(long, value_parser = parse_decimals)]
     pub decimals: Option<usize>,
     /// Least time between points within one move, or the time between rows of a table, ms
-    #[arg(long, value_name = "MS", value_parser = parse_positive)]
+    #[arg(long, value_name = "MS", value_parser = parse_spacing)]
     pub spacing: Option<f64>,
 }
 
@@ -142,6 +176,12 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("`{text}` is not a positive number")),
     }
+}
+
+/// Time between points, ms, within the range of a controller profile's.
+fn parse_spacing(text: &str) -> Result<f64, String> {
+    let value = parse_positive(text)?;
+    if (0.01..=1e4).contains(&value) { Ok(value) } else { Err(format!("`{text}` is not within 0.01 to 10000 ms")) }
 }
 
 fn parse_decimals(text: &str) -> Result<usize, String> {
@@ -207,18 +247,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match &cli.command {
-        Command::Demo(command) => command.run(),
-        Command::Excite(command) => command.run(),
-        Command::Simulate(command) => command.run(),
-        Command::Train(command) => command.run(),
-        Command::Predict(command) => command.run(),
-        Command::Compensate(command) => command.run(),
-        Command::Measure(command) => command.run(),
-        Command::Refine(command) => command.run(),
-        Command::Compare(command) => command.run(),
-        Command::Reproduce(command) => command.run(),
-    };
+    let result = cli.command.files().check().and_then(|()| cli.command.run());
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

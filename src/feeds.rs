@@ -6,7 +6,7 @@ use models::Bundle;
 use motion::Limits;
 
 use crate::evaluate::{self, contour_errors};
-use crate::learning::{self, Outcome, Settings};
+use crate::learning::{self, Outcome, Settings, Watch};
 use crate::pipeline::Part;
 
 /// Rounds of planning, compensating and choosing.
@@ -57,8 +57,8 @@ struct Trial {
 }
 
 impl Trial {
-    fn of(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings) -> Result<Self> {
-        let outcome = learning::compensate_with(bundle, limits, &part.plan.desired, Some(&part), settings)?;
+    fn of(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings, watch: Watch) -> Result<Self> {
+        let outcome = learning::compensate_watched(bundle, limits, &part.plan.desired, Some(&part), settings, watch)?;
         let mut worst = vec![0.0_f64; part.toolpath.moves.len()];
         for (k, error) in contour_errors(&part.plan.desired, &outcome.forecast)?.iter().enumerate() {
             if let Some(index) = part.move_at(k).filter(|_| evaluate::counts(Some(&part), k)) {
@@ -87,12 +87,12 @@ impl Trial {
 ///
 /// # Errors
 /// When a plan fails, or the model does not fit.
-pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings, goal: Goal) -> Result<Adjusted> {
+pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings, goal: Goal, watch: Watch) -> Result<Adjusted> {
     let count = part.toolpath.moves.len();
     // What planning the written program anew changes from trial to trial would hide what a feed does.
     let wanted = settings;
     let settings = &Settings { written: None, ..*wanted };
-    let mut trial = Trial::of(part, bundle, limits, settings)?;
+    let mut trial = Trial::of(part, bundle, limits, settings, watch)?;
     let before_s = trial.seconds();
     let before_mm = trial.worst.iter().copied().fold(0.0, f64::max);
     let mut hopeless = vec![false; count];
@@ -132,7 +132,7 @@ pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings,
         if !changed {
             break;
         }
-        trial = Trial::of(trial.part.with_feeds(factors, limits)?, bundle, limits, settings)?;
+        trial = Trial::of(trial.part.with_feeds(factors, limits)?, bundle, limits, settings, watch)?;
     }
     let max_mm = (before_mm, trial.worst.iter().copied().fold(0.0, f64::max));
     let factors = &trial.part.feed_factors;
@@ -145,7 +145,7 @@ pub fn adjust(part: Part, bundle: &Bundle, limits: &Limits, settings: &Settings,
     let cycle_s = (before_s, trial.seconds());
     let Trial { part, mut outcome, .. } = trial;
     if wanted.written.is_some() {
-        outcome = learning::compensate_with(bundle, limits, &part.plan.desired, Some(&part), wanted)?;
+        outcome = learning::compensate_watched(bundle, limits, &part.plan.desired, Some(&part), wanted, watch)?;
     }
     Ok(Adjusted { cycle_s, moves, max_mm, above, part, outcome })
 }

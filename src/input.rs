@@ -19,7 +19,7 @@ use crate::pipeline::{Part, WorkOffsets};
 use crate::travel;
 
 /// The prefix of built-in test curves.
-const CURVE: &str = "curve:";
+pub const CURVE: &str = "curve:";
 
 /// A path to be run: its name and what it is.
 #[derive(Debug)]

@@ -135,6 +135,20 @@ pub struct OutsideRange {
     pub fades: bool,
 }
 
+/// A forecast on the way to a reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Forecast {
+    /// Its number in its series, from 1; a program that is planned anew begins a second series.
+    pub number: usize,
+    /// Forecasts that the series has at most.
+    pub most: usize,
+    /// What the learning lowers, mm.
+    pub cost_mm: f64,
+}
+
+/// Is told of every forecast.
+pub type Watch<'a> = &'a (dyn Fn(Forecast) + Sync);
+
 /// Learns a reference for `desired` on `model`.
 ///
 /// # Errors
@@ -146,6 +160,18 @@ pub fn compensate(
     desired: &DesiredPath,
     part: Option<&Part>,
     settings: &Settings,
+) -> Result<Outcome> {
+    compensate_on(model, coverage, limits, desired, part, settings, &|_| {})
+}
+
+fn compensate_on(
+    model: &mut LearnedMachine,
+    coverage: &[Coverage],
+    limits: Option<&Limits>,
+    desired: &DesiredPath,
+    part: Option<&Part>,
+    settings: &Settings,
+    watch: Watch,
 ) -> Result<Outcome> {
     let path = desired.trajectory();
     let command = part.and_then(|part| part.command.as_ref()).unwrap_or(path);
@@ -164,7 +190,7 @@ pub fn compensate(
     let mut law = law(settings, path, part, &mut control)?;
     let Settings { max_shift, max_turn_rad, .. } = *settings;
     let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
-    let task = Task { desired, part, guard };
+    let task = Task { desired, part, guard, watch };
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
     let mut runs = task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?;
     let mut updates = runs.len() - 1;
@@ -238,6 +264,7 @@ struct Task<'a> {
     desired: &'a DesiredPath,
     part: Option<&'a Part>,
     guard: Guard,
+    watch: Watch<'a>,
 }
 
 impl Task<'_> {
@@ -256,7 +283,9 @@ impl Task<'_> {
         let mut figures = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
             figures.push(self.figures(actual));
-            figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm)
+            let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm);
+            (self.watch)(Forecast { number: figures.len(), most: stop.updates + 1, cost_mm });
+            cost_mm
         };
         let learned = learn(machine, law, self.desired, start, &self.guard, &stop, &mut measure)?;
         learned.rounds.into_iter().zip(figures).map(|(round, figures)| Ok((round, figures?))).collect()
@@ -291,7 +320,22 @@ pub fn compensate_with(
     part: Option<&Part>,
     settings: &Settings,
 ) -> Result<Outcome> {
-    compensate(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings)
+    compensate_watched(bundle, limits, desired, part, settings, &|_| {})
+}
+
+/// As [`compensate_with`], with every forecast reported to `watch`.
+///
+/// # Errors
+/// As [`compensate_with`].
+pub fn compensate_watched(
+    bundle: &Bundle,
+    limits: &Limits,
+    desired: &DesiredPath,
+    part: Option<&Part>,
+    settings: &Settings,
+    watch: Watch,
+) -> Result<Outcome> {
+    compensate_on(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings, watch)
 }
 
 /// A correction of which this share is kept, over a stretch, does not count as faded.

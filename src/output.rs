@@ -1,7 +1,7 @@
 //! What the commands print and write.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
@@ -23,27 +23,76 @@ impl Refusal {
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// Writes `content` to a temporary file beside `path`, syncs it and renames it: nothing half-written is ever seen. Missing folders
-/// are made.
-pub fn write_file(path: &Path, content: &[u8]) -> Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    datasets::write_atomically(path, |file| {
-        file.write_all(content).map_err(|source| datasets::DatasetError::Io { path: path.to_owned(), source })
-    })
-    .with_context(|| format!("cannot write {}", path.display()))
+/// What a command writes, kept until all of it is there: a command that fails leaves nothing behind.
+#[derive(Debug, Default)]
+pub struct Outputs {
+    files: Vec<(PathBuf, Vec<u8>)>,
 }
 
-/// Refuses to write over an input.
-pub fn check_not_input(input: &Path, out: &Path) -> Result<()> {
-    let same = match (input.canonicalize(), out.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
-    if same {
-        return Err(Usage(format!("{} is the input; name another file for the output", out.display())).into());
+impl Outputs {
+    /// One more file.
+    pub fn add(&mut self, path: &Path, content: impl Into<Vec<u8>>) {
+        self.files.push((path.to_owned(), content.into()));
     }
-    Ok(())
+
+    /// One more log.
+    ///
+    /// # Errors
+    /// When command and actual positions do not match.
+    pub fn add_log(&mut self, path: &Path, log: &datasets::Log) -> Result<()> {
+        self.add(path, datasets::log_content(path, log)?);
+        Ok(())
+    }
+
+    /// Writes all files, and the figures where `--json` says: every file is complete beside its place before the first one is renamed.
+    /// Missing folders are made.
+    ///
+    /// # Errors
+    /// When a figure is absurd or a file cannot be written.
+    pub fn write(mut self, json: Option<&Path>, figures: &Value) -> Result<()> {
+        check_figures(figures, "")?;
+        let text = serde_json::to_string_pretty(figures)? + "\n";
+        let to_stdout = json == Some(Path::new("-"));
+        if let Some(path) = json.filter(|_| !to_stdout) {
+            self.add(path, text.as_bytes());
+        }
+        datasets::write_all(&self.files).context("cannot write")?;
+        if to_stdout {
+            std::io::stdout().write_all(text.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// Largest magnitude of a figure: far beyond a kilometre in micrometres or a year in milliseconds, far below what a damaged number gives.
+const LARGEST_FIGURE: f64 = 1e15;
+
+/// A figure that nobody measured.
+#[derive(Debug, thiserror::Error)]
+#[error("the figure `{key}` came out as {value}: the input holds a damaged number; nothing was written")]
+pub struct AbsurdFigure {
+    /// Where it stands in the JSON, as `worst[0].t_s`.
+    pub key: String,
+    /// The figure.
+    pub value: f64,
+}
+
+/// Refuses figures out of all proportion; what is not finite is `null` in JSON already.
+fn check_figures(value: &Value, key: &str) -> Result<(), AbsurdFigure> {
+    match value {
+        Value::Number(number) if number.is_f64() => match number.as_f64() {
+            Some(value) if value.is_nan() || value.abs() > LARGEST_FIGURE => Err(AbsurdFigure { key: key.to_owned(), value }),
+            _ => Ok(()),
+        },
+        Value::Array(values) => {
+            values.iter().enumerate().try_for_each(|(index, value)| check_figures(value, &format!("{key}[{index}]")))
+        }
+        Value::Object(entries) => entries.iter().try_for_each(|(name, value)| {
+            let dot = if key.is_empty() { "" } else { "." };
+            check_figures(value, &format!("{key}{dot}{name}"))
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Reads a file; a missing one is an error in use.
@@ -51,15 +100,9 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|error| Usage(format!("cannot read {}: {error}", path.display())).into())
 }
 
-/// Writes the figures where `--json` says.
+/// Writes the figures of a command that writes nothing else where `--json` says.
 pub fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let text = serde_json::to_string_pretty(value)? + "\n";
-    if path == Path::new("-") {
-        std::io::stdout().write_all(text.as_bytes())?;
-        return Ok(());
-    }
-    write_file(path, text.as_bytes())
+    Outputs::default().write(path, value)
 }
 
 /// Prints to standard output, unless that carries the JSON.
@@ -102,5 +145,23 @@ pub fn in_programs(kind: AxisKind) -> (f64, &'static str) {
     match kind {
         AxisKind::Linear => (1.0, "mm"),
         AxisKind::Rotary => (1.0_f64.to_degrees(), "deg"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn absurd_figures_are_named_and_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("figures.json");
+        let error = write_json(Some(&path), &json!({ "worst": [{ "t_s": 1.0 }, { "t_s": 1e300 }] })).unwrap_err();
+        assert!(error.to_string().contains("`worst[1].t_s` came out as 1"), "{error}");
+        assert!(!path.exists());
+        write_json(Some(&path), &json!({ "rms": f64::NAN, "max": f64::INFINITY, "seed": u64::MAX })).unwrap();
+        let read: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert_eq!(read, json!({ "rms": null, "max": null, "seed": u64::MAX }));
     }
 }

@@ -1,33 +1,161 @@
 //! Files that are never half-written.
 
 use std::fs::File;
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use crate::DatasetError;
+
+/// Beginning of the names of temporary files.
+const PREFIX: &str = ".precomp-";
 
 /// Writes a file through a temporary one in the same folder: written, synced, then renamed.
 ///
 /// # Errors
 /// When the folder cannot be written, or `fill` fails; `path` is then as it was before.
 pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), DatasetError>) -> Result<(), DatasetError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    stage(path, fill)?.commit()
+}
+
+/// Writes `files`, each a path with its content: all are written and synced beside their places before the first is renamed. Missing
+/// folders are made. A path to a device or pipe, such as `/dev/null`, is written directly.
+///
+/// # Errors
+/// When a file cannot be written; unless renaming itself failed, every path is then as it was before and no folder is left behind.
+pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), DatasetError> {
+    let mut folders = NewFolders::default();
+    let staged = files
+        .iter()
+        .filter(|(path, _)| !is_special(path))
+        .map(|(path, content)| {
+            folders.make(folder_of(path))?;
+            stage(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    for (path, content) in files.iter().filter(|(path, _)| is_special(path)) {
+        let written = File::options().write(true).open(path).and_then(|mut device| device.write_all(content));
+        written.map_err(|source| DatasetError::io(path, source))?;
+    }
+    staged.into_iter().try_for_each(Staged::commit)?;
+    folders.made.clear();
+    Ok(())
+}
+
+/// Finds out whether files can be made in the folder `at`, or in the nearest folder above it that exists. Gives whether names there that
+/// differ only in case are the same.
+///
+/// # Errors
+/// When they cannot; nothing is left behind either way.
+pub fn try_folder(at: &Path) -> std::io::Result<bool> {
+    let there = at.ancestors().map(named).find(|folder| folder.symlink_metadata().is_ok()).unwrap_or(Path::new("."));
+    if !there.metadata()?.is_dir() {
+        return Err(std::io::Error::new(std::io::ErrorKind::NotADirectory, format!("{} is not a folder", there.display())));
+    }
+    let temporary = tempfile::Builder::new().prefix(PREFIX).suffix(".a").tempfile_in(there)?;
+    let name = temporary.path().file_name().unwrap_or_default().to_ascii_uppercase();
+    Ok(temporary.path().with_file_name(name).exists())
+}
+
+/// The folder that a path lies in.
+fn folder_of(path: &Path) -> &Path {
+    named(path.parent().unwrap_or(Path::new("")))
+}
+
+/// The empty path is the working folder.
+fn named(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
+/// Whether there is something at `path` that can be written but not renamed over.
+fn is_special(path: &Path) -> bool {
+    path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir())
+}
+
+/// A file beside its place.
+struct Staged {
+    temporary: NamedTempFile,
+    path: PathBuf,
+}
+
+fn stage(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), DatasetError>) -> Result<Staged, DatasetError> {
     let failed = |source| DatasetError::io(path, source);
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".precomp-");
+    builder.prefix(PREFIX);
     #[cfg(unix)]
     {
         // As an ordinary file: the user's umask decides who may read it.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut temporary = builder.tempfile_in(folder).map_err(failed)?;
+    let mut temporary = builder.tempfile_in(folder_of(path)).map_err(failed)?;
     fill(temporary.as_file_mut())?;
     temporary.as_file().sync_all().map_err(failed)?;
-    temporary.persist(path).map_err(|error| failed(error.error))?;
-    #[cfg(unix)]
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(failed)?;
-    Ok(())
+    Ok(Staged { temporary, path: path.to_owned() })
+}
+
+impl Staged {
+    fn commit(self) -> Result<(), DatasetError> {
+        let failed = |source| DatasetError::io(&self.path, source);
+        self.temporary.persist(&self.path).map_err(|error| failed(error.error))?;
+        #[cfg(unix)]
+        File::open(folder_of(&self.path)).and_then(|folder| folder.sync_all()).map_err(failed)?;
+        Ok(())
+    }
+}
+
+/// Folders that were made; those that are still empty are removed when this is dropped.
+#[derive(Default)]
+struct NewFolders {
+    made: Vec<PathBuf>,
+}
+
+impl NewFolders {
+    fn make(&mut self, folder: &Path) -> Result<(), DatasetError> {
+        let missing = folder.ancestors().map(named).take_while(|folder| !folder.exists());
+        // The outermost first, so that they are removed from the innermost outwards.
+        let missing: Vec<PathBuf> = missing.map(Path::to_owned).collect();
+        self.made.extend(missing.into_iter().rev());
+        std::fs::create_dir_all(folder).map_err(|source| DatasetError::io(folder, source))
+    }
+}
+
+impl Drop for NewFolders {
+    fn drop(&mut self) {
+        for folder in self.made.iter().rev() {
+            // One that is in use by now stays.
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn either_all_files_are_written_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("taken")).unwrap();
+        std::fs::write(at("taken/inside"), b"").unwrap();
+        std::fs::write(at("file"), b"old").unwrap();
+        // A file cannot be a folder.
+        let failed = write_all(&[(at("new/a/one"), b"1".to_vec()), (at("file"), b"2".to_vec()), (at("file/two"), b"3".to_vec())]);
+        assert!(failed.is_err());
+        assert!(!at("new").exists() && std::fs::read(at("file")).unwrap() == b"old");
+        write_all(&[(at("new/a/one"), b"1".to_vec()), (at("file"), b"2".to_vec())]).unwrap();
+        assert_eq!((std::fs::read(at("new/a/one")).unwrap(), std::fs::read(at("file")).unwrap()), (b"1".to_vec(), b"2".to_vec()));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn a_folder_is_tried_without_a_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("file"), b"").unwrap();
+        assert!(try_folder(&folder.path().join("not/yet/there")).is_ok());
+        assert!(try_folder(&folder.path().join("file/below")).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }

@@ -46,6 +46,22 @@ pub enum DatasetError {
         /// Name of the column.
         column: String,
     },
+    /// A value that no machine has: a damaged number, counts taken for a length, or a wrong unit.
+    #[error("{}: line {line}: column `{column}` holds {value} {unit}, beyond ±{most:e} {unit}; mend the number, or state the column's unit with --columns", path.display())]
+    Absurd {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file (text) or row (Parquet), from 1.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// The value.
+        value: f64,
+        /// Largest magnitude that is taken.
+        most: f64,
+        /// Unit of both.
+        unit: &'static str,
+    },
     /// The column mapping cannot be read.
     #[error("column mapping `{text}`: {reason}; write it as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`")]
     Mapping {

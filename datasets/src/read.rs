@@ -11,6 +11,14 @@ use crate::side_file::read_side_file;
 use crate::timing::{resample, settle};
 use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
 
+/// Largest magnitude of a position, mm or rad: a kilometre, or 160,000 turns of an axis that counts on.
+const FARTHEST: f64 = 1e6;
+/// Largest magnitude of a time stamp, s: more than three thousand years, as a clock has that counts from 1601.
+const LATEST_S: f64 = 1e11;
+/// Shortest and longest sampling period, s: a megahertz, and slower than any log in which a motion can be seen.
+const SHORTEST_S: f64 = 1e-6;
+const LONGEST_S: f64 = 10.0;
+
 /// How a file is to be understood, where it does not speak for itself.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
@@ -75,25 +83,40 @@ pub(crate) fn uniform_columns(
     sources: &[(Axis, Source)],
     period_s: Option<f64>,
 ) -> Result<Uniform, DatasetError> {
-    let mut columns =
-        sources.iter().map(|(_, source)| table.finite(path, source.column, source.scale)).collect::<Result<Vec<_>, _>>()?;
+    let mut columns = sources
+        .iter()
+        .map(|(axis, source)| table.within(path, source.column, source.scale, FARTHEST, axis.kind.unit()))
+        .collect::<Result<Vec<_>, _>>()?;
     let Some(time) = time else {
         let period_s = table
             .period_s
             .or(period_s)
             .ok_or_else(|| DatasetError::NoTime { path: path.to_owned(), hints: hints(table, sources, &columns) })?;
+        check_period(path, period_s)?;
         return Ok(((period_s, 0.0), columns, Vec::new()));
     };
-    let mut times = table.finite(path, time.column, time.scale)?;
+    let mut times = table.within(path, time.column, time.scale, LATEST_S, "s")?;
     let mut lines = table.lines.clone();
     let mut findings = drop_repeated_rows(&mut times, &mut lines, &mut columns);
     let timing = settle(path, &times, &lines)?;
+    check_period(path, timing.period_s)?;
     findings.extend(timing.findings);
     if timing.resample {
         columns = columns.iter().map(|column| resample(&times, column, timing.period_s)).collect();
     }
     let start_s = times.first().copied().unwrap_or_default();
     Ok(((timing.period_s, start_s), columns, findings))
+}
+
+/// Refuses a sampling period with which no position of a machine is logged.
+fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetError> {
+    if (SHORTEST_S..=LONGEST_S).contains(&period_s) {
+        return Ok(());
+    }
+    let why = format!(
+        "the sampling period is {period_s:e} s; logs have one from {SHORTEST_S:e} to {LONGEST_S} s: mend the time column, its unit or the stated period"
+    );
+    Err(DatasetError::format(path, why))
 }
 
 /// A row written twice (same stamp, same values) carries nothing.

@@ -7,7 +7,7 @@ use motion::{Axis, Trajectory};
 use crate::columns::recognise_reference;
 use crate::formats::read_table;
 use crate::read::uniform_columns;
-use crate::write::{times, write_columns};
+use crate::write::{content, times, write_content};
 use crate::{DatasetError, ReadOptions, Report};
 
 /// Reads a reference, one column an axis; of a log, the commanded columns.
@@ -35,8 +35,16 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
 /// # Errors
 /// When the file cannot be written; what was at `path` is then still there.
 pub fn write_reference(path: &Path, reference: &Trajectory) -> Result<(), DatasetError> {
+    write_content(path, &reference_content(path, reference)?)
+}
+
+/// The bytes that [`write_reference`] writes to `path`.
+///
+/// # Errors
+/// When the columns have no form in the format that the ending of `path` names.
+pub fn reference_content(path: &Path, reference: &Trajectory) -> Result<Vec<u8>, DatasetError> {
     let mut columns = vec![times(reference)];
     let named = reference.axes().iter().zip(reference.columns());
     columns.extend(named.map(|(axis, column)| (axis.name.clone(), column.clone())));
-    write_columns(path, &columns)
+    content(path, &columns)
 }

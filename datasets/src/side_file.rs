@@ -8,6 +8,15 @@ use crate::{DatasetError, ReadOptions};
 /// Ending that is put to the log's name: `run.txt.columns` for `run.txt`.
 const ENDING: &str = "columns";
 
+/// Where a file beside the log `path` may say what its columns are: `run.txt.columns` for `run.txt`.
+#[must_use]
+pub fn side_file(path: &Path) -> PathBuf {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".");
+    beside.push(ENDING);
+    PathBuf::from(beside)
+}
+
 /// The file beside `path`, and what it says; `None` where there is none.
 ///
 /// It has one entry a line: `period = 1 ms`, and those of a column mapping (`x_ref = 1:mm`); `#` begins a comment.
@@ -15,10 +24,7 @@ const ENDING: &str = "columns";
 /// # Errors
 /// When it cannot be read or an entry is not understood.
 pub(crate) fn read_side_file(path: &Path) -> Result<Option<(PathBuf, ReadOptions)>, DatasetError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".");
-    beside.push(ENDING);
-    let beside = PathBuf::from(beside);
+    let beside = side_file(path);
     if !beside.is_file() {
         return Ok(None);
     }

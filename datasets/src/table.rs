@@ -52,4 +52,22 @@ impl Table {
             })
             .collect()
     }
+
+    /// As [`Table::finite`], with no value beyond ± `most`, in `unit`.
+    ///
+    /// # Errors
+    /// As [`Table::finite`], and [`DatasetError::Absurd`] for the first value beyond.
+    pub(crate) fn within(
+        &self,
+        path: &Path,
+        index: usize,
+        scale: f64,
+        most: f64,
+        unit: &'static str,
+    ) -> Result<Vec<f64>, DatasetError> {
+        let values = self.finite(path, index, scale)?;
+        let Some(row) = values.iter().position(|value| value.abs() > most) else { return Ok(values) };
+        let (line, column) = (self.lines[row], self.names[index].clone());
+        Err(DatasetError::Absurd { path: path.to_owned(), line, column, value: values[row], most, unit })
+    }
 }

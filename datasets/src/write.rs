@@ -1,7 +1,6 @@
 //! Logs to files.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
 use motion::Trajectory;
@@ -17,6 +16,14 @@ const DECIMALS: usize = 9;
 /// # Errors
 /// When the file cannot be written; what was at `path` is then still there.
 pub fn write_log(path: &Path, log: &Log) -> Result<(), DatasetError> {
+    write_content(path, &log_content(path, log)?)
+}
+
+/// The bytes that [`write_log`] writes to `path`.
+///
+/// # Errors
+/// When command and actual positions of the log do not match.
+pub fn log_content(path: &Path, log: &Log) -> Result<Vec<u8>, DatasetError> {
     log.reference.check_matches(&log.actual)?;
     let mut columns = vec![times(&log.reference)];
     let pairs = log.reference.columns().iter().zip(log.actual.columns());
@@ -24,7 +31,7 @@ pub fn write_log(path: &Path, log: &Log) -> Result<(), DatasetError> {
         columns.push((format!("{axis}_ref"), reference.clone()));
         columns.push((format!("{axis}_act"), actual.clone()));
     }
-    write_columns(path, &columns)
+    content(path, &columns)
 }
 
 pub(crate) fn times(trajectory: &Trajectory) -> (String, Vec<f64>) {
@@ -32,28 +39,32 @@ pub(crate) fn times(trajectory: &Trajectory) -> (String, Vec<f64>) {
     ("t".to_owned(), times)
 }
 
-pub(crate) fn write_columns(path: &Path, columns: &[(String, Vec<f64>)]) -> Result<(), DatasetError> {
-    let as_parquet =
-        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet") || ending.eq_ignore_ascii_case("pq"));
-    write_atomically(path, |file: &mut File| {
-        if as_parquet {
-            parquet::write(file, columns).map_err(|error| DatasetError::format(path, error))
-        } else {
-            write_text(file, columns).map_err(|source| DatasetError::io(path, source))
-        }
-    })
+pub(crate) fn write_content(path: &Path, content: &[u8]) -> Result<(), DatasetError> {
+    write_atomically(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
 }
 
-fn write_text(file: &mut File, columns: &[(String, Vec<f64>)]) -> std::io::Result<()> {
-    let mut file = BufWriter::new(file);
+/// Named columns as the ending of `path` wants them.
+pub(crate) fn content(path: &Path, columns: &[(String, Vec<f64>)]) -> Result<Vec<u8>, DatasetError> {
+    let as_parquet =
+        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet") || ending.eq_ignore_ascii_case("pq"));
+    let mut bytes = Vec::new();
+    if as_parquet {
+        parquet::write(&mut bytes, columns).map_err(|error| DatasetError::format(path, error))?;
+    } else {
+        write_text(&mut bytes, columns).map_err(|source| DatasetError::io(path, source))?;
+    }
+    Ok(bytes)
+}
+
+fn write_text(bytes: &mut Vec<u8>, columns: &[(String, Vec<f64>)]) -> std::io::Result<()> {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
-    writeln!(file, "{}", names.join(","))?;
+    writeln!(bytes, "{}", names.join(","))?;
     for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
         for (index, (_, values)) in columns.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
-            write!(file, "{comma}{:.DECIMALS$}", values[row])?;
+            write!(bytes, "{comma}{:.DECIMALS$}", values[row])?;
         }
-        file.write_all(b"\n")?;
+        bytes.write_all(b"\n")?;
     }
-    file.flush()
+    Ok(())
 }

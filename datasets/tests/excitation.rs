@@ -85,6 +85,13 @@ fn a_short_travel_is_kept() {
 }
 
 #[test]
+fn approaches_keep_a_travel_shorter_than_they_are() {
+    for (name, run) in runs(&ExcitationPlan { runs: vec![RunPlan::lines("lines", 6.0)] }, &limits(), &Axis::xyz(), 0.5) {
+        assert!(run.columns().iter().flatten().all(|position| position.abs() <= 0.5 + 1e-9), "{name}");
+    }
+}
+
+#[test]
 fn an_off_centre_travel_and_rotary_axes_are_kept() {
     let axes: Vec<Axis> = ["x", "y", "z", "b", "c"].map(Axis::named).to_vec();
     let mut limits = Limits::uniform(5, 200.0, 2000.0, 0.02);

@@ -226,3 +226,29 @@ fn a_failed_write_leaves_what_was_there() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert!(write_log(&folder.path().join("no/where.csv"), &healthy()).is_err());
 }
+
+#[test]
+fn numbers_that_no_machine_has_are_refused_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |period_s: f64, row: usize, value: f64| {
+        let row_of = |k: usize| format!("{:e},{:e},0.0\n", k as f64 * period_s, if k == row { value } else { 0.001 * k as f64 });
+        format!("t,x_ref,x_act\n{}", (0..50).map(row_of).collect::<String>())
+    };
+    let said = |text: String, period_s: Option<f64>| {
+        let path = file(&folder, "log.csv", text.as_bytes());
+        read_log(&path, &ReadOptions { period_s, ..ReadOptions::default() }).unwrap_err().to_string()
+    };
+    let error = said(rows(0.002, 7, 1e300), None);
+    assert!(error.contains("line 9: column `x_ref`") && error.contains("mm"), "{error}");
+    let error = said(rows(1e298, 99, 0.0), None);
+    assert!(error.contains("line 3: column `t`"), "{error}");
+    for period_s in [1e5, 1e-9] {
+        let error = said(rows(period_s, 99, 0.0), None);
+        assert!(error.contains("sampling period"), "{error}");
+    }
+    for period_s in [1e300, 1e-300] {
+        let error = said(rows(0.002, 99, 0.0).replace("t,", "k,"), Some(period_s));
+        assert!(error.contains("sampling period"), "{error}");
+    }
+    assert!(read_log(&file(&folder, "log.csv", rows(0.002, 99, 0.0).as_bytes()), &ReadOptions::default()).is_ok());
+}

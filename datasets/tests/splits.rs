@@ -80,7 +80,7 @@ fn a_log_without_rests_is_cut_by_time() {
     let all = folds(std::slice::from_ref(&log), 0.25, 9, 5).unwrap();
     assert_eq!(all.len(), 4);
     assert!(all.iter().all(|fold| fold[0].len() == 1 && len(&fold[0]) == 1250));
-    let short = log.part("short".into(), 0, 400).unwrap();
+    let short = log.part("short", 0, 400).unwrap();
     let why = folds(&[short], 0.25, 9, 5).unwrap_err().to_string();
     assert!(why.contains("at least 2.0 s"), "{why}");
 }

@@ -253,3 +253,66 @@ fn rotary_friction_has_patches_and_maxwell_elements() {
         assert!(words.iter().all(|word| error.contains(word)), "{error}");
     }
 }
+
+/// Every place of a number in a TOML value, as its keys and indices.
+fn numbers(value: &toml::Value, at: &[String], found: &mut Vec<Vec<String>>) {
+    let below = |name: String| at.iter().cloned().chain([name]).collect::<Vec<_>>();
+    match value {
+        toml::Value::Float(_) | toml::Value::Integer(_) => found.push(at.to_vec()),
+        toml::Value::Array(values) => {
+            values.iter().enumerate().for_each(|(i, value)| numbers(value, &below(i.to_string()), found))
+        }
+        toml::Value::Table(table) => table.iter().for_each(|(key, value)| numbers(value, &below(key.clone()), found)),
+        _ => {}
+    }
+}
+
+fn set(value: &mut toml::Value, at: &[String], number: f64) {
+    let Some((first, rest)) = at.split_first() else {
+        *value = toml::Value::Float(number);
+        return;
+    };
+    let inner = match value {
+        toml::Value::Array(values) => first.parse::<usize>().ok().and_then(|i| values.get_mut(i)),
+        toml::Value::Table(table) => table.get_mut(first),
+        _ => None,
+    };
+    set(inner.unwrap(), rest, number);
+}
+
+#[test]
+fn no_number_is_taken_out_of_its_range() {
+    let mut refused = 0;
+    for (machine, _) in BUILTIN_MACHINES {
+        // With every axis's drive written out, and the optional keys stated.
+        let text = MachineSpec::builtin(machine).unwrap().to_toml().unwrap();
+        let whole: toml::Value = toml::from_str(&text).unwrap();
+        let mut places = Vec::new();
+        numbers(&whole, &[], &mut places);
+        for (place, number) in
+            places.iter().flat_map(|place| [1e300, 1e-300, -1.0, 0.0, f64::NAN, f64::INFINITY].map(|n| (place, n)))
+        {
+            let mut changed = whole.clone();
+            set(&mut changed, place, number);
+            let key = place.iter().rfind(|part| part.parse::<usize>().is_err()).unwrap();
+            match MachineSpec::from_toml(&toml::to_string(&changed).unwrap()) {
+                // Zero, and what is as good as zero, mean something for some.
+                Ok(_) => assert!(number.abs() <= 1.0, "{machine}: {place:?} = {number}"),
+                Err(error) => {
+                    assert!(error.to_string().contains(key.as_str()), "{machine}: {place:?} = {number}: {error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(refused > 1000, "{refused}");
+}
+
+#[test]
+fn a_number_out_of_range_is_refused_with_its_range() {
+    let error = MachineSpec::from_toml(&BALLSCREW.replacen("lead_mm = 5.0", "lead_mm = 1e300", 1)).unwrap_err().to_string();
+    assert!(error.contains("axes.x.drive.screw.lead_mm") && error.contains("positive and finite, from 0.01 to 1e6"), "{error}");
+    let profile = "decimals = 5\ncarrier = \"keep\"\npoint_spacing_ms = 1e-300\n";
+    let error = machine::ControllerSpec::from_toml(profile).unwrap_err().to_string();
+    assert!(error.contains("controller.point_spacing_ms") && error.contains("from 0.01 to 10000"), "{error}");
+}

@@ -9,10 +9,11 @@ use machine::SimulationOptions;
 use super::simulate::SensorName;
 use crate::cli::{Common, MachineArgs, ProgramArgs};
 use crate::comparison::{self, CompareSettings, PathComparison, Plant};
+use crate::files::Files;
 use crate::input::{self, Frame, Input};
 use crate::learning::{LawName, Settings};
-use crate::output::{Printer, write_json};
-use crate::report::{PathReport, Series, write_report};
+use crate::output::{Outputs, Printer};
+use crate::report::{PathReport, Series, report_page};
 
 /// Compare first runs with iterative learning control, on a simulated or learned machine and paths that training never saw
 #[derive(Debug, Args)]
@@ -69,6 +70,12 @@ pub const UNSEEN: [&str; 4] = ["crown", "spiral", "flower", "nurbs-1"];
 pub const UNSEEN_TURNED: [&str; 2] = ["saddle", "saddle-butterfly"];
 
 impl Compare {
+    pub fn files(&self) -> Files {
+        let files = Files::of(self.common.json.as_deref()).reads("-m", self.model.as_deref()).reads("--on", self.on.as_deref());
+        let files = self.inputs.iter().fold(files, |files, input| files.reads("INPUT", &**input));
+        files.reads_machine(&*self.machine.machine).writes("--report", self.report.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         let learned = self.on.as_deref().map(input::model).transpose()?;
         let spec = match &learned {
@@ -100,11 +107,12 @@ impl Compare {
         let on = if learned.is_some() { "learned" } else { "simulated" };
         printer.line(format!("{on} machine `{}`", spec.name));
         printer.line(comparison::render(&results, &settings));
+        let mut outputs = Outputs::default();
         if let Some(report) = &self.report {
-            write_report(report, "Comparison", &report_of(&results)?)?;
+            outputs.add(report, report_page("Comparison", &report_of(&results)?)?);
             printer.line(format!("report in {}", report.display()));
         }
-        write_json(self.common.json.as_deref(), &comparison::json(&results, &settings))
+        outputs.write(self.common.json.as_deref(), &comparison::json(&results, &settings))
     }
 }
 

@@ -11,13 +11,15 @@ use serde_json::json;
 use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
 use crate::feeds::{self, Adjusted, Goal};
+use crate::files::Files;
 use crate::input::{self, Frame, Input, Source};
 use crate::learning::{self, LawName, Outcome, Settings};
 use crate::left_out::{self, LeftOut};
 use crate::measurement::Readback;
-use crate::output::{Printer, Refusal, Usage, check_not_input, um, write_json};
+use crate::output::{Outputs, Printer, Refusal, Usage, um};
 use crate::pipeline::{Carried, Carrier, Part, RowsWritten, as_recorded, write_out};
-use crate::report::{PathReport, Series, write_report};
+use crate::progress::LearningProgress;
+use crate::report::{PathReport, Series, report_page};
 use crate::travel;
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -76,13 +78,23 @@ pub struct Compensate {
 }
 
 impl Compensate {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads("-m", &*self.model)
+            .reads_machine(self.machine.as_deref())
+            .reads_controller(self.carrier.controller.as_deref())
+            .reads_logs("--reference", self.reference.as_ref())
+            .writes("-o", &*self.out)
+            .writes("--report", self.report.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         // Among the threads that share the work: whoever waits for a part does another one meanwhile.
         rayon::scope(|_| self.compensate())
     }
 
     fn compensate(&self) -> Result<()> {
-        check_not_input(&self.input, &self.out)?;
         let (bundle, source) = rayon::join(|| input::model(&self.model), || Source::open(&self.input));
         let bundle = bundle?;
         let spec = match &self.machine {
@@ -116,6 +128,8 @@ impl Compensate {
         let left_out = LeftOut::of(&bundle, &path)?;
         left_out.iter().filter_map(LeftOut::in_words).chain(travel::unchecked(&path, &frame)).for_each(|line| printer.line(line));
         let mut feeds = serde_json::Value::Null;
+        let progress = LearningProgress::new();
+        let watch = |forecast| progress.show(forecast);
         let outcome = match self.tolerance {
             Some(tolerance_mm) => {
                 let Some(part) = path.part.take() else {
@@ -125,15 +139,16 @@ impl Compensate {
                     .into());
                 };
                 let goal = Goal { tolerance_mm, keep_time: self.keep_time };
-                let adjusted = feeds::adjust(part, &bundle, &frame.limits, &settings, goal)?;
+                let adjusted = feeds::adjust(part, &bundle, &frame.limits, &settings, goal, &watch)?;
                 say_feeds(&printer, &adjusted, goal);
                 feeds = feeds_json(&adjusted, goal);
                 path.desired = adjusted.part.plan.desired.clone();
                 path.part = Some(adjusted.part);
                 adjusted.outcome
             }
-            None => learning::compensate_with(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings)?,
+            None => learning::compensate_watched(&bundle, &frame.limits, &path.desired, path.part.as_ref(), &settings, &watch)?,
         };
+        drop(progress);
         if let (true, Some(slowdown), Some(written)) = (outcome.gained, outcome.kept_feeds, settings.written) {
             printer.line(format!(
                 "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
@@ -148,13 +163,16 @@ impl Compensate {
         }
         self.say(&printer, &path, &outcome);
         let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, written.content);
         printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
         written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         if let Some(report) = &self.report {
-            write_report(report, &format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
+            let page = report_page(&format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
+            outputs.add(report, page);
             printer.line(format!("report in {}", report.display()));
         }
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "changed": outcome.gained,
@@ -182,7 +200,6 @@ impl Compensate {
 
     /// The program in the time of the recorded run, with what the control commanded in it.
     fn recorded(&self, path: Input, log: &Path, printer: &Printer) -> Result<(Input, Readback)> {
-        check_not_input(log, &self.out)?;
         if path.part.is_none() {
             return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
         }
@@ -238,8 +255,21 @@ impl Compensate {
             ));
         }
         if !outcome.gained {
-            printer.line("the model predicts no gain worth having: what is written is the input, unchanged");
+            printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(path.part.as_ref())));
         }
+    }
+}
+
+/// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
+fn why_unchanged(part: Option<&Part>) -> String {
+    const NO_GAIN: &str = "the model predicts no gain worth having";
+    let Some(part) = part else { return NO_GAIN.to_owned() };
+    let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    match (changeable, fixed.is_empty()) {
+        (0, _) => format!("the program holds no move that may be changed ({})", fixed.join(", ")),
+        (_, true) => NO_GAIN.to_owned(),
+        (_, false) => format!("{NO_GAIN} on the {changeable} moves that may be changed (not changed: {})", fixed.join(", ")),
     }
 }
 

@@ -11,10 +11,11 @@ use serde_json::json;
 use super::compare::{UNSEEN, report_of};
 use crate::cli::{Common, MachineArgs};
 use crate::comparison::{self, CompareSettings, Plant};
+use crate::files::Files;
 use crate::input::{self, Frame, Input};
-use crate::output::{Printer, write_file, write_json};
+use crate::output::{Outputs, Printer};
 use crate::recording::{TRAVEL_MM, record};
-use crate::report::write_report;
+use crate::report::report_page;
 use crate::training_run::{self, TrainSettings};
 
 /// The whole story on a simulated machine: excite, train, compensate unseen curves, compare with learning on the machine
@@ -39,7 +40,19 @@ pub struct Demo {
     seeds: u64,
 }
 
+/// Names of the files in the folder `--out`.
+const MODEL: &str = "machine.model";
+const REPORT: &str = "report.html";
+
 impl Demo {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads_machine(&*self.machine.machine)
+            .reads_recipe(&*self.predictor)
+            .writes("the model of --out", &*self.out.join(MODEL))
+            .writes("the report of --out", &*self.out.join(REPORT))
+    }
+
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let started = Instant::now();
@@ -52,15 +65,16 @@ impl Demo {
         let trained = training_run::train(&logs, Some(&spec), &settings)?;
         printer.line(format!("2. trained in {:.1} s", trained.seconds));
         printer.line(trained.table());
-        let model = self.out.join("machine.model");
-        write_file(&model, &trained.bundle.to_bytes()?)?;
+        let model = self.out.join(MODEL);
+        let mut outputs = Outputs::default();
+        outputs.add(&model, trained.bundle.to_bytes()?);
         printer.line(format!("3. compensated {} curves that training never saw, and ran them", UNSEEN.len()));
         let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
         let results = comparison::compare(&paths, Plant::Simulated(&spec), Some(&trained.bundle), &settings)?;
         printer.line(comparison::render(&results, &settings));
-        let report = self.out.join("report.html");
-        write_report(&report, "precomp demo", &report_of(&results)?)?;
+        let report = self.out.join(REPORT);
+        outputs.add(&report, report_page("precomp demo", &report_of(&results)?)?);
         printer.line(format!(
             "model in {}, report in {}; {:.0} s in all",
             model.display(),
@@ -70,6 +84,6 @@ impl Demo {
         let mut figures = comparison::json(&results, &settings);
         figures["train"] = trained.json();
         figures["seconds"] = json!(started.elapsed().as_secs_f64());
-        write_json(self.common.json.as_deref(), &figures)
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 }

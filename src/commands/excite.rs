@@ -1,26 +1,30 @@
 //! `precomp excite`: motions that teach a machine's axes.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{ExcitationPlan, excite, write_reference};
-use gcode::format_number;
+use datasets::{ExcitationPlan, excite, reference_content};
 use machine::ProgramWords;
 use models::Coverage;
 use motion::{Trajectory, poses_of};
 use serde_json::json;
 
-use crate::cli::{Common, MachineArgs, parse_positive};
+use crate::cli::{CarrierArgs, Common, MachineArgs, parse_positive};
+use crate::excitation::{Style, program};
+use crate::files::Files;
 use crate::input;
-use crate::output::{Printer, in_programs, write_file, write_json};
+use crate::output::{Outputs, Printer, in_programs};
+use crate::pipeline::{Carried, RefitSettings};
 use crate::recording::travel;
 
 /// Share of an axis's travel that is enough to be silent about.
 const COVERED: f64 = 0.9;
 
 /// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
+///
+/// The programs are in the words of the machine's control: its dialect, decimals, point spacing and carrier (`keep` puts a feed on every line).
+/// Each lifts Z to the highest point of its run, goes over its first point, and lowers Z at a feed.
 ///
 /// Record commanded and actual positions of every run, one log a run, and hand the logs to `precomp train`.
 #[derive(Debug, Args)]
@@ -42,14 +46,25 @@ pub struct Excite {
     /// Rotary axes keep within ± this range, degrees, and within their own travel
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
     turn: f64,
-    /// Time between the points of the programs, ms
-    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = parse_positive)]
-    spacing: f64,
+    #[command(flatten)]
+    carrier: CarrierArgs,
 }
 
 impl Excite {
+    pub fn files(&self) -> Files {
+        let files = Files::of(self.common.json.as_deref())
+            .reads_machine(&*self.machine.machine)
+            .reads_controller(self.carrier.controller.as_deref())
+            .writes_in("-o", &*self.out);
+        let names = ExcitationPlan::of_seconds(self.seconds).names();
+        names
+            .iter()
+            .flat_map(|name| ["csv", "nc"].map(|ending| self.out.join(format!("{name}.{ending}"))))
+            .fold(files, |files, path| files.writes("-o", &*path))
+    }
+
     pub fn run(&self) -> Result<()> {
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
         let frame = input::Frame::of(&spec)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
         let travel = travel(&spec, self.travel, self.turn.to_radians());
@@ -57,13 +72,20 @@ impl Excite {
         let printer = Printer::new(self.common.json.as_deref());
         let mut seconds = 0.0;
         let mut names = Vec::new();
-        std::fs::create_dir_all(&self.out)?;
-        for (name, reference) in &runs {
-            write_reference(&self.out.join(format!("{name}.csv")), reference)?;
-            let program = program(&in_words(reference, &frame)?, self.spacing * 1e-3)?;
-            write_file(&self.out.join(format!("{name}.nc")), program.as_bytes())?;
+        let mut outputs = Outputs::default();
+        let carrier = Carried::of(&self.carrier, &spec).program_carrier();
+        let spacing_s = self.carrier.spacing.map(|spacing_ms| spacing_ms * 1e-3);
+        let style = Style::of(&RefitSettings::of(carrier, &self.carrier, &spec), spacing_s, frame.dialect, &spec);
+        for (number, (name, reference)) in runs.iter().enumerate() {
+            let table = self.out.join(format!("{name}.csv"));
+            outputs.add(&table, reference_content(&table, reference)?);
+            let program = program(name, number, &in_words(reference, &frame)?, &style)?;
+            outputs.add(&self.out.join(format!("{name}.nc")), program);
             seconds += reference.duration_s();
             names.push(name.clone());
+        }
+        if frame.dialect.is_none() {
+            printer.line("note: no dialect is stated; programs use words that most controls share (--controller, or dialect in [controller])");
         }
         printer.line(format!("for the machine `{}`: {} runs, {seconds:.1} s, in {}", spec.name, runs.len(), self.out.display()));
         let (mut covered, mut enough) = (serde_json::Map::new(), true);
@@ -80,7 +102,7 @@ impl Excite {
             printer
                 .line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
         }
-        write_json(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
+        outputs.write(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
     }
 }
 
@@ -98,38 +120,4 @@ fn in_words(reference: &Trajectory, frame: &input::Frame) -> Result<Trajectory> 
         }
     }
     Ok(reference.with_columns(columns)?)
-}
-
-/// A reference as a program of short lines in inverse time.
-fn program(reference: &Trajectory, spacing_s: f64) -> Result<String> {
-    let stride = ((spacing_s / reference.period_s()).round() as usize).max(1);
-    let mut text = String::from("%\n(RUN FROM A CLEAR START: NO TOOL, NO PART)\nG21 G90 G17 G40 G49 G80 G64 P0.001 Q0\n");
-    let point = |k: usize| -> Result<String> {
-        let mut words = String::new();
-        for (axis, value) in reference.axes().iter().zip(reference.at(k)) {
-            write!(words, " {}{}", axis.name.to_ascii_uppercase(), format_number(value * in_programs(axis.kind).0, 6)?)?;
-        }
-        Ok(words)
-    };
-    let last = reference.len().saturating_sub(1);
-    writeln!(text, "G0{}", point(0)?)?;
-    writeln!(text, "G4 P0.5")?;
-    let mut waited = 0;
-    let mut from = 0;
-    text.push_str("G93\n");
-    for k in (stride..last).step_by(stride).chain([last]) {
-        let moved = reference.columns().iter().any(|column| (column[k] - column[from]).abs() > 1e-6);
-        if moved {
-            if waited > 0 {
-                writeln!(text, "G4 P{}", format_number(waited as f64 * reference.period_s(), 4)?)?;
-                waited = 0;
-            }
-            writeln!(text, "G1{} F{}", point(k)?, format_number(60.0 / ((k - from) as f64 * reference.period_s()), 4)?)?;
-        } else {
-            waited += k - from;
-        }
-        from = k;
-    }
-    text.push_str("G94\nM2\n%\n");
-    Ok(text)
 }

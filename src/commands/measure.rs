@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::cli::{Common, LogArgs, ProgramArgs};
 use crate::evaluate;
+use crate::files::Files;
 use crate::input::{self, Frame, Input, Source};
 use crate::measurement::{self, Fit, Measurement, Readback, Segment};
 use crate::output::{Printer, Refusal, table, um, write_json};
@@ -87,6 +88,14 @@ impl EstimatorName {
 }
 
 impl Measure {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads_logs("LOG", [&self.log])
+            .reads("--desired", self.desired.as_deref())
+            .reads("-m", self.model.as_deref())
+            .reads_machine(self.machine.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;

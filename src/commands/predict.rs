@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{Log, write_log};
+use datasets::Log;
 use machine::Machine;
 use serde_json::json;
 
 use crate::cli::{Common, ProgramArgs};
+use crate::files::Files;
 use crate::left_out::{self, LeftOut};
-use crate::output::{Printer, check_not_input, table, write_json};
+use crate::output::{Outputs, Printer, table};
 use crate::units::ErrorUnit;
 use crate::{evaluate, input, travel};
 
@@ -33,6 +34,13 @@ pub struct Predict {
 }
 
 impl Predict {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads("-m", &*self.model)
+            .writes("-o", self.out.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         let bundle = input::model(&self.model)?;
         let frame = input::Frame::of(&input::machine_of(&bundle)?)?;
@@ -58,12 +66,12 @@ impl Predict {
             })
             .collect();
         printer.line(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows));
+        let mut outputs = Outputs::default();
         if let Some(out) = &self.out {
-            check_not_input(&self.input, out)?;
-            write_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+            outputs.add_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
         }
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "contour_um": evaluate::contour_json(&figures.tip),

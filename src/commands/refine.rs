@@ -10,10 +10,11 @@ use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_not_negative};
 use crate::evaluate;
+use crate::files::Files;
 use crate::input::{self, Frame, Input};
 use crate::learning::FADE_S;
 use crate::measurement::{in_path_time, match_run, without_approach};
-use crate::output::{Printer, Refusal, check_not_input, um, write_json};
+use crate::output::{Outputs, Printer, Refusal, um};
 use crate::pipeline::{Carried, RowsWritten, write_out};
 
 /// The next program from the last run's log: iterative learning control on a real machine, one command a run
@@ -75,9 +76,17 @@ enum RefineLaw {
 }
 
 impl Refine {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads_logs("--log", [&self.log])
+            .reads("-m", self.model.as_deref())
+            .reads_machine(self.machine.as_deref())
+            .reads_controller(self.carrier.controller.as_deref())
+            .writes("-o", &*self.out)
+    }
+
     pub fn run(&self) -> Result<()> {
-        check_not_input(&self.input, &self.out)?;
-        check_not_input(&self.log, &self.out)?;
         let printer = Printer::new(self.common.json.as_deref());
         let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
         let bundle = self.model.as_deref().map(input::model).transpose()?;
@@ -115,6 +124,8 @@ impl Refine {
 
         printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
         let written = write_out(&path, &next, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, written.content);
         printer.line(format!(
             "largest shift {} µm; the program of run {} is {}",
             um(written.largest_shift_mm),
@@ -122,7 +133,7 @@ impl Refine {
             self.out.display()
         ));
         written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "run": self.run,

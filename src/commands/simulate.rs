@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use datasets::{Log, write_log};
+use datasets::Log;
 use machine::{Machine, Sensor, SimulationOptions};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs, ProgramArgs};
 use crate::evaluate;
+use crate::files::Files;
 use crate::input;
-use crate::output::{Printer, check_not_input, write_json};
+use crate::output::{Outputs, Printer};
 
 /// Run a program, reference or test curve on the simulated machine and write the log
 #[derive(Debug, Args)]
@@ -61,8 +62,15 @@ impl From<SensorName> for Sensor {
 }
 
 impl Simulate {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads("INPUT", &*self.input)
+            .reads("--against", self.against.as_deref())
+            .reads_machine(&*self.machine.machine)
+            .writes("-o", &*self.out)
+    }
+
     pub fn run(&self) -> Result<()> {
-        check_not_input(&self.input, &self.out)?;
         let spec = input::machine(&self.machine.machine)?;
         let frame = input::Frame::of(&spec)?;
         let program = self.program.placed();
@@ -71,10 +79,11 @@ impl Simulate {
         let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
         let reference = path.desired.trajectory();
         let actual = machine.run(reference)?;
-        write_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
         let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &program)).transpose()?;
         let needed = against.as_ref().unwrap_or(&path);
         let figures = evaluate::figures_along(&needed.desired, needed.part.as_ref(), reference, &actual)?;
+        let mut outputs = Outputs::default();
+        outputs.add_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
             "{} on the machine `{}`: {:.2} s; {}; log in {}",
@@ -84,7 +93,7 @@ impl Simulate {
             evaluate::in_words(&figures),
             self.out.display()
         ));
-        write_json(
+        outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "seconds": reference.duration_s(),

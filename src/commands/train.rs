@@ -9,8 +9,9 @@ use models::FeatureSet;
 
 use crate::adaptation;
 use crate::cli::{Common, LogArgs};
+use crate::files::Files;
 use crate::input;
-use crate::output::{Printer, Refusal, table, write_file, write_json};
+use crate::output::{Outputs, Printer, Refusal, table};
 use crate::training_run::{self, TrainSettings};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
@@ -74,6 +75,16 @@ impl From<FeatureName> for FeatureSet {
 }
 
 impl Train {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref())
+            .reads_logs("LOG", &self.logs)
+            .reads_machine(self.machine.as_deref())
+            .reads_recipe(&*self.predictor)
+            .reads("--from", self.from.as_deref())
+            .writes("-o", &*self.out)
+            .writes_in("--checkpoints", self.checkpoints.as_deref())
+    }
+
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let spec = self.machine.as_deref().map(input::machine).transpose()?;
@@ -135,11 +146,12 @@ impl Train {
         let doubts = trained.doubts()?;
         doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
         warnings.extend(doubts);
-        write_file(&self.out, &trained.bundle.to_bytes()?)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, trained.bundle.to_bytes()?);
         printer.line(format!("trained in {:.1} s; model in {}", trained.seconds, self.out.display()));
         let mut figures = trained.json();
         figures["warnings"] = serde_json::json!(warnings);
-        write_json(self.common.json.as_deref(), &figures)
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 
     fn adapt(&self, model: &Path, logs: &[Log], warnings: &[String], printer: &Printer) -> Result<()> {
@@ -154,7 +166,8 @@ impl Train {
             })
             .collect();
         printer.line(table(&["axis", "error before RMS", "adapted, held out RMS", ""], &rows));
-        write_file(&self.out, &adapted.bundle.to_bytes()?)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, adapted.bundle.to_bytes()?);
         printer.line(format!("adapted in {:.1} s; model in {}", adapted.seconds, self.out.display()));
         let axes: serde_json::Map<String, serde_json::Value> = adapted
             .axes
@@ -169,6 +182,6 @@ impl Train {
             })
             .collect();
         let figures = serde_json::json!({ "seconds": adapted.seconds, "axes": axes, "warnings": warnings });
-        write_json(self.common.json.as_deref(), &figures)
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 }

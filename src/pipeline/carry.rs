@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
-use datasets::write_reference;
+use datasets::reference_content;
 use machine::MachineSpec;
 use motion::Trajectory;
 use serde::Serialize;
@@ -79,6 +79,15 @@ impl Carried {
         }
     }
 
+    /// How a program says its time; one beside rows keeps its feeds.
+    #[must_use]
+    pub fn program_carrier(self) -> Carrier {
+        match self {
+            Self::Program(carrier) => carrier,
+            Self::Rows(_) => Carrier::Keep,
+        }
+    }
+
     /// Whether `path` can be written to `out` in this way.
     ///
     /// # Errors
@@ -97,9 +106,11 @@ impl Carried {
     }
 }
 
-/// What was written.
-#[derive(Debug, Clone, Copy)]
+/// What is written.
+#[derive(Debug, Clone)]
 pub struct Written {
+    /// The bytes of the file.
+    pub content: Vec<u8>,
     /// Largest correction of a point, mm.
     pub largest_shift_mm: f64,
     /// What it was written as; `None` for a reference.
@@ -108,10 +119,10 @@ pub struct Written {
     pub rows: Option<RowsWritten>,
 }
 
-/// Writes `reference`, learned for `path`, to `out`, carried so; spacing and decimals are as `wanted` and the machine's profile say.
+/// What `reference`, learned for `path`, is written to `out` as, carried so; spacing and decimals are as `wanted` and the machine's profile say.
 ///
 /// # Errors
-/// When a setting is out of range, or what was written did not pass its check.
+/// When a setting is out of range, or what is to be written did not pass its check.
 pub fn write_out(
     path: &Input,
     reference: &Trajectory,
@@ -131,17 +142,22 @@ pub fn write_out(
             let interval_ms = wanted.spacing.or(profile.map(|profile| profile.point_spacing_ms)).unwrap_or(usual_ms);
             let decimals = wanted.decimals.or(profile.map(|profile| usize::from(profile.decimals))).unwrap_or(DECIMALS);
             let settings = RowSettings { rows, interval_s: interval_ms * 1e-3, decimals };
-            let written = write_rows(path, reference, &settings, out)?;
-            Ok(Written { largest_shift_mm: path.largest_shift(reference), carried: Some(carried), rows: Some(written) })
+            let (text, written) = write_rows(path, reference, &settings)?;
+            Ok(Written {
+                content: text.into(),
+                largest_shift_mm: path.largest_shift(reference),
+                carried: Some(carried),
+                rows: Some(written),
+            })
         }
         (Carried::Program(carrier), Some(part)) => {
             let settings = RefitSettings::of(carrier, wanted, spec);
-            let largest_shift_mm = write_program(part, reference, &settings, max_shift_mm, out)?;
-            Ok(Written { largest_shift_mm, carried: Some(carried), rows: None })
+            let (content, largest_shift_mm) = write_program(part, reference, &settings, max_shift_mm)?;
+            Ok(Written { content, largest_shift_mm, carried: Some(carried), rows: None })
         }
         (Carried::Program(_), None) => {
-            write_reference(out, reference)?;
-            Ok(Written { largest_shift_mm: path.largest_shift(reference), carried: None, rows: None })
+            let content = reference_content(out, reference)?;
+            Ok(Written { content, largest_shift_mm: path.largest_shift(reference), carried: None, rows: None })
         }
     }
 }

@@ -1,10 +1,11 @@
 //! A part program as a planned path.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow, bail};
 use gcode::{
-    Diagnostic, Feed, FeedMode, GcodeError, Move, MoveKind, Options, PathMode, Position, Program, Severity, Shiftable,
+    Diagnostic, Feed, FeedMode, Fixed, GcodeError, Move, MoveKind, Options, PathMode, Position, Program, Severity, Shiftable,
     ToolLength, Toolpath,
 };
 use machine::ProgramWords;
@@ -86,6 +87,13 @@ impl Part {
         if !toolpath.moves.iter().any(Move::is_feed) {
             bail!(Refused(format!("{name}: the program has no feed move; there is nothing to plan or to compensate")));
         }
+        if owners.is_empty() {
+            let axes: Vec<&str> = kinematics.axes().iter().map(|axis| axis.name.as_str()).collect();
+            bail!(Refused(format!(
+                "{name}: no move of the program moves an axis of the machine ({}); describe the axes that it moves in the machine file",
+                axes.join(", ")
+            )));
+        }
         let plan = motion::plan(&path, kinematics, limits, settings)
             .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
         let (name, settings, words) = (name.to_owned(), settings.clone(), *words);
@@ -149,6 +157,17 @@ impl Part {
         of.shiftable == Shiftable::Yes && of.is_feed() && (!turned || self.plan.desired.kinematics().turns())
     }
 
+    /// Why moves that cut may not be compensated, each reason with the number of its moves; rapids and dwells are not counted.
+    #[must_use]
+    pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
+        let mut counts = BTreeMap::new();
+        let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
+        for why in fixed.filter_map(|of| why_fixed(of)) {
+            *counts.entry(why).or_default() += 1;
+        }
+        counts
+    }
+
     /// Whether feed moves state their time (G93) but for a small share of it, such as an approach.
     #[must_use]
     pub fn states_times(&self) -> bool {
@@ -203,6 +222,24 @@ impl Part {
     }
 }
 
+/// Why a move that is not compensated is not; `None` where it does not cut.
+fn why_fixed(of: &Move) -> Option<&'static str> {
+    Some(match (of.shiftable, of.kind) {
+        (_, MoveKind::Rapid | MoveKind::Dwell { .. } | MoveKind::Home) => return None,
+        (_, MoveKind::Cycle(_)) | (Shiftable::No(Fixed::Cycle), _) => "in canned cycles",
+        (_, MoveKind::Thread | MoveKind::Probe) => "that follow the spindle or a probe",
+        (Shiftable::Yes, _) => "that turn axes whose effect on the tool the machine description does not state",
+        (Shiftable::No(fixed), _) => match fixed {
+            Fixed::CutterCompensation => "under cutter compensation (G41, G42)",
+            Fixed::MachineCoordinates => "in machine coordinates (G53)",
+            Fixed::ToolChange => "in blocks that change the tool",
+            Fixed::UnknownStart => "that start where the program does not say",
+            Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
+            Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Threading | Fixed::Probing | Fixed::Dwell => "of another kind",
+        },
+    })
+}
+
 /// 1 where `open`, 0 elsewhere, with a fade over so many samples at both ends of each open stretch.
 #[must_use]
 pub(super) fn eased(open: &[bool], fade: f64) -> Vec<f64> {
@@ -255,10 +292,14 @@ fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name: &str, wha
     render(&[Diagnostic::new(program, Severity::Error, span, what)], program, name)
 }
 
-/// The program's faults, each with its line and a caret under the word.
+/// The program's faults, those that refuse it first, each with its line and a caret under the word. The label of the first one is left to
+/// whoever shows the text, as for every other error.
 #[must_use]
 pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> String {
-    diagnostics.iter().map(|diagnostic| diagnostic.render(program, name)).collect::<Vec<_>>().join("\n")
+    let (errors, others): (Vec<&Diagnostic>, Vec<_>) = diagnostics.iter().partition(|diagnostic| diagnostic.is_error());
+    let texts: Vec<String> = errors.into_iter().chain(others).map(|diagnostic| diagnostic.render(program, name)).collect();
+    let text = texts.join("\n");
+    text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
 }
 
 fn pieces(

@@ -1,8 +1,6 @@
 //! A compensated path for controls that stream buffers: one row of axis positions an interval, with or without velocities.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 use gcode::{Fixed, Move, MoveKind, Shiftable};
 use motion::{Axis, AxisKind, Trajectory, cubic};
 use serde::Serialize;
@@ -10,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::Part;
 use crate::input::Input;
-use crate::output::{Refusal, in_programs, um, write_file};
+use crate::output::{Refusal, in_programs, um};
 
 /// Largest distance of an axis between rows from the compensated path, mm; as for the lines of programs.
 pub const TOLERANCE_MM: f64 = 2e-4;
@@ -89,11 +87,11 @@ impl RowsWritten {
     }
 }
 
-/// Writes `reference`, the compensated path of `path`, as rows to `out`.
+/// The text of `reference`, the compensated path of `path`, as rows, and what it holds.
 ///
 /// # Errors
-/// When the path's program does more than move in ways that are known here; nothing is written then.
-pub fn write_rows(path: &Input, reference: &Trajectory, settings: &RowSettings, out: &Path) -> Result<RowsWritten> {
+/// When the path's program does more than move in ways that are known here.
+pub fn write_rows(path: &Input, reference: &Trajectory, settings: &RowSettings) -> Result<(String, RowsWritten)> {
     if let Some(part) = &path.part {
         check_moves(part)?;
     }
@@ -101,8 +99,8 @@ pub fn write_rows(path: &Input, reference: &Trajectory, settings: &RowSettings, 
     let sampled = Sampled::of(&wanted, settings);
     let off_mm = sampled.off_mm(&wanted);
     let finer_s = if off_mm > TOLERANCE_MM { finer_s(&wanted, settings) } else { None };
-    write_file(out, sampled.text(&path.name, settings.decimals).as_bytes()).context("the rows")?;
-    Ok(RowsWritten { rows: settings.rows, count: sampled.count(), interval_s: settings.interval_s, off_mm, finer_s })
+    let written = RowsWritten { rows: settings.rows, count: sampled.count(), interval_s: settings.interval_s, off_mm, finer_s };
+    Ok((sampled.text(&path.name, settings.decimals), written))
 }
 
 /// An interval of whole periods that keeps rows within the tolerance, s.
@@ -269,9 +267,10 @@ mod tests {
         let out = folder.path().join("rows.csv");
         let path = path();
         let settings = RowSettings { rows, interval_s: interval_ms * 1e-3, decimals };
-        let written = write_rows(&path, path.desired.trajectory(), &settings, &out).unwrap();
+        let (text, written) = write_rows(&path, path.desired.trajectory(), &settings).unwrap();
+        std::fs::write(&out, &text).unwrap();
         let (read, _) = datasets::read_reference(&out, &datasets::ReadOptions::default()).unwrap();
-        (written, std::fs::read_to_string(&out).unwrap(), read)
+        (written, text, read)
     }
 
     #[test]

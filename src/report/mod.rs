@@ -2,8 +2,6 @@
 
 mod draw;
 
-use std::path::Path;
-
 use anyhow::Result;
 use minijinja::{Environment, context};
 use motion::contour::{ContourError, ContourSummary};
@@ -11,7 +9,7 @@ use motion::{DesiredPath, Trajectory, Vec3};
 use serde::Serialize;
 
 use crate::evaluate;
-use crate::output::{um, write_file};
+use crate::output::um;
 use crate::pipeline::Part;
 use draw::{Chart, PathDrawing};
 
@@ -95,15 +93,14 @@ fn displaced(run: &Series) -> Vec<(Vec3, Vec3)> {
     run.errors.iter().map(|error| (error.foot, error.vector)).collect()
 }
 
-/// Writes the page.
+/// The page.
 ///
 /// # Errors
-/// When the file cannot be written.
-pub fn write_report(path: &Path, title: &str, paths: &[PathReport]) -> Result<()> {
+/// When it cannot be rendered.
+pub fn report_page(title: &str, paths: &[PathReport]) -> Result<String> {
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
-    let page = environment.get_template("report.html")?.render(
+    Ok(environment.get_template("report.html")?.render(
         context! { title => title, counted => evaluate::COUNTED, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
-    )?;
-    write_file(path, page.as_bytes())
+    )?)
 }

@@ -68,6 +68,7 @@ fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
     std::fs::write(folder.path("macro.nc"), "G21 G90\nG0 X0 Y0 Z0\nG1 X[#101*2] F500\nM30\n").unwrap();
     let said = folder.fails(1, &["simulate", "macro.nc", "-o", "x.csv"]);
     assert!(said.contains("macro.nc:3:4") && said.contains('^'), "{said}");
+    assert!(said.starts_with("error: a feed move depends") && said.matches("error:").count() == 1, "{said}");
     assert!(!folder.path("x.csv").exists());
     std::fs::write(folder.path("empty.nc"), "").unwrap();
     assert!(folder.fails(1, &["simulate", "empty.nc", "-o", "x.csv"]).contains("no feed move"));
@@ -98,4 +99,49 @@ fn json_on_standard_output_is_alone_there() {
     let again = folder.figures(&["measure", "x.csv"]);
     let (a, b) = (figures["contour_um"]["rms"].as_f64().unwrap(), again["contour_um"]["rms"].as_f64().unwrap());
     assert!((a - b).abs() < 0.02, "{a} {b}");
+}
+
+#[test]
+fn a_program_that_stays_as_it_is_says_why() {
+    let folder = Folder::new();
+    folder.train("20", "linear");
+    let compensate = |lines: &str| {
+        std::fs::write(folder.path("part.nc"), format!("G21 G90 G17\nG0 X0 Y0 Z5\n{lines}M30\n")).unwrap();
+        folder.precomp(&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc"])
+    };
+    let output = compensate("G41 D1\nG1 X30 F2400\nG1 X30 Y20\nG81 X5 Y5 Z-5 R2 F100\nG80\nG40\n");
+    let said = text(&output.stdout);
+    assert!(said.contains("no move that may be changed (1 in canned cycles, 2 under cutter compensation"), "{said}");
+    assert_eq!(std::fs::read(folder.path("out.nc")).unwrap(), std::fs::read(folder.path("part.nc")).unwrap());
+    // Where there is nothing to gain on moves that may be changed, that is another matter.
+    let said = text(&compensate("G1 X0.002 F1\nG53 G1 X5 F100\n").stdout);
+    assert!(said.contains("no gain worth having on the 1 moves") && said.contains("1 in machine coordinates (G53)"), "{said}");
+    std::fs::write(folder.path("turn.nc"), "G21 G90\nG0 X0\nG1 A30 F100\nM30\n").unwrap();
+    let said = folder.fails(1, &["simulate", "turn.nc", "-o", "x.csv"]);
+    assert!(said.contains("no move of the program moves an axis of the machine (x, y, z)"), "{said}");
+}
+
+#[test]
+fn excitation_is_written_in_the_words_of_the_control() {
+    let folder = Folder::new();
+    let lines = |controller: &str| -> Vec<String> {
+        folder.figures(&["excite", "-o", "e", "--seconds", "10", "--controller", controller]);
+        let text = std::fs::read_to_string(folder.path("e/04-lines.nc")).unwrap();
+        // Its control plans it without a complaint.
+        folder.figures(&["simulate", "e/04-lines.nc", "-o", "run.csv"]);
+        text.lines().map(str::to_owned).collect()
+    };
+    for controller in ["linuxcnc", "fanuc", "siemens", "grbl", "generic"] {
+        let program = lines(controller);
+        let has = |what: &str| program.iter().any(|line| line.contains(what));
+        assert_eq!((has("G64"), has("G93")), (controller == "linuxcnc", controller == "linuxcnc"), "{controller}");
+        assert_eq!(has("G4 P500"), controller == "fanuc", "{controller}");
+        assert!(has("MACHINE BALLSCREW") && has("(Z ") && has("WORK OFFSET") && has("MM/MIN"), "{controller}");
+        let moves: Vec<&String> =
+            program.iter().filter(|line| ["G0 ", "G1 "].iter().any(|code| line.starts_with(code))).collect();
+        assert!(moves[0].starts_with("G0 Z") && !moves[0].contains('X'), "{controller}: {}", moves[0]);
+        assert!(moves[1].starts_with("G0 X") && !moves[1].contains('Z'), "{controller}: {}", moves[1]);
+        assert!(moves[2].starts_with("G1 Z") && moves[2].ends_with(" F600."), "{controller}: {}", moves[2]);
+        assert!(moves[3..].iter().all(|line| line.starts_with("G1 ") && line.contains(" F")), "{controller}");
+    }
 }

@@ -4,6 +4,7 @@ mod cli;
 mod common;
 mod dwells;
 mod feeds;
+mod files;
 mod five_axis;
 mod measure;
 mod modes;

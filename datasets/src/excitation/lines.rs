@@ -31,6 +31,8 @@ pub(super) struct Lines<'a> {
     pub axes: &'a [Axis],
     pub limits: &'a Limits,
     pub home: &'a [f64],
+    /// Lowest and highest position of every axis, mm or rad.
+    pub travel: &'a [(f64, f64)],
     pub seconds: f64,
     pub rest_s: f64,
     pub speed_share: f64,
@@ -62,7 +64,8 @@ impl Lines<'_> {
             if approach {
                 let (axis, slot) = plunging[rng.random_range(0..plunging.len())];
                 let towards = (position(rng, axis) - at[slot]).signum();
-                end[slot] += towards * rng.random_range(APPROACH_MM);
+                let (lowest, highest) = self.travel[axis];
+                end[slot] = (end[slot] + towards * rng.random_range(APPROACH_MM)).clamp(lowest, highest);
             } else if !last && rng.random_bool(SINGLE) {
                 let (axis, slot) = moved[rng.random_range(0..moved.len())];
                 end[slot] = position(rng, axis);

@@ -75,9 +75,8 @@ pub fn excite(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     plan.runs
         .iter()
-        .enumerate()
-        .map(|(index, run)| {
-            let name = format!("{:02}-{}", index + 1, run.name);
+        .zip(plan.names())
+        .map(|(run, name)| {
             let mut stage = Stage { run, limits, axes, travel, period_s, rng: &mut rng };
             Ok((name, stage.play()?))
         })
@@ -113,6 +112,7 @@ impl Stage<'_> {
             axes: self.axes,
             limits: self.limits,
             home,
+            travel: self.travel,
             seconds: self.run.seconds,
             rest_s: REST_S,
             speed_share: self.run.speed_share,

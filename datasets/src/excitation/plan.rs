@@ -129,6 +129,12 @@ impl ExcitationPlan {
         self.runs.iter().map(|run| run.seconds).sum()
     }
 
+    /// Names of the runs, numbered from 1.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        self.runs.iter().enumerate().map(|(index, run)| format!("{:02}-{}", index + 1, run.name)).collect()
+    }
+
     pub(super) fn check(&self) -> Result<(), DatasetError> {
         if self.runs.is_empty() {
             return Err(DatasetError::Runs("the excitation plan has no run".to_owned()));

@@ -1,6 +1,5 @@
 //! Parquet tables.
 
-use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -142,7 +141,7 @@ fn read_as<T: DataType>(
 ///
 /// # Errors
 /// When the file cannot be written.
-pub(crate) fn write(file: &mut File, columns: &[(String, Vec<f64>)]) -> Result<(), ParquetError> {
+pub(crate) fn write(bytes: &mut Vec<u8>, columns: &[(String, Vec<f64>)]) -> Result<(), ParquetError> {
     let field = |(name, _): &(String, Vec<f64>)| {
         let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
         field.build().map(Arc::new)
@@ -150,7 +149,7 @@ pub(crate) fn write(file: &mut File, columns: &[(String, Vec<f64>)]) -> Result<(
     let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let schema = Type::group_type_builder("log").with_fields(fields).build()?;
     let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
-    let mut file = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?;
+    let mut file = SerializedFileWriter::new(bytes, Arc::new(schema), Arc::new(properties))?;
     let mut group = file.next_row_group()?;
     for (_, values) in columns {
         if let Some(mut column) = group.next_column()? {

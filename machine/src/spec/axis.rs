@@ -3,10 +3,13 @@
 use motion::{Axis, AxisKind, AxisLimits};
 use serde::{Deserialize, Serialize};
 
-use super::check::{Names, positive, within};
+use super::check::{Names, finite, positive, within};
 use super::rotary_drive::MRAD;
 use super::{DriveSpec, RotaryDriveSpec};
 use crate::MachineError;
+
+/// Shortest travel, mm or degrees: a shorter one is a typing error.
+const SHORTEST_TRAVEL: f64 = 1e-3;
 
 /// An axis: `kind = "linear"` or `"rotary"`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -144,8 +147,10 @@ impl AxisSpec {
             Self::Rotary(axis) => ("travel_deg", axis.travel_deg),
         };
         if let Some([low, high]) = travel {
-            within(&format!("axes.{name}.{key}[0]"), low, true, "finite")?;
+            finite(&format!("axes.{name}.{key}[0]"), low)?;
             within(&format!("axes.{name}.{key}[1]"), high, low < high, &format!("finite and above {low}; write [low, high]"))?;
+            finite(&format!("axes.{name}.{key}[1]"), high)?;
+            within(&format!("axes.{name}.{key}"), high - low, high - low >= SHORTEST_TRAVEL, "longer than 0.001")?;
         }
         let at = format!("axes.{name}.drive");
         match self {

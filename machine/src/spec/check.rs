@@ -1,5 +1,6 @@
 //! Range checks that name the key and the remedy.
 
+use super::ranges::range_of;
 use crate::MachineError;
 
 /// What a file calls the values of a drive, as pairs of a linear drive's key and the key in its place; keys that are the same are left out.
@@ -16,14 +17,34 @@ impl Names {
     }
 }
 
-/// Refuses `value` unless it is positive and finite.
+/// Refuses `value` unless it is positive, and within the range of `key`.
 pub(super) fn positive(key: &str, value: f64) -> Result<(), MachineError> {
-    within(key, value, value > 0.0, "positive and finite")
+    ranged(key, value, value > 0.0, "positive and finite")
 }
 
-/// Refuses `value` unless it is zero or more, and finite.
+/// Refuses `value` unless it is zero or more, and within the range of `key`.
 pub(super) fn not_negative(key: &str, value: f64) -> Result<(), MachineError> {
-    within(key, value, value >= 0.0, "zero or more, and finite")
+    ranged(key, value, value >= 0.0, "zero or more, and finite")
+}
+
+/// Refuses `value` unless it is within the range of `key`.
+pub(super) fn finite(key: &str, value: f64) -> Result<(), MachineError> {
+    ranged(key, value, true, "finite")
+}
+
+fn ranged(key: &str, value: f64, holds: bool, remedy: &str) -> Result<(), MachineError> {
+    match range_of(key) {
+        Some((low, high)) => {
+            let fits = holds && (low..=high).contains(&value);
+            within(key, value, fits, &format!("{remedy}, from {} to {}", shown(low), shown(high)))
+        }
+        None => within(key, value, holds, remedy),
+    }
+}
+
+/// A bound as it is read best.
+fn shown(bound: f64) -> String {
+    if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) { bound.to_string() } else { format!("{bound:e}") }
 }
 
 /// Refuses `value` unless it is finite and in 0..=1.
@@ -36,7 +57,7 @@ pub(super) fn within(key: &str, value: f64, holds: bool, remedy: &str) -> Result
     if value.is_finite() && holds {
         Ok(())
     } else {
-        Err(MachineError::BadDescription(format!("`{key}` is {value}; it must be {remedy}")))
+        Err(MachineError::BadDescription(format!("`{key}` is {}; it must be {remedy}", shown(value))))
     }
 }
 

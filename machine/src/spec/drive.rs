@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{Names, multiple, not_negative, positive, within};
+use super::check::{Names, finite, multiple, not_negative, positive, within};
 use super::friction::FrictionSpec;
 use crate::MachineError;
 
@@ -171,8 +171,9 @@ impl DriveSpec {
             wave.check(&key(&format!("motor.ripple[{i}]")))?;
         }
         for (i, wave) in motor.cogging.iter().enumerate() {
-            let wave = Harmonic { amplitude: wave.amplitude_n_m, per_turn: wave.per_turn, phase_rad: wave.phase_rad };
-            wave.check(&key(&format!("motor.cogging[{i}]")))?;
+            let at = key(&format!("motor.cogging[{i}]"));
+            finite(&format!("{at}.amplitude_n_m"), wave.amplitude_n_m)?;
+            Harmonic { amplitude: 0.0, per_turn: wave.per_turn, phase_rad: wave.phase_rad }.check(&at)?;
         }
         self.friction.check(&|name| key(&format!("friction.{name}")))?;
         self.rates(at, sampling_period_ms)?;
@@ -213,8 +214,8 @@ impl DriveSpec {
 impl Harmonic {
     /// Refuses what is not finite.
     pub(super) fn check(&self, at: &str) -> Result<(), MachineError> {
-        within(&format!("{at}.amplitude"), self.amplitude, true, "finite")?;
+        finite(&format!("{at}.amplitude"), self.amplitude)?;
         positive(&format!("{at}.per_turn"), self.per_turn)?;
-        within(&format!("{at}.phase_rad"), self.phase_rad, true, "finite")
+        finite(&format!("{at}.phase_rad"), self.phase_rad)
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Harmonic;
-use super::check::{not_negative, positive, share, within};
+use super::check::{finite, not_negative, positive, share, within};
 use crate::MachineError;
 
 /// Friction of an axis, split between the motor's and the table's side.
@@ -90,6 +90,7 @@ impl FrictionSpec {
     /// Refuses values out of range; `key` makes the full key of a value from its name.
     pub(super) fn check(&self, key: &dyn Fn(&str) -> String) -> Result<(), MachineError> {
         not_negative(&key("coulomb_n"), self.coulomb_n)?;
+        not_negative(&key("static_n"), self.static_n)?;
         within(&key("static_n"), self.static_n, self.static_n >= self.coulomb_n, &format!("at least `{}`", key("coulomb_n")))?;
         positive(&key("stribeck_mm_s"), self.stribeck_mm_s)?;
         share(&key("motor_share"), self.motor_share)?;
@@ -101,9 +102,9 @@ impl FrictionSpec {
         positive(&key("drift_time_s"), self.drift_time_s)?;
         let mut lowest = 1.0;
         for (i, wave) in self.waves.iter().enumerate() {
-            within(&key(&format!("waves[{i}].amplitude")), wave.amplitude, true, "finite")?;
+            finite(&key(&format!("waves[{i}].amplitude")), wave.amplitude)?;
             positive(&key(&format!("waves[{i}].period_mm")), wave.period_mm)?;
-            within(&key(&format!("waves[{i}].phase_rad")), wave.phase_rad, true, "finite")?;
+            finite(&key(&format!("waves[{i}].phase_rad")), wave.phase_rad)?;
             lowest -= wave.amplitude.abs();
         }
         for (i, wave) in self.screw_waves.iter().enumerate() {
@@ -111,8 +112,8 @@ impl FrictionSpec {
             lowest -= wave.amplitude.abs();
         }
         for (i, patch) in self.patches.iter().enumerate() {
-            within(&key(&format!("patches[{i}].amplitude")), patch.amplitude, true, "finite")?;
-            within(&key(&format!("patches[{i}].centre_mm")), patch.centre_mm, true, "finite")?;
+            finite(&key(&format!("patches[{i}].amplitude")), patch.amplitude)?;
+            finite(&key(&format!("patches[{i}].centre_mm")), patch.centre_mm)?;
             positive(&key(&format!("patches[{i}].width_mm")), patch.width_mm)?;
             lowest += patch.amplitude.min(0.0);
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::AxisSpec;
-use super::check::{not_negative, within};
+use super::check::{finite, not_negative};
 use crate::MachineError;
 
 /// How the axes place the tool: `kind = "cartesian"` or `"five-axis"`.
@@ -125,10 +125,10 @@ impl RotaryJointSpec {
     fn check(&self, at: &str) -> Result<(), MachineError> {
         for (key, values) in [("direction", self.direction), ("pivot_mm", self.pivot_mm)] {
             for (i, value) in values.into_iter().enumerate() {
-                within(&format!("{at}.{key}[{i}]"), value, true, "finite")?;
+                finite(&format!("{at}.{key}[{i}]"), value)?;
             }
         }
-        if self.direction == [0.0; 3] {
+        if self.direction.iter().all(|part| part.abs() < 1e-6) {
             return Err(MachineError::BadDescription(format!(
                 "`{at}.direction` is zero; give the direction of the axis, such as [0.0, 1.0, 0.0] for an axis along Y"
             )));

@@ -6,6 +6,7 @@ mod check;
 mod drive;
 mod friction;
 mod kinematics;
+mod ranges;
 mod read;
 mod rotary_drive;
 
@@ -228,7 +229,7 @@ impl MachineSpec {
         let PathSpec { smoothing_ms, short_line_acceleration, .. } = self.path;
         not_negative("path.smoothing_ms", smoothing_ms)?;
         let used = short_line_acceleration;
-        within("path.short_line_acceleration", used, used > 0.0 && used <= 1.0, "above 0 and at most 1")?;
+        within("path.short_line_acceleration", used, (0.01..=1.0).contains(&used), "at least 0.01 and at most 1")?;
         if let Some(controller) = &self.controller {
             controller.check()?;
         }

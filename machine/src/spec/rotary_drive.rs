@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{Names, positive, within};
+use super::check::{Names, finite, positive};
 use super::{DriveSpec, FrictionSpec, Harmonic, LoopSpec, MotorSpec, Patch, PreslidingSpec, ScrewSpec, TableSpec, Wave};
 use crate::MachineError;
 
@@ -166,7 +166,7 @@ impl RotaryDriveSpec {
             positive(&format!("{at}.friction.waves[{i}].period_rad"), wave.period_rad)?;
         }
         for (i, patch) in self.friction.patches.iter().enumerate() {
-            within(&format!("{at}.friction.patches[{i}].centre_rad"), patch.centre_rad, true, "finite")?;
+            finite(&format!("{at}.friction.patches[{i}].centre_rad"), patch.centre_rad)?;
             positive(&format!("{at}.friction.patches[{i}].width_rad"), patch.width_rad)?;
         }
         Ok(())

@@ -13,6 +13,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::cli::{Common, MachineArgs};
+use crate::files::Files;
 use crate::output::{Printer, write_json};
 
 /// Print the papers' tables beside what this build measures
@@ -70,6 +71,10 @@ enum TableName {
 }
 
 impl Reproduce {
+    pub fn files(&self) -> Files {
+        Files::of(self.common.json.as_deref()).reads_machine(&*self.machine.machine)
+    }
+
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let tables = if self.tables.is_empty() { TableName::value_variants().to_vec() } else { self.tables.clone() };
