@@ -54,3 +54,27 @@ fn learning_is_tuned_to_a_slow_machine() {
         assert_eq!(methods[named][figure], methods["best-ilc"][figure]);
     }
 }
+
+#[test]
+fn the_demo_prints_what_readme_says() {
+    // README's figures of the machine `ballscrew`, RMS and MAX, with a margin of 15 % (20 % for the MAX of a single noise seed).
+    let folder = Folder::new();
+    let figures = folder.figures(&["demo", "--out", "demo"]);
+    let programs = &figures["programs"];
+    let rows = [
+        (&figures, "first-run", 0.249, 0.799),
+        (&figures, "best-ilc", 0.252, 0.775),
+        (programs, "first-run", 0.282, 1.794),
+        (programs, "best-ilc", 0.286, 1.719),
+    ];
+    for (table, method, rms, max) in rows {
+        assert!(mean(table, method, "rms_um") < 1.15 * rms, "{method}: {table}");
+        assert!(mean(table, method, "max_um") < 1.2 * max, "{method}: {table}");
+        assert!(mean(table, method, "rms_um") > mean(table, "floor", "rms_um"), "{method}: {table}");
+    }
+    assert!(mean(programs, "first-run", "seconds") < 1.01 * mean(programs, "uncompensated", "seconds"), "{programs}");
+    for path in figures["paths"].as_array().unwrap() {
+        assert!(path["methods"]["first-run"]["max_at"]["near"].is_string(), "{path}");
+        assert!(path["methods"]["floor"]["rms_spread_um"].as_f64().unwrap() > 0.0, "{path}");
+    }
+}
