@@ -76,7 +76,20 @@ fn first_run_on_unseen_paths_and_programs() {
 
     // Paper C's paths: as good as spatial learning that has converged on the machine.
     for (curve, feed) in [("curve:saddle", "16.667"), ("curve:saddle-butterfly", "25")] {
-        let found = folder.figures(&["compare", curve, "--machine", "bc", "-m", "machine.model", "--feed", feed]);
+        let found = folder.figures(&[
+            "compare",
+            curve,
+            "--machine",
+            "bc",
+            "-m",
+            "machine.model",
+            "--feed",
+            feed,
+            "--gain",
+            "0.8",
+            "--low-pass",
+            "100",
+        ]);
         let methods = &found["paths"][0]["methods"];
         let of = |method: &str, figure: &str| methods[method][figure].as_f64().unwrap();
         println!("{curve}: {methods}");
