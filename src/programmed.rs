@@ -86,7 +86,7 @@ impl Programmed {
         Ok(Run { command, places, actual, figures })
     }
 
-    /// Runs the program, lets `law` move its points, and runs it again, `updates` times.
+    /// Runs the program, lets `law` move its points within `bounds`, and runs it again, `updates` times. Nothing moves at a standstill.
     ///
     /// # Errors
     /// As [`Programmed::run`], and when the law or the guard fails.
@@ -96,9 +96,10 @@ impl Programmed {
         law: &mut dyn CompensationLaw,
         pairing: Pairing,
         updates: usize,
+        bounds: &Guard,
     ) -> Result<Vec<Run>> {
         let desired = &self.part.plan.desired;
-        let guard = Guard { weights: weights(desired.trajectory()), ..Guard::default() };
+        let guard = Guard { weights: weights(desired.trajectory()), ..bounds.clone() };
         let mut reference = desired.trajectory().clone();
         let mut runs: Vec<Run> = Vec::with_capacity(updates + 1);
         for _ in 0..=updates {
@@ -143,8 +144,11 @@ fn weights(path: &Trajectory) -> Vec<f64> {
 
 /// A program through the path's places at least `spacing_mm` apart, its ends included.
 fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
-    let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\nG43.4 H1\n");
+    let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\n");
     let kinematics = path.kinematics().as_ref();
+    if kinematics.turns() {
+        text.push_str("G43.4 H1\n");
+    }
     for (number, point) in points(path, spacing_mm).into_iter().enumerate() {
         match number {
             0 => text.push_str("G0"),

@@ -54,14 +54,6 @@ impl Band {
         let inside = self.at(signal).iter().zip(errors).filter(|(width, error)| error.abs() <= **width).count();
         inside as f64 / errors.len().max(1) as f64
     }
-
-    /// Whether errors measured on a fresh log are larger than the band allows: the machine has changed, or is another one.
-    ///
-    /// A band that holds 95 % of errors is exceeded by 5 %; a quarter is far outside what chance does.
-    #[must_use]
-    pub fn is_stale(&self, signal: &AxisSignal<'_>, errors: &[f64]) -> bool {
-        self.held(signal, errors) < 0.75
-    }
 }
 
 fn regimes(signal: &AxisSignal<'_>, top_speed: f64) -> Vec<usize> {
@@ -121,8 +113,7 @@ mod tests {
         let signal = AxisSignal::uncompensated(&x, 0.002);
         let held = band.held(&signal, &errors);
         assert!((0.90..0.98).contains(&held), "{held}");
-        assert!(!band.is_stale(&signal, &errors));
         let worse: Vec<f64> = errors.iter().map(|e| e * 3.0).collect();
-        assert!(band.is_stale(&signal, &worse));
+        assert!(band.held(&signal, &worse) < 0.75);
     }
 }

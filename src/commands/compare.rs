@@ -7,8 +7,8 @@ use clap::Args;
 use machine::SimulationOptions;
 
 use super::simulate::SensorName;
-use crate::cli::{Common, MachineArgs, ProgramArgs};
-use crate::comparison::{self, CompareSettings, PathComparison, Plant};
+use crate::cli::{Common, MachineArgs, ProgramArgs, parse_positive};
+use crate::comparison::{self, CompareSettings, PathComparison, Plant, UNSEEN, UNSEEN_TURNED};
 use crate::files::Files;
 use crate::input::{self, Frame, Input};
 use crate::learning::{LawName, Settings};
@@ -16,6 +16,9 @@ use crate::output::{Outputs, Printer};
 use crate::report::{PathReport, Series, report_page};
 
 /// Compare first runs with iterative learning control, on a simulated or learned machine and paths that training never saw
+///
+/// Every ILC gets its best settings: gain, cut-off and the window at stops and turns (norm-optimal laws: their weights) are chosen on the machine
+/// that is compared, by the RMS of the last runs on a curve and a noise seed that are not reported.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp compare -m mill.model
@@ -38,18 +41,21 @@ pub struct Compare {
     /// Fresh noise seeds over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
-    /// Learning runs of every ILC
-    #[arg(long, default_value_t = 6)]
+    /// Learning runs of every ILC, the last of which counts
+    #[arg(long, default_value_t = CompareSettings::default().ilc_runs)]
     runs: usize,
-    /// Learning gain Q of the spatial ILC
-    #[arg(long, default_value_t = 0.8)]
-    gain: f64,
-    /// Cut-off of ILC's zero-phase low-pass, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 100.0)]
-    low_pass: f64,
+    /// Learning gain of every ILC with a constant one; tuned on the machine when left out
+    #[arg(long, value_name = "Q", value_parser = parse_positive)]
+    gain: Option<f64>,
+    /// Cut-off of ILC's zero-phase low-pass, Hz; tuned on the machine when left out. With --gain nothing is tuned
+    #[arg(long, value_name = "HZ", value_parser = parse_positive)]
+    low_pass: Option<f64>,
     /// How the first run is learned on the model
     #[arg(long, value_enum, default_value_t = Settings::default().law)]
     law: LawName,
+    /// Compare the same curves as G-code programs too, in a second table (built-in curves only)
+    #[arg(long)]
+    programs: bool,
     /// Updates of virtual learning on the model
     #[arg(long, default_value_t = 4)]
     iterations: usize,
@@ -63,11 +69,6 @@ pub struct Compare {
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
 }
-
-/// The curves that are compared when none is named: none of them is in any excitation.
-pub const UNSEEN: [&str; 4] = ["crown", "spiral", "flower", "nurbs-1"];
-/// The same on a machine that turns tool or workpiece (Paper C).
-pub const UNSEEN_TURNED: [&str; 2] = ["saddle", "saddle-butterfly"];
 
 impl Compare {
     pub fn files(&self) -> Files {
@@ -108,11 +109,19 @@ impl Compare {
         printer.line(format!("{on} machine `{}`", spec.name));
         printer.line(comparison::render(&results, &settings));
         let mut outputs = Outputs::default();
+        let mut figures = comparison::json(&results, &settings);
+        if self.programs {
+            let curves: Vec<&str> =
+                paths.iter().filter(|path| path.desired.curve().is_some()).map(|path| path.name.as_str()).collect();
+            let (programs, tuned) = comparison::compare_programs(&curves, plant, bundle.as_ref(), &settings, &results.tuned)?;
+            printer.line(comparison::render_programs(&programs, &tuned, &settings));
+            figures["programs"] = comparison::programs_json(&programs, &tuned, &settings);
+        }
         if let Some(report) = &self.report {
-            outputs.add(report, report_page("Comparison", &report_of(&results)?)?);
+            outputs.add(report, report_page("Comparison", &report_of(&results.paths)?)?);
             printer.line(format!("report in {}", report.display()));
         }
-        outputs.write(self.common.json.as_deref(), &comparison::json(&results, &settings))
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 }
 

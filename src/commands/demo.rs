@@ -8,9 +8,9 @@ use clap::Args;
 use datasets::Log;
 use serde_json::json;
 
-use super::compare::{UNSEEN, report_of};
+use super::compare::report_of;
 use crate::cli::{Common, MachineArgs};
-use crate::comparison::{self, CompareSettings, Plant};
+use crate::comparison::{self, CompareSettings, FEED_MM_S, Plant, UNSEEN, UNSEEN_TURNED};
 use crate::files::Files;
 use crate::input::{self, Frame, Input};
 use crate::output::{Outputs, Printer};
@@ -68,13 +68,18 @@ impl Demo {
         let model = self.out.join(MODEL);
         let mut outputs = Outputs::default();
         outputs.add(&model, trained.bundle.to_bytes()?);
-        printer.line(format!("3. compensated {} curves that training never saw, and ran them", UNSEEN.len()));
-        let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
+        let unseen = if frame.kinematics.turns() { &UNSEEN_TURNED[..] } else { &UNSEEN[..] };
+        printer.line(format!("3. compensated {} curves that training never saw, and ran them", unseen.len()));
+        let paths: Vec<Input> = unseen.iter().map(|name| Input::curve(name, FEED_MM_S, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
-        let results = comparison::compare(&paths, Plant::Simulated(&spec), Some(&trained.bundle), &settings)?;
+        let plant = Plant::Simulated(&spec);
+        let results = comparison::compare(&paths, plant, Some(&trained.bundle), &settings)?;
         printer.line(comparison::render(&results, &settings));
+        printer.line("4. the same curves as G-code programs of short lines, whose time the control plans itself");
+        let (programs, tuned) = comparison::compare_programs(unseen, plant, Some(&trained.bundle), &settings, &results.tuned)?;
+        printer.line(comparison::render_programs(&programs, &tuned, &settings));
         let report = self.out.join(REPORT);
-        outputs.add(&report, report_page("precomp demo", &report_of(&results)?)?);
+        outputs.add(&report, report_page("precomp demo", &report_of(&results.paths)?)?);
         printer.line(format!(
             "model in {}, report in {}; {:.0} s in all",
             model.display(),
@@ -82,6 +87,7 @@ impl Demo {
             started.elapsed().as_secs_f64()
         ));
         let mut figures = comparison::json(&results, &settings);
+        figures["programs"] = comparison::programs_json(&programs, &tuned, &settings);
         figures["train"] = trained.json();
         figures["seconds"] = json!(started.elapsed().as_secs_f64());
         outputs.write(self.common.json.as_deref(), &figures)

@@ -131,6 +131,7 @@ impl Measure {
                             fit.unit.key("rms"): fit.unit.value(fit.rms),
                             fit.unit.key("held_out_rms"): fit.unit.value(fit.expected),
                             "in_band_share": fit.in_band,
+                            "outside_share": fit.outside,
                             "stale": fit.stale,
                         })
                     ))
@@ -272,17 +273,22 @@ fn say_fits(printer: &Printer, fits: &[Fit]) {
     let rows: Vec<Vec<String>> = fits
         .iter()
         .map(|fit| {
-            let verdict = if fit.stale { "stale: train again, or adapt it with train --from" } else { "fits" };
+            let verdict = match fit.stale {
+                true => "stale: train again, or adapt it with train --from",
+                false if fit.outside >= 1.0 => "not judged: the run lies outside what the model was trained on",
+                false => "fits",
+            };
             vec![
                 fit.unit.label(&fit.axis),
                 fit.unit.number(fit.rms),
                 fit.unit.number(fit.expected),
                 format!("{:.1} %", fit.in_band * 100.0),
+                format!("{:.1} %", fit.outside * 100.0),
                 verdict.to_owned(),
             ]
         })
         .collect();
-    printer.line(table(&["model, axis", "error RMS", "held-out RMS", "within its 95 % band", ""], &rows));
+    printer.line(table(&["model, axis", "error RMS", "held-out RMS", "within its 95 % band", "outside its range", ""], &rows));
 }
 
 fn say_circle(printer: &Printer, circle: &CircularTest) {

@@ -8,8 +8,10 @@ use crate::evaluate::rms_max;
 use crate::output::Refusal;
 use crate::units::ErrorUnit;
 
-/// Error over the held-out error above which a model is stale, whatever its band says.
+/// Error over that of the worst two seconds of held-out runs above which a model is stale, whatever its band says.
 const STALE: f64 = 2.0;
+/// Share of errors within the 95 % band below which it is: chance exceeds the band in a twentieth, never in a quarter.
+const LEAST_IN_BAND: f64 = 0.75;
 
 /// How one axis of a model does on a new log.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,9 @@ pub struct Fit {
     pub expected: f64,
     /// Share of the samples within the model's 95 % band.
     pub in_band: f64,
+    /// Share of the samples beyond the positions, speeds and accelerations of the training. They say nothing of the machine and are left
+    /// out of the other figures, unless there are no others.
+    pub outside: f64,
     /// Whether the model no longer fits.
     pub stale: bool,
 }
@@ -48,15 +53,25 @@ pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
         let skip = scored(reference, log.period_s()).start;
         let errors: Vec<f64> =
             predictor.predict(&signal).iter().zip(reference.iter().zip(actual)).map(|(p, (r, x))| p - (r - x)).collect();
-        let scored = AxisSignal::uncompensated(&reference[skip..], log.period_s());
-        let rms = rms_max(&errors[skip..]).0;
+        let widths = axis.band.at(&AxisSignal::uncompensated(&reference[skip..], log.period_s()));
+        let outside = axis.coverage.weights(reference, log.period_s(), false);
+        let all: Vec<(f64, f64, bool)> =
+            (skip..reference.len()).map(|k| (errors[k], widths[k - skip], outside[k].1.is_some())).collect();
+        let inside: Vec<(f64, f64)> =
+            all.iter().filter(|(.., outside)| !outside).map(|(error, width, _)| (*error, *width)).collect();
+        let judged =
+            if inside.is_empty() { all.iter().map(|(error, width, _)| (*error, *width)).collect() } else { inside.clone() };
+        let rms = rms_max(&judged.iter().map(|(error, _)| *error).collect::<Vec<_>>()).0;
+        let in_band = judged.iter().filter(|(error, width)| error.abs() <= *width).count() as f64 / judged.len().max(1) as f64;
+        let uneven = axis.held_out.worst_window.max(1.0);
         found.push(Fit {
             axis: axis.name.clone(),
             unit: ErrorUnit::from(axis),
             rms,
-            stale: rms > STALE * axis.held_out.rms || axis.band.is_stale(&scored, &errors[skip..]),
+            stale: !inside.is_empty() && (rms > STALE * uneven * axis.held_out.rms || in_band < LEAST_IN_BAND),
             expected: axis.held_out.rms,
-            in_band: axis.band.held(&scored, &errors[skip..]),
+            in_band,
+            outside: 1.0 - inside.len() as f64 / all.len().max(1) as f64,
         });
     }
     if found.is_empty() {

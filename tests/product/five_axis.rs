@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use compensation::CompensationLaw;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard};
 use machine::{MachineSpec, SimulatedMachine};
 use motion::contour::MovingWindow;
 use precomp::input::Frame;
@@ -76,7 +76,20 @@ fn first_run_on_unseen_paths_and_programs() {
 
     // Paper C's paths: as good as spatial learning that has converged on the machine.
     for (curve, feed) in [("curve:saddle", "16.667"), ("curve:saddle-butterfly", "25")] {
-        let found = folder.figures(&["compare", curve, "--machine", "bc", "-m", "machine.model", "--feed", feed]);
+        let found = folder.figures(&[
+            "compare",
+            curve,
+            "--machine",
+            "bc",
+            "-m",
+            "machine.model",
+            "--feed",
+            feed,
+            "--gain",
+            "0.8",
+            "--low-pass",
+            "100",
+        ]);
         let methods = &found["paths"][0]["methods"];
         let of = |method: &str, figure: &str| methods[method][figure].as_f64().unwrap();
         println!("{curve}: {methods}");
@@ -176,7 +189,7 @@ fn spatial_learning_beats_tracking_where_programs_are_planned_anew() {
     let butterfly = Programmed::curve("saddle-butterfly", 50.0, 0.2, &Frame::of(&spec).unwrap()).unwrap();
     let mut machine = SimulatedMachine::new(&spec, 1001).unwrap();
     let mut learned = |law: &mut dyn CompensationLaw, pairing| {
-        let runs = butterfly.learn(&mut machine, law, pairing, 5).unwrap();
+        let runs = butterfly.learn(&mut machine, law, pairing, 5, &Guard::default()).unwrap();
         // Nothing is learned before the first run: its program is the original.
         assert_eq!(&runs[0].command, butterfly.part().plan.desired.trajectory());
         let figures = [0, 5].map(|run| runs[run].figures.tip);

@@ -2,6 +2,7 @@
 
 mod cli;
 mod common;
+mod comparison;
 mod dwells;
 mod feeds;
 mod files;

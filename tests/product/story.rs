@@ -18,8 +18,18 @@ fn first_run_on_unseen_paths() {
     folder.train("40", "staged");
 
     // A reference.
-    let before =
-        folder.figures(&["compare", "curve:five-petals", "-m", "machine.model", "--runs", "4", "--report", "report.html"]);
+    let before = folder.figures(&[
+        "compare",
+        "curve:five-petals",
+        "-m",
+        "machine.model",
+        "--gain",
+        "0.8",
+        "--low-pass",
+        "100",
+        "--report",
+        "report.html",
+    ]);
     let methods = &before["paths"][0]["methods"];
     let figure = |method: &str| methods[method]["rms_um"].as_f64().unwrap();
     assert!(figure("first-run") < 0.15 * figure("uncompensated"), "{methods}");
@@ -112,7 +122,20 @@ fn another_machine(folder: &Folder) {
         assert!(figure("held_out_rms_um") < 0.5 * figure("before_rms_um"), "{adapted}");
     }
     let compared = |model: &str| {
-        let figures = folder.figures(&["compare", "curve:crown", "-m", model, "--machine", "maxwell", "--runs", "1"]);
+        let figures = folder.figures(&[
+            "compare",
+            "curve:crown",
+            "-m",
+            model,
+            "--machine",
+            "maxwell",
+            "--runs",
+            "1",
+            "--gain",
+            "0.8",
+            "--low-pass",
+            "100",
+        ]);
         figures["paths"][0]["methods"]["first-run"]["rms_um"].as_f64().unwrap()
     };
     assert!(compared("adapted.model") < 0.5 * compared("machine.model"));

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use super::{Curve, Nurbs, OnSaddle, jet::Jet};
+use super::{Curve, Nurbs, OnSaddle, RoundedPolygon, jet::Jet};
 use crate::{MotionError, Vec3};
 
 /// A curve given by formulas for its three coordinates.
@@ -98,7 +98,44 @@ pub const NAMES: [&str; 11] = [
     "saddle-butterfly",
 ];
 
-/// The test curve called `name`: one of [`NAMES`], or `nurbs-N` for the random NURBS with seed `N`.
+/// Families that [`by_name`] knows beside [`NAMES`], with what `N` is.
+pub const FAMILIES: [&str; 4] = [
+    "nurbs-N (random, seed N)",
+    "saddle-nurbs-N (random on the saddle, seed N)",
+    "polygon-N (N sides, rounded corners)",
+    "spiral-Nmm (N mm a turn)",
+];
+
+/// The [`SPIRAL`]'s radial pitch, mm a turn.
+const SPIRAL_PITCH_MM: f64 = 8.0;
+
+/// The rising spiral with another pitch: `r = 8 + pu/2π`, `z = 2.5u·p/8` with `p` in mm a turn, three turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spiral {
+    /// Growth of the radius, mm a turn; positive.
+    pub pitch_mm: f64,
+}
+
+impl Curve for Spiral {
+    fn domain(&self) -> (f64, f64) {
+        SPIRAL.domain
+    }
+
+    fn derivatives(&self, u: f64) -> [Vec3; 4] {
+        let u = Jet::variable(u.clamp(0.0, SPIRAL.domain.1));
+        let [x, y, z] = polar(u * (self.pitch_mm / (2.0 * PI)) + 8.0, u, u * (2.5 * self.pitch_mm / SPIRAL_PITCH_MM));
+        std::array::from_fn(|order| Vec3::new(x.0[order], y.0[order], z.0[order]))
+    }
+}
+
+/// Circumradius, corner radius (mm) and tilt (rad) of `polygon-N`: within ± 35 mm, corners as a finishing cut has them, and all three axes move.
+const POLYGON: (f64, f64, f64) = (35.0, 4.0, 0.25);
+/// Sides that `polygon-N` may have: more leave no straight line between corners worth the name.
+const POLYGON_SIDES: std::ops::RangeInclusive<usize> = 3..=24;
+/// Largest pitch of `spiral-Nmm`, mm: three turns stay within ± 70 mm.
+const LARGEST_PITCH_MM: f64 = 20.0;
+
+/// The test curve called `name`: one of [`NAMES`] or of [`FAMILIES`].
 ///
 /// # Errors
 /// When there is no such curve.
@@ -115,12 +152,32 @@ pub fn by_name(name: &str) -> Result<Arc<dyn Curve>, MotionError> {
         "saddle-butterfly" => return Ok(Arc::new(saddle_butterfly()?)),
         _ => {}
     }
-    match name.strip_prefix("nurbs-").and_then(|seed| seed.parse().ok()) {
-        Some(seed) => Ok(Arc::new(random_nurbs(20, 18.0, 3, seed)?)),
-        None => {
-            Err(MotionError::BadCurve(format!("no test curve is called `{name}`; there are {} and nurbs-N", NAMES.join(", "))))
-        }
+    match of_family(name) {
+        Some(curve) => curve,
+        None => Err(MotionError::BadCurve(format!(
+            "no test curve is called `{name}`; there are {}, {}",
+            NAMES.join(", "),
+            FAMILIES.join(", ")
+        ))),
     }
+}
+
+/// The member of one of the [`FAMILIES`] called `name`; `None` where it is of none.
+fn of_family(name: &str) -> Option<Result<Arc<dyn Curve>, MotionError>> {
+    if let Some(seed) = name.strip_prefix("nurbs-").and_then(|seed| seed.parse().ok()) {
+        return Some(random_nurbs(20, 18.0, 3, seed).map(|curve| Arc::new(curve) as Arc<dyn Curve>));
+    }
+    if let Some(seed) = name.strip_prefix("saddle-nurbs-").and_then(|seed| seed.parse().ok()) {
+        return Some(random_nurbs(8, 18.0, 2, seed).map(|curve| Arc::new(OnSaddle(curve)) as Arc<dyn Curve>));
+    }
+    if let Some(sides) = name.strip_prefix("polygon-").and_then(|sides| sides.parse().ok())
+        && POLYGON_SIDES.contains(&sides)
+    {
+        let (circumradius, corner, tilt) = POLYGON;
+        return Some(RoundedPolygon::new(sides, circumradius, corner, tilt).map(|curve| Arc::new(curve) as Arc<dyn Curve>));
+    }
+    let pitch_mm: f64 = name.strip_prefix("spiral-")?.strip_suffix("mm")?.parse().ok()?;
+    (pitch_mm > 0.0 && pitch_mm <= LARGEST_PITCH_MM).then(|| Ok(Arc::new(Spiral { pitch_mm }) as Arc<dyn Curve>))
 }
 
 /// A random NURBS: quintic through `points` points, every one of its `dimensions` first coordinates `N(0, sigma_mm²)`.
@@ -221,4 +278,32 @@ pub fn saddle_butterfly() -> Result<OnSaddle<Nurbs>, MotionError> {
     /// Half the width of that box, mm.
     const HALF_WIDTH: f64 = 48.580959;
     Ok(OnSaddle(butterfly_about(CENTRE, 40.0 / HALF_WIDTH)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_and_family_has_its_curve() {
+        for name in NAMES.iter().copied().chain(["nurbs-7", "saddle-nurbs-7", "polygon-5", "spiral-6mm", "spiral-7.5mm"]) {
+            assert!(by_name(name).is_ok(), "{name}");
+        }
+        for name in
+            ["nurbs-", "polygon-2", "polygon-99", "polygon-x", "spiral-6", "spiral-0mm", "spiral-NaNmm", "spiral--3mm", "spline"]
+        {
+            let refused = by_name(name).unwrap_err().to_string();
+            assert!(refused.contains(name) && refused.contains("polygon-N"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn the_spiral_of_eight_millimetres_is_the_spiral() {
+        let of_pitch = Spiral { pitch_mm: SPIRAL_PITCH_MM };
+        for u in [0.0, 1.0, 7.3, 18.0] {
+            for (one, other) in of_pitch.derivatives(u).iter().zip(SPIRAL.derivatives(u)) {
+                assert!((one - other).norm() < 1e-12);
+            }
+        }
+    }
 }

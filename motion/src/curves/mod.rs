@@ -4,11 +4,13 @@ mod basic;
 mod jet;
 pub mod library;
 mod nurbs;
+mod polygon;
 mod saddle;
 
 pub use basic::{Arc, Bezier, Line};
 pub use jet::Jet;
 pub use nurbs::Nurbs;
+pub use polygon::RoundedPolygon;
 pub use saddle::OnSaddle;
 
 use crate::Vec3;

@@ -189,7 +189,7 @@ impl Reproduce {
             ];
             found.push(UNCOMPENSATED, 0, programmed.run(&mut machine, desired.trajectory())?.figures);
             for (method, mut law, pairing) in laws {
-                if let Some(last) = programmed.learn(&mut machine, law.as_mut(), pairing, runs)?.last() {
+                if let Some(last) = programmed.learn(&mut machine, law.as_mut(), pairing, runs, &Guard::default())?.last() {
                     found.push(method, runs, last.figures);
                 }
             }

@@ -4,8 +4,7 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::commands::compare::UNSEEN;
-use crate::comparison::{self, CompareSettings, PathComparison, Plant, method};
+use crate::comparison::{self, CompareSettings, FEED_MM_S, Ilc, Method, PAPER_D, PathComparison, Plant, Tuned};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
 use crate::recording::{TRAVEL_MM, record};
@@ -14,7 +13,7 @@ use crate::training_run::{self, TrainSettings};
 /// RMS and MAX, µm, as printed.
 type Printed = Option<(f64, f64)>;
 
-/// Uncompensated, pre-compensated, converged ILC on each of [`UNSEEN`].
+/// Uncompensated, pre-compensated, converged ILC on each of [`PAPER_D`].
 const PRINTED: [[Printed; 3]; 4] = [
     [Some((7.361, 11.894)), Some((0.527, 2.354)), None],
     [Some((5.994, 9.734)), Some((0.399, 2.004)), None],
@@ -27,12 +26,13 @@ impl Reproduce {
         let spec = input::machine(&self.machine.machine)?;
         let frame = Frame::of(&spec)?;
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
-        let paths: Vec<Input> = UNSEEN.iter().map(|name| Input::curve(name, 80.0, &frame)).collect::<Result<_>>()?;
+        let paths: Vec<Input> = PAPER_D.iter().map(|name| Input::curve(name, FEED_MM_S, &frame)).collect::<Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
+        let tuned = Tuned::on(Plant::Simulated(&spec), &[Ilc::Spatial], &frame, &settings)?;
         let compared = |predictor: &str| -> Result<Vec<PathComparison>> {
             let train = TrainSettings::of(input::recipe(predictor)?, self.common.seed);
             let bundle = training_run::train(&logs, Some(&spec), &train)?.bundle;
-            comparison::compare(&paths, Plant::Simulated(&spec), Some(&bundle), &settings)
+            comparison::compare_tuned(&paths, Plant::Simulated(&spec), Some(&bundle), &settings, &tuned)
         };
         let by_lstm = compared(self.network("lstm"))?;
         let by_staged = compared("staged")?;
@@ -40,11 +40,11 @@ impl Reproduce {
         for ((lstm, staged), printed) in by_lstm.iter().zip(&by_staged).zip(PRINTED) {
             let [uncompensated, pre_compensated, ilc] = printed;
             for (what, result, name, printed) in [
-                ("uncompensated", lstm, method::UNCOMPENSATED, uncompensated),
-                ("LSTM, one shot (the paper)", lstm, method::ONE_SHOT, pre_compensated),
-                ("staged, first run (precomp)", staged, method::FIRST_RUN, None),
-                ("converged spatial ILC", staged, method::SPATIAL_ILC, ilc),
-                ("floor", staged, method::FLOOR, None),
+                ("uncompensated", lstm, Method::Uncompensated, uncompensated),
+                ("LSTM, one shot (the paper)", lstm, Method::OneShot, pre_compensated),
+                ("staged, first run (precomp)", staged, Method::FirstRun, None),
+                ("converged spatial ILC", staged, Method::Ilc(Ilc::Spatial), ilc),
+                ("floor", staged, Method::Floor, None),
             ] {
                 if let Some(figures) = result.of(name) {
                     rows.push((format!("{}, {what}", result.name), printed, figures.mean()));

@@ -8,7 +8,7 @@ use motion::Trajectory;
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::commands::compare::UNSEEN;
+use crate::comparison::PAPER_D;
 use crate::evaluate::{contour_errors, rms_max};
 use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table, um};
@@ -75,13 +75,13 @@ impl Reproduce {
             for seed in self.seeds_used() {
                 let logs = record(&spec, self.seconds, TRAVEL_MM, seed)?;
                 let bundle = trained(&logs, &spec, predictor, FeatureSet::Iii, seed)?;
-                for (sums, name) in sums.iter_mut().zip(UNSEEN) {
+                for (sums, name) in sums.iter_mut().zip(PAPER_D) {
                     for (sum, figures) in sums.iter_mut().zip(self.predicted(&spec, &bundle, name, seed)?) {
                         *sum = (sum.0 + figures.0 / self.seeds as f64, sum.1 + figures.1 / self.seeds as f64);
                     }
                 }
             }
-            for ((name, sums), printed) in UNSEEN.iter().zip(sums).zip(printed) {
+            for ((name, sums), printed) in PAPER_D.iter().zip(sums).zip(printed) {
                 for ((what, measured), printed) in ["x", "y", "z", "contour"].iter().zip(sums).zip(printed) {
                     rows.push(Row { name: format!("{title}, {name}, {what}"), printed: Some(printed), measured });
                 }
