@@ -8,7 +8,9 @@
 //! | logging period | 1, 2 or 4 ms, equally |
 //! | position loop | P over velocity PI (cascade) p = 0.6; PID over velocity P p = 0.4 |
 //! | position gain `Kv` | `L(20, 120)` 1/s |
-//! | velocity feed-forward | 0 with p = 0.25, else `U(0, 1)` |
+//! | bandwidth of the velocity loops | `Kv·L(3, 10)` |
+//! | a PID's integral time, derivative gain | `L(40, 300)` ms; 0 with p = 0.5, else `U(0, 0.2)` |
+//! | velocity feed-forward | cascade: 0 with p = 0.25, else `U(0, 1)`; PID: `U(0.8, 1)` |
 //! | acceleration feed-forward | 0 with p = 0.5, else `U(0, 1)` |
 //! | command smoothing | none p = 0.35, a moving average p = 0.4, a first-order lag p = 0.25, of `L(1, 30)` ms |
 //! | loop delay | 0 with p = 0.4, else 1 to 5 periods (1 ms) of the position loop |
@@ -18,15 +20,14 @@
 //! | friction model | LuGre p = 0.35, Maxwell-slip p = 0.35, Coulomb p = 0.15, Stribeck p = 0.15 (both LuGre with a presliding distance of `U(0.5, 1)` µm) |
 //! | warming up | none p = 0.5, else by `U(0.02, 0.08)` within `L(100, 1500)` s |
 //! | largest speed `v` | `L(40, 150)` mm/s, but no more than half a second of the largest acceleration |
-//! | largest acceleration `a` | `2·L(0.01, 0.06) mm / T²`, in 40…2500 mm/s²: the linear lag leaves so much on a circle; `T² = (1.04 − ff²)/Kv²` plus the lag's squared time constant, or a twelfth of the average's squared window |
+//! | largest acceleration `a` | `2·L(0.01, 0.06) mm / T²`, in 100…2500 mm/s²: the linear lag leaves so much on a circle; `T² = (1.04 − ff²)/Kv²` (PID: at least `2·(1 − ff)·T_i/Kv`) plus the lag's squared time constant, or a twelfth of the average's squared window |
 //! | largest jerk | `a·Kv·L(0.3, 1.2)` |
 //!
 //! | of each axis | drawn from |
 //! |---|---|
 //! | `Kv` | the machine's × `U(0.99, 1.01)`: axes that lag by different times cut corners off everything |
 //! | velocity feed-forward | the machine's + `U(−0.01, 0.01)`, not below 0 |
-//! | velocity loop | bandwidth `Kv·L(3, 10)`; a cascade's integral time `L(4, 15)` over the bandwidth |
-//! | a PID's integral time, derivative gain | `L(60, 600)` ms; 0 with p = 0.5, else `U(0, 0.2)` |
+//! | velocity loop | bandwidth the machine's × `U(0.95, 1.05)`; a cascade's integral time `L(4, 15)` over the bandwidth |
 //! | current loop's lag | `L(0.2, 0.8)` ms |
 //! | table | `L(10, 200)` kg, viscous friction `L(10, 500)` N·s/m |
 //! | lead | `U(4, 20)` mm |
@@ -99,6 +100,11 @@ enum FrictionKind {
 struct Common {
     structure: Structure,
     position_gain_1_s: f64,
+    /// Bandwidth of the velocity loops, as a multiple of the position gain.
+    bandwidth_ratio: f64,
+    /// Integral time and derivative gain of a PID.
+    position_integral_ms: f64,
+    position_derivative: f64,
     feed_forward: f64,
     acceleration_feed_forward: f64,
     smoothing: Smoothing,
@@ -185,8 +191,16 @@ impl Common {
     fn of(draw: &mut Draw) -> Self {
         let structure = if draw.chance(0.6) { Structure::Cascade } else { Structure::Pid };
         let position_gain_1_s = draw.log_uniform(POSITION_GAIN_1_S[0], POSITION_GAIN_1_S[1]);
+        let bandwidth_ratio = draw.log_uniform(3.0, 10.0);
+        let position_integral_ms = draw.log_uniform(40.0, 300.0);
+        let derivative = draw.uniform(0.0, 0.2);
+        let position_derivative = if draw.chance(0.5) { 0.0 } else { derivative };
         let share = |draw: &mut Draw, none: f64| if draw.chance(none) { 0.0 } else { draw.uniform(0.0, 1.0) };
-        let feed_forward = share(draw, 0.25);
+        let feed_forward = match structure {
+            Structure::Cascade => share(draw, 0.25),
+            // Without it the integrator winds up on every curve: nobody runs a PID so.
+            Structure::Pid => draw.uniform(0.8, 1.0),
+        };
         let acceleration_feed_forward = share(draw, 0.5);
         let smoothing_ms = draw.log_uniform(1.0, 30.0);
         let smoothing = match draw.uniform(0.0, 1.0) {
@@ -217,13 +231,19 @@ impl Common {
                 Smoothing::Lag(time_ms) => time_ms * time_ms,
             };
         // On a circle a lag takes `a/2` times its squared time constant off the radius; the velocity loop's is about a fifth of the position loop's.
-        let lag_s2 = (1.04 - feed_forward * feed_forward) / position_gain_1_s.powi(2) + smoothing_s2;
-        let acceleration_mm_s2 = (2.0 * lag_mm / lag_s2).clamp(40.0, 2500.0);
+        let loop_s2 = (1.04 - feed_forward * feed_forward) / position_gain_1_s.powi(2);
+        // A PID's tracking error is the acceleration, less what is fed forward, over its integral gain.
+        let wound_s2 = 2.0 * (1.0 - feed_forward) * position_integral_ms * 1e-3 / position_gain_1_s;
+        let lag_s2 = smoothing_s2 + if structure == Structure::Pid { loop_s2.max(wound_s2) } else { loop_s2 };
+        let acceleration_mm_s2 = (2.0 * lag_mm / lag_s2).clamp(100.0, 2500.0);
         let velocity_mm_s = draw.log_uniform(40.0, 150.0).min(0.5 * acceleration_mm_s2);
         let jerk_mm_s3 = acceleration_mm_s2 * position_gain_1_s * draw.log_uniform(0.3, 1.2);
         Self {
             structure,
             position_gain_1_s,
+            bandwidth_ratio,
+            position_integral_ms,
+            position_derivative,
             feed_forward,
             acceleration_feed_forward,
             smoothing,

@@ -80,7 +80,7 @@ impl AxisDraw<'_> {
         let motor_kg = ratio * table_kg;
         let total_kg = table_kg + motor_kg;
         let position_gain_1_s = self.common.position_gain_1_s * self.draw.uniform(0.99, 1.01);
-        let bandwidth_1_s = position_gain_1_s * self.draw.log_uniform(3.0, 10.0);
+        let bandwidth_1_s = position_gain_1_s * self.common.bandwidth_ratio * self.draw.uniform(0.95, 1.05);
         // The deflection of the loops without their integrators.
         let stiffness_n_m = total_kg * bandwidth_1_s * position_gain_1_s;
         let coulomb_n = stiffness_n_m * self.draw.log_uniform(1.0, 20.0) * 1e-6;
@@ -98,8 +98,6 @@ impl AxisDraw<'_> {
         let feed_forward =
             if common.feed_forward > 0.0 { (common.feed_forward + self.draw.uniform(-0.01, 0.01)).max(0.0) } else { 0.0 };
         let integral_time_ms = 1e3 * self.draw.log_uniform(4.0, 15.0) / bandwidth_1_s;
-        let position_integral_ms = self.draw.log_uniform(60.0, 600.0);
-        let derivative = if self.draw.chance(0.5) { 0.0 } else { self.draw.uniform(0.0, 0.2) };
         let pid = common.structure == Structure::Pid;
         let (command_average_ms, command_lag_ms) = match common.smoothing {
             Smoothing::None => (0.0, 0.0),
@@ -115,8 +113,8 @@ impl AxisDraw<'_> {
             position_period_ms: 1.0,
             velocity_period_ms: VELOCITY_PERIOD_MS,
             integration_step_us: 0.5 * VELOCITY_PERIOD_MS * 1e3,
-            position_integral_ms: pid.then_some(position_integral_ms),
-            position_derivative: if pid { derivative } else { 0.0 },
+            position_integral_ms: pid.then_some(common.position_integral_ms),
+            position_derivative: if pid { common.position_derivative } else { 0.0 },
             acceleration_feed_forward: common.acceleration_feed_forward,
             command_average_ms,
             command_lag_ms,
