@@ -82,7 +82,7 @@ pub struct Common {
 /// What the machine is.
 #[derive(Debug, Clone, Args)]
 pub struct MachineArgs {
-    /// Machine description: a TOML file, or a built-in one (ballscrew, maxwell, worn, bc, xyzac)
+    /// Machine description: a TOML file, or a built-in one (ballscrew, maxwell, worn, bc, xyzac), or one drawn at random (random:SEED)
     #[arg(long, value_name = "TOML", default_value = "ballscrew")]
     pub machine: String,
 }

@@ -21,6 +21,9 @@ use crate::travel;
 /// The prefix of built-in test curves.
 pub const CURVE: &str = "curve:";
 
+/// The prefix of machines drawn at random, before their seed.
+const RANDOM: &str = "random:";
+
 /// A path to be run: its name and what it is.
 #[derive(Debug)]
 pub struct Input {
@@ -209,11 +212,16 @@ pub fn is_reference(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ["csv", "parquet"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
 
-/// The machine called or described by `machine`: a built-in name or a TOML file.
+/// The machine called or described by `machine`: a built-in name, `random:SEED`, or a TOML file.
 ///
 /// # Errors
 /// When there is no such machine, or its description is not sound.
 pub fn machine(machine: &str) -> Result<MachineSpec> {
+    if let Some(seed) = machine.strip_prefix(RANDOM) {
+        let seed =
+            seed.parse().map_err(|_| Usage(format!("`{machine}`: a random machine has a whole number, as in {RANDOM}7")))?;
+        return Ok(MachineSpec::random(seed)?);
+    }
     let names = machine::BUILTIN_MACHINES.map(|(name, _)| name);
     described("machine", machine, &names, MachineSpec::builtin, MachineSpec::from_toml)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use datasets::Log;
-use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis};
+use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis, Sensor};
 use models::Coverage;
 use motion::{AxisKind, PlanSettings};
 
@@ -61,6 +61,7 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
     let spec = MachineSpec {
         name: "from the log".to_owned(),
         sampling_period_ms: period_s * 1e3,
+        sensor: Sensor::default(),
         path: PathSpec {
             smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
             short_line_acceleration: PlanSettings::default().short_line_acceleration,

@@ -71,17 +71,41 @@ pub fn learn(
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
+    learn_from(machine, law, desired, None, start, guard, stop, measure)
+}
+
+/// As [`learn`], with the first run where it is known already.
+#[allow(clippy::too_many_arguments)] // those of `learn`, and one
+pub(crate) fn learn_from(
+    machine: &mut dyn Machine,
+    law: &mut dyn CompensationLaw,
+    desired: &DesiredPath,
+    mut first: Option<Round>,
+    start: Option<Trajectory>,
+    guard: &Guard,
+    stop: &StopRule,
+    measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
+) -> Result<Learned, CompensationError> {
     let mut reference = start.unwrap_or_else(|| desired.trajectory().clone());
     let mut rounds: Vec<Round> = Vec::with_capacity(stop.updates + 1);
     let mut best = 0;
     for update in 0..=stop.updates {
-        let actual = machine.run(&reference)?;
+        let known = first.take();
+        let (actual, mut figure) = match known {
+            Some(round) => {
+                reference = round.reference;
+                (round.actual, Some(round.measure))
+            }
+            None => (machine.run(&reference)?, None),
+        };
         // The law does not wait for the figure, which only says whether its update counts.
-        let mut figure = f64::INFINITY;
         let next = rayon::in_place_scope(|scope| {
-            scope.spawn(|_| figure = measure(desired, &actual));
+            if figure.is_none() {
+                scope.spawn(|_| figure = Some(measure(desired, &actual)));
+            }
             (update < stop.updates).then(|| law.update(desired, &reference, &actual))
         });
+        let figure = figure.unwrap_or(f64::INFINITY);
         rounds.push(Round { reference, actual, measure: figure });
         if figure < (1.0 - stop.worth) * rounds[best].measure {
             best = update;

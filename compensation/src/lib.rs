@@ -3,6 +3,7 @@
 //! Every method is the same loop: run a reference on a machine, measure the error, let a law move the reference. The machine is a
 //! real one, a simulated one, or a learned model of one; a law never knows which.
 
+mod descent;
 mod error;
 mod filter;
 mod guard;
@@ -11,6 +12,7 @@ pub mod laws;
 mod learn;
 mod response;
 
+pub use descent::{Descent, Ended, descend, spatial_ladder};
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use guard::Guard;

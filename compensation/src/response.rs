@@ -1,6 +1,7 @@
 //! Impulse responses: what a shift of the reference does to the actual position.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use machine::Machine;
 use motion::{AxisKind, Trajectory};
@@ -17,6 +18,17 @@ pub struct ImpulseResponse {
 const NEGLIGIBLE: f64 = 1e-9;
 /// Ridge of the identification, as a share of the probe's energy: only against a probe that excites little.
 const RIDGE: f64 = 1e-9;
+
+/// Root mean square of a model's probe, mm: beyond backlash and presliding of most machines, within what motors can do.
+const MODEL_PROBE_MM: f64 = 0.01;
+/// Ridge of a model's response at its first and last tap, as a share of the probe's energy: late taps have to be shown by the data.
+const MODEL_RIDGE: [f64; 2] = [1e-6, 1e-2];
+
+/// A ridge that grows exponentially over the taps.
+fn decaying(taps: usize) -> Vec<f64> {
+    let [first, last] = MODEL_RIDGE;
+    (0..taps).map(|i| first * (last / first).powf(i as f64 / taps as f64)).collect()
+}
 
 /// Lever arm with which a shift in mm is turned into one of an angle, mm.
 const LEVER_MM: f64 = 100.0;
@@ -52,6 +64,11 @@ impl ImpulseResponse {
     /// # Errors
     /// When the input does not excite that many taps, or the lengths differ.
     pub fn identify(input: &[f64], output: &[f64], taps: usize) -> Result<Self, CompensationError> {
+        Self::identify_with(input, output, taps, &vec![RIDGE; taps])
+    }
+
+    /// As [`ImpulseResponse::identify`], with a ridge for each tap, as a share of the input's energy.
+    fn identify_with(input: &[f64], output: &[f64], taps: usize, ridge: &[f64]) -> Result<Self, CompensationError> {
         let unusable = |value: f64| CompensationError::BadSetting {
             name: "samples from which an impulse response is identified",
             value,
@@ -79,7 +96,7 @@ impl ImpulseResponse {
             return Err(unusable(samples as f64));
         }
         for i in 0..taps {
-            normal[(i, i)] += RIDGE * energy;
+            normal[(i, i)] += ridge[i] * energy;
         }
         let right = DVector::from_fn(taps, |lag, _| (lag..samples).map(|k| input[k - lag] * output[k]).sum::<f64>());
         let solved = normal.cholesky().map(|factor| factor.solve(&right)).ok_or_else(|| unusable(samples as f64))?;
@@ -123,6 +140,58 @@ impl ImpulseResponse {
             .collect()
     }
 
+    /// As [`ImpulseResponse::probe`], for a model that answers without noise: shifts of every duration from one sample to the memory, so that slow
+    /// responses show as well as fast ones, and a prior that lets a response decay smoothly ("tuned/correlated" kernel; Chen, Ohlsson and Ljung 2012).
+    ///
+    /// # Errors
+    /// As [`ImpulseResponse::probe`].
+    pub fn probe_model(machine: &mut dyn Machine, path: &Trajectory, memory_s: f64) -> Result<Vec<Self>, CompensationError> {
+        let taps = ((memory_s / path.period_s()).ceil() as usize).clamp(1, (path.len() / 4).max(1));
+        let octaves = taps.ilog2() + 1;
+        let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+        let mut sign = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            if state >> 63 == 0 { 1.0 } else { -1.0 }
+        };
+        let mut probe = |axis: &motion::Axis| -> Vec<f64> {
+            let lever = if axis.kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
+            let mut signs = vec![0.0; octaves as usize];
+            let mut sum = |k: usize| {
+                for (octave, value) in signs.iter_mut().enumerate() {
+                    if k.is_multiple_of(1 << octave) {
+                        *value = sign();
+                    }
+                }
+                signs.iter().sum::<f64>() * MODEL_PROBE_MM / lever / f64::from(octaves).sqrt()
+            };
+            (0..path.len()).map(&mut sum).collect()
+        };
+        let probes: Vec<Vec<f64>> = path.axes().iter().map(&mut probe).collect();
+        let probed = path.columns().iter().zip(&probes);
+        let probed = path.with_columns(probed.map(|(x, u)| x.iter().zip(u).map(|(x, u)| x + u).collect()).collect())?;
+        let (without, with) = (machine.run(path)?, machine.run(&probed)?);
+        let answers = with.columns().iter().zip(without.columns());
+        let found = probes.par_iter().zip(answers.collect::<Vec<_>>()).map(|(probe, (with, without))| {
+            let answer: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
+            Ok(Self::identify_with(probe, &answer, taps, &decaying(taps))?.shortened())
+        });
+        found.collect()
+    }
+
+    /// Without the taps at its end that together make up less than a hundredth of all.
+    fn shortened(mut self) -> Self {
+        let total: f64 = self.taps.iter().map(|tap| tap.abs()).sum();
+        let mut tail = 0.0;
+        while self.taps.len() > 1 {
+            tail += self.taps[self.taps.len() - 1].abs();
+            if tail > 0.01 * total {
+                break;
+            }
+            self.taps.pop();
+        }
+        self
+    }
+
     /// The taps.
     #[must_use]
     pub fn taps(&self) -> &[f64] {
@@ -133,6 +202,14 @@ impl ImpulseResponse {
     #[must_use]
     pub fn static_gain(&self) -> f64 {
         self.taps.iter().sum()
+    }
+
+    /// How late a slow motion comes, samples: the first moment of the response over its static gain; 0 where that is not positive.
+    #[must_use]
+    pub fn delay_samples(&self) -> f64 {
+        let gain = self.static_gain();
+        let moment: f64 = self.taps.iter().enumerate().map(|(lag, tap)| lag as f64 * tap).sum();
+        if gain > 0.0 { (moment / gain).max(0.0) } else { 0.0 }
     }
 
     /// `y = P·u`: the filter.

@@ -24,6 +24,7 @@
 
 mod drive;
 mod error;
+mod random;
 mod simulated;
 mod spec;
 
@@ -34,7 +35,7 @@ pub use spec::{
     AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec,
     Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,
     ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
-    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Wave,
+    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Warming, Wave,
 };
 
 /// What turns a commanded motion into an actual one.

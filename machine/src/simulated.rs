@@ -3,19 +3,28 @@
 use motion::{Axis, Trajectory};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use serde::{Deserialize, Serialize};
 
-use crate::drive::{Drive, Readings};
+use crate::drive::{Drive, Readings, Start};
 use crate::spec::{DriveSpec, MachineSpec, Rates};
 use crate::{Machine, MachineError};
 
 /// Where the position loop and the log take an axis's position from.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Sensor {
     /// The encoder on the motor's shaft; it cannot see backlash and the screw's stretch.
     #[default]
     Motor,
     /// A scale on the table.
     Table,
+}
+
+impl Sensor {
+    /// Whether it is the motor's encoder, which a machine file need not state.
+    pub(crate) fn is_motor(&self) -> bool {
+        *self == Self::Motor
+    }
 }
 
 /// The reference between its samples.
@@ -31,8 +40,8 @@ pub enum Interpolation {
 /// How a machine is simulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulationOptions {
-    /// Feedback of the position loop, and the view that [`Machine::run`] returns.
-    pub sensor: Sensor,
+    /// Feedback of the position loop, and the view that [`Machine::run`] returns; the machine's own where it is `None`.
+    pub sensor: Option<Sensor>,
     /// Factor on all run-to-run noise: torque and force noise, each run's friction level, drift. 1 as described; at 0 nothing is drawn and
     /// every run is the same.
     pub noise_scale: f64,
@@ -44,7 +53,7 @@ pub struct SimulationOptions {
 
 impl Default for SimulationOptions {
     fn default() -> Self {
-        Self { sensor: Sensor::Motor, noise_scale: 1.0, quantised: true, interpolation: Interpolation::Linear }
+        Self { sensor: None, noise_scale: 1.0, quantised: true, interpolation: Interpolation::Linear }
     }
 }
 
@@ -74,8 +83,12 @@ pub struct SimulatedMachine {
     axes: Vec<SimulatedAxis>,
     period_s: f64,
     options: SimulationOptions,
+    /// The machine's own sensor.
+    sensor: Sensor,
     seed: u64,
     runs: u64,
+    /// For how long it has run so far, s: friction changes while it warms up.
+    elapsed_s: f64,
 }
 
 /// An axis and its drive.
@@ -95,7 +108,7 @@ const APPROACH_S: f64 = 0.15;
 const REST_S: f64 = 0.25;
 
 impl SimulatedMachine {
-    /// The machine that `spec` describes, with motor encoders and all noise; `seed` decides the noise of all runs.
+    /// The machine that `spec` describes, with its sensors and all noise; `seed` decides the noise of all runs.
     ///
     /// # Errors
     /// When the description is not sound or an axis has no drive.
@@ -115,7 +128,8 @@ impl SimulatedMachine {
                 Ok(SimulatedAxis { axis: axis.axis(), drive, rates, per_unit })
             })
             .collect::<Result<_, MachineError>>()?;
-        Ok(Self { axes, period_s: spec.sampling_period_s(), options: SimulationOptions::default(), seed, runs: 0 })
+        let (period_s, sensor) = (spec.sampling_period_s(), spec.sensor);
+        Ok(Self { axes, period_s, options: SimulationOptions::default(), sensor, seed, runs: 0, elapsed_s: 0.0 })
     }
 
     /// The same machine, simulated otherwise.
@@ -139,6 +153,12 @@ impl SimulatedMachine {
         self.options
     }
 
+    /// Where the position loop takes positions from.
+    #[must_use]
+    pub fn sensor(&self) -> Sensor {
+        self.options.sensor.unwrap_or(self.sensor)
+    }
+
     /// Number of runs drawn from the sequence so far.
     #[must_use]
     pub fn runs(&self) -> u64 {
@@ -152,6 +172,7 @@ impl SimulatedMachine {
     pub fn run_full(&mut self, reference: &Trajectory) -> Result<Run, MachineError> {
         let run = self.simulate(reference, self.seed, self.runs)?;
         self.runs += 1;
+        self.elapsed_s += APPROACH_S + REST_S + reference.duration_s();
         Ok(run)
     }
 
@@ -200,7 +221,8 @@ impl SimulatedMachine {
             })
             .collect();
         all.extend(reference.iter().map(|position| per_unit * position));
-        let drive = Drive::at_rest(&axis.drive, axis.rates, self.options, first - APPROACH, rng);
+        let start = Start { position_mm: first - APPROACH, elapsed_s: self.elapsed_s };
+        let drive = Drive::at_rest(&axis.drive, axis.rates, self.options, self.sensor(), start, rng);
         let mut readings = drive.follow(&all, self.period_s);
         for view in [&mut readings.motor, &mut readings.table] {
             view.drain(..lead_in);
@@ -234,7 +256,7 @@ impl Machine for SimulatedMachine {
     /// Runs with the next noise of the sequence and returns what the chosen sensor reads.
     fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
         let run = self.run_full(reference)?;
-        Ok(match self.options.sensor {
+        Ok(match self.sensor() {
             Sensor::Motor => run.motor,
             Sensor::Table => run.table,
         })

@@ -124,7 +124,7 @@ fn lost_motion(spec: &MachineSpec, sensor: Sensor, speed: f64) -> Vec<f64> {
     let up = ramp(speed, 1.5);
     let (half, top) = (up.len(), up[up.len() - 1]);
     let reference = together(up.iter().copied().chain(up.iter().map(|x| top - x)).collect());
-    let options = SimulationOptions { sensor, quantised: false, ..SimulationOptions::noise_free() };
+    let options = SimulationOptions { sensor: Some(sensor), quantised: false, ..SimulationOptions::noise_free() };
     let run = simulated(spec, options).run_full(&reference).unwrap();
     let error = reference.tracking_error(&run.table).unwrap();
     spec.axes

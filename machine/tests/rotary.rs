@@ -95,7 +95,7 @@ fn a_reversal_shows_backlash_and_stretch_in_the_table_view_only() {
             assert!((lost - expected).abs() < 1e-6, "{lost} against {expected} rad on axis {a}");
         }
         // With the scale in the loop the table's lag is the same both ways.
-        let options = SimulationOptions { sensor: Sensor::Table, ..quiet() };
+        let options = SimulationOptions { sensor: Some(Sensor::Table), ..quiet() };
         let error = reference.tracking_error(&simulated(&spec, options).run_full(&reference).unwrap().table).unwrap();
         for (error, axis) in error.iter().zip(&spec.axes) {
             let loops = &axis.rotary_drive().unwrap().loops;

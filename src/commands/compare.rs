@@ -59,9 +59,9 @@ pub struct Compare {
     /// Updates of virtual learning on the model
     #[arg(long, default_value_t = 4)]
     iterations: usize,
-    /// Where positions are measured
-    #[arg(long, value_enum, default_value_t = SensorName::Motor)]
-    sensor: SensorName,
+    /// Where positions are measured [default: the machine's own]
+    #[arg(long, value_enum)]
+    sensor: Option<SensorName>,
     /// Factor on run-to-run noise
     #[arg(long, default_value_t = 1.0)]
     noise: f64,
@@ -98,7 +98,11 @@ impl Compare {
             ilc_runs: self.runs,
             ilc_gain: self.gain,
             ilc_low_pass_hz: self.low_pass,
-            simulation: SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() },
+            simulation: SimulationOptions {
+                sensor: self.sensor.map(Into::into),
+                noise_scale: self.noise,
+                ..SimulationOptions::default()
+            },
             learning: Settings { law: self.law, iterations: self.iterations, ..Settings::default() },
             seed: self.common.seed,
         };

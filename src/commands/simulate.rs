@@ -35,9 +35,9 @@ pub struct Simulate {
     /// The path that the part needs, where INPUT is a compensated one: the contour error is measured against it
     #[arg(long, value_name = "INPUT")]
     against: Option<PathBuf>,
-    /// Where positions are measured
-    #[arg(long, value_enum, default_value_t = SensorName::Motor)]
-    sensor: SensorName,
+    /// Where positions are measured [default: the machine's own]
+    #[arg(long, value_enum)]
+    sensor: Option<SensorName>,
     /// Factor on run-to-run noise; 0 repeats every run exactly
     #[arg(long, default_value_t = 1.0)]
     noise: f64,
@@ -75,7 +75,8 @@ impl Simulate {
         let frame = input::Frame::of(&spec)?;
         let program = self.program.placed();
         let path = input::Input::read(&self.input, &frame, &program)?;
-        let options = SimulationOptions { sensor: self.sensor.into(), noise_scale: self.noise, ..SimulationOptions::default() };
+        let options =
+            SimulationOptions { sensor: self.sensor.map(Into::into), noise_scale: self.noise, ..SimulationOptions::default() };
         let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
         let reference = path.desired.trajectory();
         let actual = machine.run(reference)?;

@@ -1,10 +1,58 @@
 //! The cascaded controller: position P, velocity PI, current lag.
 
+use std::collections::VecDeque;
+
+use super::reference::Command;
 use crate::spec::LoopSpec;
 
-/// Position loop `v* = K_pp (r − x) + k_ff ṙ`, in the units of its arguments.
-pub(super) fn position_loop(spec: &LoopSpec, reference: f64, slope: f64, measured: f64) -> f64 {
-    spec.position_gain_1_s * (reference - measured) + spec.feed_forward * slope
+/// Position loop `v* = K_pp (e + ∫e dt / T_i) + k_d ė + k_ff ṙ` with `e = r − x`, whose output may come some periods late; in the units of
+/// its arguments. Without integral time and derivative gain it is the P loop of a cascade.
+#[derive(Debug, Clone)]
+pub(super) struct PositionLoop {
+    gain: f64,
+    feed_forward: f64,
+    /// Integral per period and unit of error, 1/s; 0 for none.
+    integral_gain_step: f64,
+    integral: f64,
+    /// Speed per change of the error from period to period, 1/s; 0 for none.
+    derivative_gain: f64,
+    before: Option<f64>,
+    /// Outputs on their way.
+    late: VecDeque<f64>,
+}
+
+impl PositionLoop {
+    pub(super) fn new(spec: &LoopSpec) -> Self {
+        let gain = spec.position_gain_1_s;
+        Self {
+            gain,
+            feed_forward: spec.feed_forward,
+            integral_gain_step: spec.position_integral_ms.map_or(0.0, |time| gain * spec.position_period_ms / time),
+            integral: 0.0,
+            derivative_gain: spec.position_derivative / (spec.position_period_ms * 1e-3),
+            before: None,
+            late: VecDeque::from(vec![0.0; usize::from(spec.delay_periods)]),
+        }
+    }
+
+    /// Commanded speed of this period.
+    pub(super) fn step(&mut self, command: &Command, measured: f64) -> f64 {
+        let error = command.position - measured;
+        let mut speed = self.gain * error + self.feed_forward * command.slope;
+        if self.integral_gain_step != 0.0 {
+            self.integral += self.integral_gain_step * error;
+            speed += self.integral;
+        }
+        if self.derivative_gain != 0.0 {
+            speed += self.derivative_gain * (error - self.before.unwrap_or(error));
+            self.before = Some(error);
+        }
+        if self.late.is_empty() {
+            return speed;
+        }
+        self.late.push_back(speed);
+        self.late.pop_front().unwrap_or(speed)
+    }
 }
 
 /// Velocity loop: PI with a torque limit; its integrator stands still while it would push further into the limit.
@@ -27,10 +75,10 @@ impl VelocityLoop {
         }
     }
 
-    /// Commanded torque, N·m, for a speed error in rad/s.
-    pub(super) fn step(&mut self, error_rad_s: f64) -> f64 {
+    /// Commanded torque, N·m, for a speed error in rad/s and torque fed forward, N·m.
+    pub(super) fn step(&mut self, error_rad_s: f64, feed_torque: f64) -> f64 {
         let increment = self.integral_gain_step * error_rad_s;
-        let torque = self.gain * error_rad_s + self.integral + increment;
+        let torque = self.gain * error_rad_s + self.integral + increment + feed_torque;
         if torque.abs() <= self.limit || torque * increment < 0.0 {
             self.integral += increment;
         }
@@ -71,6 +119,12 @@ mod tests {
             position_period_ms: 1.0,
             velocity_period_ms: 0.25,
             integration_step_us: 25.0,
+            position_integral_ms: None,
+            position_derivative: 0.0,
+            acceleration_feed_forward: 0.0,
+            command_average_ms: 0.0,
+            command_lag_ms: 0.0,
+            delay_periods: 0,
         }
     }
 
@@ -78,10 +132,26 @@ mod tests {
     fn the_torque_limit_holds_and_the_integrator_does_not_wind_up() {
         let mut velocity_loop = VelocityLoop::new(&spec(), 8.0);
         for _ in 0..10_000 {
-            assert!(velocity_loop.step(50.0) <= 8.0);
+            assert!(velocity_loop.step(50.0, 0.0) <= 8.0);
         }
         // Without anti-windup the integrator would hold thousands of N·m and keep the limit for seconds.
-        assert!(velocity_loop.step(-25.0) < 0.0);
+        assert!(velocity_loop.step(-25.0, 0.0) < 0.0);
+    }
+
+    #[test]
+    fn the_position_loop_integrates_differentiates_and_comes_late() {
+        let ramp = |t: f64| Command { position: 2.0 * t, slope: 2.0, acceleration: 0.0 };
+        let all = |spec: &LoopSpec| {
+            let mut position_loop = PositionLoop::new(spec);
+            (0..4).map(|k| position_loop.step(&ramp(f64::from(k) * 1e-3), 0.0)).collect::<Vec<_>>()
+        };
+        let plain = all(&LoopSpec { feed_forward: 0.5, ..spec() });
+        assert!((plain[3] - (100.0 * 6e-3 + 1.0)).abs() < 1e-12);
+        let late = all(&LoopSpec { feed_forward: 0.5, delay_periods: 2, ..spec() });
+        assert_eq!(late, [0.0, 0.0, plain[0], plain[1]]);
+        let pid = all(&LoopSpec { feed_forward: 0.5, position_integral_ms: Some(10.0), position_derivative: 0.1, ..spec() });
+        // ∫e of 0, 2, 4 and 6 µm of 1 ms each, and ė = 2 mm/s.
+        assert!((pid[3] - (plain[3] + 100.0 / 10.0 * 12e-3 + 0.2)).abs() < 1e-12, "{}", pid[3]);
     }
 
     #[test]

@@ -38,6 +38,13 @@ impl TwoMass {
 
     /// Second half: speeds with the forces at the new positions.
     pub(super) fn kick(&mut self, plant: &Plant, loads: Loads, step_s: f64) {
+        if plant.rigid {
+            let motor_force = (loads.torque - plant.motor_viscous * self.speed) / plant.per_rad - loads.motor_friction;
+            let force = motor_force - loads.table_friction - plant.table_viscous * self.velocity + loads.disturbance;
+            self.velocity += step_s * force / (plant.table_inertia + plant.motor_inertia / (plant.per_rad * plant.per_rad));
+            self.speed = self.velocity / plant.per_rad;
+            return;
+        }
         let force = self.transmitted(plant);
         let motor_torque = loads.torque - plant.motor_viscous * self.speed - (force + loads.motor_friction) * plant.per_rad;
         let table_force = force - loads.table_friction - plant.table_viscous * self.velocity + loads.disturbance;
@@ -72,6 +79,7 @@ mod tests {
             stiffness: 1.2e8,
             damping: 0.0,
             half_width: 2e-6,
+            rigid: false,
         }
     }
 

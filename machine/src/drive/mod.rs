@@ -9,8 +9,8 @@ mod motor;
 mod noise;
 mod reference;
 
-use friction::{Friction, Level};
-use loops::{CurrentLag, VelocityLoop, position_loop};
+use friction::{Friction, Level, Warmth};
+use loops::{CurrentLag, PositionLoop, VelocityLoop};
 use mechanics::{Loads, TwoMass};
 use motor::Ripple;
 use noise::{Coloured, normal};
@@ -28,6 +28,15 @@ pub(crate) struct Readings {
     pub table: Vec<f64>,
 }
 
+/// In which state a drive begins.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start {
+    /// Where it rests, mm.
+    pub position_mm: f64,
+    /// For how long the machine has run before, s.
+    pub elapsed_s: f64,
+}
+
 /// Constants of the two masses, SI.
 #[derive(Debug, Clone)]
 struct Plant {
@@ -40,6 +49,8 @@ struct Plant {
     stiffness: f64,
     damping: f64,
     half_width: f64,
+    /// Motor and table are one mass.
+    rigid: bool,
 }
 
 /// One drive during one run.
@@ -50,6 +61,8 @@ pub(crate) struct Drive<'a> {
     options: SimulationOptions,
     plant: Plant,
     masses: TwoMass,
+    sensor: Sensor,
+    position_loop: PositionLoop,
     velocity_loop: VelocityLoop,
     current: CurrentLag,
     ripple: Ripple,
@@ -57,6 +70,7 @@ pub(crate) struct Drive<'a> {
     motor_friction: Friction,
     table_friction: Friction,
     run_level: f64,
+    warmth: Warmth,
     drift: Coloured,
     torque_noise: Coloured,
     force_noise: Coloured,
@@ -74,12 +88,13 @@ struct Held {
 }
 
 impl<'a> Drive<'a> {
-    /// A drive at rest at `position_mm`; all of the run's noise is drawn from `rng`.
+    /// A drive at rest; all of the run's noise is drawn from `rng`.
     pub(crate) fn at_rest(
         spec: &'a DriveSpec,
         rates: Rates,
         options: SimulationOptions,
-        position_mm: f64,
+        sensor: Sensor,
+        start: Start,
         mut rng: ChaCha8Rng,
     ) -> Self {
         let plant = Plant::new(spec);
@@ -88,7 +103,9 @@ impl<'a> Drive<'a> {
         let friction = &spec.friction;
         let run_level = if noise > 0.0 { 1.0 + noise * friction.run_level * normal(&mut rng) } else { 1.0 };
         Self {
-            masses: TwoMass::at_rest(position_mm * 1e-3, &plant),
+            masses: TwoMass::at_rest(start.position_mm * 1e-3, &plant),
+            sensor,
+            position_loop: PositionLoop::new(&spec.loops),
             velocity_loop: VelocityLoop::new(&spec.loops, spec.motor.torque_limit_n_m),
             current: CurrentLag::new(spec.loops.current_lag_ms * 1e-3, spec.loops.integration_step_us * 1e-6),
             ripple: Ripple::new(&spec.motor),
@@ -96,6 +113,7 @@ impl<'a> Drive<'a> {
             motor_friction: Friction::new(friction, friction.motor_share),
             table_friction: Friction::new(friction, 1.0 - friction.motor_share),
             run_level,
+            warmth: Warmth::new(friction.warming, noise, start.elapsed_s, tick_s),
             drift: Coloured::new(noise * friction.drift, friction.drift_time_s, tick_s, &mut rng),
             torque_noise: Coloured::new(noise * spec.motor.torque_noise_n_m, spec.motor.noise_time_ms * 1e-3, tick_s, &mut rng),
             force_noise: Coloured::new(noise * spec.table.force_noise_n, spec.table.noise_time_ms * 1e-3, tick_s, &mut rng),
@@ -110,32 +128,36 @@ impl<'a> Drive<'a> {
     /// Follows `reference_mm` and reads both sensors at each of its samples.
     pub(crate) fn follow(mut self, reference_mm: &[f64], period_s: f64) -> Readings {
         let mut readings = Readings::default();
+        let commands = reference::commands(reference_mm, &self.spec.loops, self.rates, period_s, self.options.interpolation);
+        // Of both masses as one, in N·m per mm/s².
+        let mass = self.plant.table_inertia * self.plant.per_rad + self.plant.motor_inertia / self.plant.per_rad;
+        let torque_per_rate = self.spec.loops.acceleration_feed_forward * mass * 1e-3;
         for k in 0..reference_mm.len() {
             readings.motor.push(self.motor_mm());
             readings.table.push(self.table_mm());
             if k + 1 == reference_mm.len() {
                 break;
             }
-            for p in 0..self.rates.position_per_sample {
-                let fraction = p as f64 / self.rates.position_per_sample as f64;
-                let (position, slope) = reference::at(reference_mm, k, fraction, period_s, self.options.interpolation);
-                let measured = match self.options.sensor {
+            let loops = self.rates.position_per_sample;
+            for command in &commands[k * loops..(k + 1) * loops] {
+                let measured = match self.sensor {
                     Sensor::Motor => self.motor_mm(),
                     Sensor::Table => self.table_mm(),
                 };
-                let velocity_mm_s = position_loop(&self.spec.loops, position, slope, measured);
+                let velocity_mm_s = self.position_loop.step(command, measured);
                 let speed = velocity_mm_s * 1e-3 / self.plant.per_rad;
+                let feed_torque = torque_per_rate * command.acceleration;
                 for _ in 0..self.rates.velocity_per_position {
-                    self.velocity_period(speed);
+                    self.velocity_period(speed, feed_torque);
                 }
             }
         }
         readings
     }
 
-    /// One period of the velocity loop at the commanded motor speed, rad/s.
-    fn velocity_period(&mut self, commanded: f64) {
-        let command = self.velocity_loop.step(commanded - self.masses.speed);
+    /// One period of the velocity loop at the commanded motor speed, rad/s, with torque fed forward, N·m.
+    fn velocity_period(&mut self, commanded: f64, feed_torque: f64) {
+        let command = self.velocity_loop.step(commanded - self.masses.speed, feed_torque);
         let (ripple, cogging) = self.ripple.at(self.masses.angle);
         let place = self.level.at(self.masses.position * 1e3, self.masses.angle);
         let held = Held {
@@ -144,7 +166,7 @@ impl<'a> Drive<'a> {
             extra_torque: cogging + self.torque_noise.step(&mut self.rng),
             disturbance: self.force_noise.step(&mut self.rng),
             // Noise scaled far up must not turn friction into a motor.
-            level: place * (self.run_level * (1.0 + self.drift.step(&mut self.rng))).max(0.0),
+            level: place * (self.run_level * self.warmth.step() * (1.0 + self.drift.step(&mut self.rng))).max(0.0),
         };
         let step_s = self.spec.loops.integration_step_us * 1e-6;
         for _ in 0..self.rates.steps_per_velocity {
@@ -190,6 +212,7 @@ impl Plant {
             stiffness: spec.screw.stiffness_n_m,
             damping: spec.screw.damping_n_s_m,
             half_width: spec.screw.backlash_half_width_um * 1e-6,
+            rigid: spec.screw.rigid,
         }
     }
 }

@@ -1,6 +1,80 @@
 //! The reference between its samples.
 
 use crate::Interpolation;
+use crate::spec::{LoopSpec, Rates};
+
+/// What the position loop is given in one of its periods.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Command {
+    /// Position, mm.
+    pub position: f64,
+    /// Its rate, mm/s.
+    pub slope: f64,
+    /// Rate of the slope over the last sampling period, mm/s².
+    pub acceleration: f64,
+}
+
+/// The commands of every period of the position loop up to the last sample, smoothed as the control smooths them.
+pub(super) fn commands(
+    samples: &[f64],
+    loops: &LoopSpec,
+    rates: Rates,
+    period_s: f64,
+    interpolation: Interpolation,
+) -> Vec<Command> {
+    let per_sample = rates.position_per_sample;
+    let periods = samples.len().saturating_sub(1) * per_sample;
+    let mut commands: Vec<Command> = (0..periods)
+        .map(|i| {
+            let fraction = (i % per_sample) as f64 / per_sample as f64;
+            let (position, slope) = at(samples, i / per_sample, fraction, period_s, interpolation);
+            Command { position, slope, acceleration: 0.0 }
+        })
+        .collect();
+    let window = (loops.command_average_ms / loops.position_period_ms).round() as usize;
+    if window > 1 {
+        average(&mut commands, window);
+    }
+    if loops.command_lag_ms > 0.0 {
+        lag(&mut commands, 1.0 - (-loops.position_period_ms / loops.command_lag_ms).exp());
+    }
+    if loops.acceleration_feed_forward > 0.0 {
+        // Over a sampling period: the slope of straight lines between samples changes only from one to the next.
+        for i in (per_sample..periods).rev() {
+            commands[i].acceleration = (commands[i].slope - commands[i - per_sample].slope) / period_s;
+        }
+    }
+    commands
+}
+
+/// Mean of the last `window` commands; rest before the first.
+fn average(commands: &mut [Command], window: usize) {
+    let Some(first) = commands.first().copied() else { return };
+    let given = commands.to_vec();
+    // Offsets from the first position, so that long sums lose nothing.
+    let (mut position, mut slope) = (0.0, 0.0);
+    for (i, command) in commands.iter_mut().enumerate() {
+        position += given[i].position - first.position;
+        slope += given[i].slope;
+        if i >= window {
+            position -= given[i - window].position - first.position;
+            slope -= given[i - window].slope;
+        }
+        command.position = first.position + position / window as f64;
+        command.slope = slope / window as f64;
+    }
+}
+
+/// First-order lag that closes `approach` of the distance in a period; at rest on the first command.
+fn lag(commands: &mut [Command], approach: f64) {
+    let Some(first) = commands.first() else { return };
+    let (mut position, mut slope) = (first.position, 0.0);
+    for command in commands {
+        position += approach * (command.position - position);
+        slope += approach * (command.slope - slope);
+        (command.position, command.slope) = (position, slope);
+    }
+}
 
 /// Position and velocity at `fraction` of the way from sample `k` to the next; at rest past the last sample.
 ///

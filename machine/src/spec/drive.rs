@@ -42,6 +42,34 @@ pub struct LoopSpec {
     pub velocity_period_ms: f64,
     /// Integration step of the mechanics, µs.
     pub integration_step_us: f64,
+    /// Integral time of the position loop, ms: with it the loop is PI or PID; none where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_integral_ms: Option<f64>,
+    /// Derivative gain of the position loop: speed per rate of the tracking error, no unit.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub position_derivative: f64,
+    /// Share of the torque for the reference's acceleration that is fed forward, of motor and table as one mass.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub acceleration_feed_forward: f64,
+    /// Moving average over the reference before the position loop, ms.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub command_average_ms: f64,
+    /// Time constant of a first-order lag on the reference before the position loop, ms.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub command_lag_ms: f64,
+    /// Periods of the position loop by which its output reaches the velocity loop late.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub delay_periods: u8,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference
+fn is_none(count: &u8) -> bool {
+    *count == 0
 }
 
 /// A motor with an encoder on its shaft.
@@ -102,6 +130,10 @@ pub struct ScrewSpec {
     pub damping_n_s_m: f64,
     /// Half the width of the dead zone, µm.
     pub backlash_half_width_um: f64,
+    /// Whether motor and table are one mass: a linear motor (a lead of 2000π mm, 1 m a radian), or a screw far stiffer than the loops.
+    /// Stiffness, damping and backlash then have no effect.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rigid: bool,
 }
 
 /// A table with a scale.
@@ -158,6 +190,10 @@ impl DriveSpec {
         }
         for (name, value) in [
             ("loops.feed_forward", loops.feed_forward),
+            ("loops.position_derivative", loops.position_derivative),
+            ("loops.acceleration_feed_forward", loops.acceleration_feed_forward),
+            ("loops.command_average_ms", loops.command_average_ms),
+            ("loops.command_lag_ms", loops.command_lag_ms),
             ("motor.viscous_n_m_s_rad", motor.viscous_n_m_s_rad),
             ("motor.torque_noise_n_m", motor.torque_noise_n_m),
             ("screw.damping_n_s_m", screw.damping_n_s_m),
@@ -166,6 +202,9 @@ impl DriveSpec {
             ("table.force_noise_n", table.force_noise_n),
         ] {
             not_negative(&key(name), value)?;
+        }
+        if let Some(time) = loops.position_integral_ms {
+            positive(&key("loops.position_integral_ms"), time)?;
         }
         for (i, wave) in motor.ripple.iter().enumerate() {
             wave.check(&key(&format!("motor.ripple[{i}]")))?;
@@ -193,15 +232,25 @@ impl DriveSpec {
         })
     }
 
-    /// The semi-implicit integration holds for `ω dt < 2`; far less keeps it accurate.
-    fn check_step(&self, key: &str) -> Result<(), MachineError> {
+    /// Largest integration step for these stiffnesses, damping and masses, s: the semi-implicit integration holds for `ω dt < 2`; far less keeps
+    /// it accurate.
+    pub(crate) fn largest_step_s(&self) -> f64 {
         let radius = self.screw.lead_mm * 1e-3 / std::f64::consts::TAU;
         let motor = self.motor.inertia_kg_m2 / (radius * radius);
-        let mass = motor.min(self.table.mass_kg);
-        let stiffness = self.screw.stiffness_n_m + self.friction.presliding_stiffness_n_m();
-        let damping = self.screw.damping_n_s_m + self.table.viscous_n_s_m;
+        let presliding = self.friction.presliding_stiffness_n_m();
+        let (mass, stiffness, damping) = if self.screw.rigid {
+            // The friction of both sides acts on the one mass.
+            (motor + self.table.mass_kg, 2.0 * presliding, self.table.viscous_n_s_m)
+        } else {
+            let damping = self.screw.damping_n_s_m + self.table.viscous_n_s_m;
+            (motor.min(self.table.mass_kg), self.screw.stiffness_n_m + presliding, damping)
+        };
+        (0.3 * (mass / stiffness).sqrt()).min(0.3 * mass / damping.max(1e-9))
+    }
+
+    fn check_step(&self, key: &str) -> Result<(), MachineError> {
         let step_s = self.loops.integration_step_us * 1e-6;
-        let largest = (0.3 * (mass / stiffness).sqrt()).min(0.3 * mass / damping.max(1e-9));
+        let largest = self.largest_step_s();
         within(
             key,
             self.loops.integration_step_us,

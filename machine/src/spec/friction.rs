@@ -38,6 +38,19 @@ pub struct FrictionSpec {
     /// Worn or tight places.
     #[serde(default)]
     pub patches: Vec<Patch>,
+    /// How the level falls while the machine warms up; constant where left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warming: Option<Warming>,
+}
+
+/// Friction while a machine warms up: the level is scaled by `1 + share·(2·exp(−t/time) − 1)`, `t` from the first run on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Warming {
+    /// How far the cold machine lies above the mean level, and the warm one below.
+    pub share: f64,
+    /// Time constant, s.
+    pub time_s: f64,
 }
 
 /// Friction before sliding.
@@ -100,6 +113,10 @@ impl FrictionSpec {
             within(&key(name), value, (0.0..0.2).contains(&value), "below 0.2")?;
         }
         positive(&key("drift_time_s"), self.drift_time_s)?;
+        if let Some(Warming { share, time_s }) = self.warming {
+            within(&key("warming.share"), share, (0.0..0.5).contains(&share), "zero or more, and below 0.5")?;
+            positive(&key("warming.time_s"), time_s)?;
+        }
         let mut lowest = 1.0;
         for (i, wave) in self.waves.iter().enumerate() {
             finite(&key(&format!("waves[{i}].amplitude")), wave.amplitude)?;

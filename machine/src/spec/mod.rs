@@ -17,7 +17,7 @@ pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
 pub use builtin::{BUILTIN_CONTROLLERS, BUILTIN_MACHINES};
 pub(crate) use drive::Rates;
 pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
-pub use friction::{FrictionSpec, Patch, PreslidingSpec, Wave};
+pub use friction::{FrictionSpec, Patch, PreslidingSpec, Warming, Wave};
 pub use kinematics::{FiveAxisSpec, KinematicsSpec, Mount, ProgramWords, RotaryJointSpec};
 use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, PlanSettings, RotaryJoint, RotaryMount, Vec3};
 pub use rotary_drive::{
@@ -25,7 +25,7 @@ pub use rotary_drive::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::MachineError;
+use crate::{MachineError, Sensor};
 use check::{not_negative, positive, within};
 
 /// A machine: axes, limits, kinematics, controller, and the drives of a simulated one.
@@ -36,6 +36,9 @@ pub struct MachineSpec {
     pub name: String,
     /// Sampling period of the reference, ms.
     pub sampling_period_ms: f64,
+    /// Where its position loops and logs take positions from.
+    #[serde(default, skip_serializing_if = "Sensor::is_motor")]
+    pub sensor: Sensor,
     /// Limits along the path.
     pub path: PathSpec,
     /// How the axes place the tool.

@@ -4,7 +4,7 @@
 //! wrong units, and numbers with which planning or simulating would take hours or gigabytes.
 
 /// Lowest and highest value of every numeric key, by the end of its name. Keys that hold a count, such as `decimals`, are not among them.
-pub(super) const RANGES: [(&str, f64, f64); 71] = [
+pub(super) const RANGES: [(&str, f64, f64); 78] = [
     ("sampling_period_ms", 1e-2, 1e3),
     ("path.velocity_mm_s", 1e-2, 1e5),
     ("path.acceleration_mm_s2", 1e-2, 1e7),
@@ -26,6 +26,13 @@ pub(super) const RANGES: [(&str, f64, f64); 71] = [
     ("travel_deg", -1e6, 1e6),
     ("loops.position_gain_1_s", 1e-2, 1e5),
     ("loops.feed_forward", 0.0, 10.0),
+    ("loops.position_integral_ms", 1e-2, 1e6),
+    ("loops.position_derivative", 0.0, 10.0),
+    ("loops.acceleration_feed_forward", 0.0, 10.0),
+    ("loops.command_average_ms", 0.0, 1e3),
+    ("loops.command_lag_ms", 0.0, 1e3),
+    ("warming.share", 0.0, 0.5),
+    ("warming.time_s", 1e-3, 1e6),
     ("loops.velocity_gain_n_m_s_rad", 1e-6, 1e6),
     ("loops.integral_time_ms", 1e-2, 1e6),
     ("loops.current_lag_ms", 1e-4, 1e3),

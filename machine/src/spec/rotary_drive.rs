@@ -183,6 +183,7 @@ impl RotaryDriveSpec {
                 stiffness_n_m: gear.stiffness_n_m_rad,
                 damping_n_s_m: gear.damping_n_m_s_rad,
                 backlash_half_width_um: gear.backlash_half_width_urad,
+                rigid: false,
             },
             table: TableSpec {
                 mass_kg: table.inertia_kg_m2,
@@ -204,6 +205,7 @@ impl RotaryDriveSpec {
                 waves: friction.waves.iter().map(RotaryWave::in_mrad).collect(),
                 screw_waves: friction.motor_waves.clone(),
                 patches: friction.patches.iter().map(RotaryPatch::in_mrad).collect(),
+                warming: None,
             },
         }
     }

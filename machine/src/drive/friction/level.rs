@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::spec::FrictionSpec;
+use crate::spec::{FrictionSpec, Warming};
 
 /// Friction relative to its mean, over the axis and the screw's turn.
 #[derive(Debug, Clone)]
@@ -25,5 +25,29 @@ impl Level {
             patch.amplitude * (-ratio * ratio).exp()
         });
         1.0 + waves.sum::<f64>() + turns.sum::<f64>() + patches.sum::<f64>()
+    }
+}
+
+/// How the level falls while the machine warms up, relative to its mean.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::drive) struct Warmth {
+    share: f64,
+    /// `exp(−t/time)` now, and its factor from period to period.
+    left: f64,
+    keep: f64,
+}
+
+impl Warmth {
+    /// After `elapsed_s` of running, stepped every `tick_s`; none at a noise of zero.
+    pub(in crate::drive) fn new(warming: Option<Warming>, noise: f64, elapsed_s: f64, tick_s: f64) -> Self {
+        let Warming { share, time_s } = warming.unwrap_or(Warming { share: 0.0, time_s: 1.0 });
+        Self { share: noise * share, left: (-elapsed_s / time_s).exp(), keep: (-tick_s / time_s).exp() }
+    }
+
+    /// `1 + share·(2·exp(−t/time) − 1)`, and on to the next period.
+    pub(in crate::drive) fn step(&mut self) -> f64 {
+        let level = 1.0 + self.share * (2.0 * self.left - 1.0);
+        self.left *= self.keep;
+        level
     }
 }

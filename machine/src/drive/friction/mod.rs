@@ -4,7 +4,7 @@ mod level;
 mod lugre;
 mod maxwell;
 
-pub(super) use level::Level;
+pub(super) use level::{Level, Warmth};
 use lugre::LuGre;
 use maxwell::MaxwellSlip;
 
