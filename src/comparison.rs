@@ -118,6 +118,8 @@ pub mod method {
     pub const LINEAR_INVERSE: &str = "linear-inverse";
     /// Paper D's law on the model's prediction.
     pub const ONE_SHOT: &str = "one-shot";
+    /// Virtual learning on the noise-free machine itself, then one run: what a perfect model would give.
+    pub const PERFECT_MODEL: &str = "perfect-model";
     /// Virtual learning on the model, then one run.
     pub const FIRST_RUN: &str = "first-run";
     /// The same after one more run: half of what the first run's log shows is taken off (`precomp refine --run 2`).
@@ -196,6 +198,12 @@ pub fn compare(
             }
             references.push((method::ONE_SHOT, learned(LawName::OneShot)?));
             references.push((method::FIRST_RUN, learned(settings.learning.law)?));
+        }
+        if let (Plant::Simulated(spec), None) = (plant, &path.part) {
+            let quiet = SimulationOptions { noise_scale: 0.0, ..settings.simulation };
+            let mut machine = input::simulated(spec, 0)?.with_options(quiet)?;
+            let reference = learning::on_machine(&mut machine, &limits, desired, &settings.learning)?;
+            references.push((method::PERFECT_MODEL, reference));
         }
         let mut result = PathComparison {
             name: path.name.clone(),
