@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, Round, StopRule, learn};
+use compensation::laws::{ContourOptimal, Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
+use compensation::{
+    CompensationLaw, Descent, Guard, ImpulseResponse, Ladder, LowPass, Round, StopRule, descend, learn, spatial_ladder,
+};
 use machine::Machine;
 use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
 use motion::contour::Exact;
@@ -20,7 +22,7 @@ use crate::pipeline::{Carrier, Part, RefitSettings};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LawName {
-    /// Spatial learning iterated on the model, foot points on the path (default)
+    /// The contour error itself, minimised on the model: spatial learning, then Gauss-Newton steps (default)
     Virtual,
     /// One shift by the predicted contour error (Paper D)
     OneShot,
@@ -92,8 +94,18 @@ const PLANNED_LOW_PASS_HZ: f64 = 40.0;
 /// Least predicted gain for which a path is changed at all, as a share of its RMS contour error.
 const LEAST_GAIN: f64 = 0.05;
 
-/// Time within which a turn or a stop hands over from the contour error to the tracking error, s: about a servo's time constant.
-const TURN_S: f64 = 0.01;
+/// Least and largest time within which a turn or a stop hands over from the contour error to the tracking error, s: by how much the model's response comes late,
+/// but as long as the shortest of servos and no longer than the slowest.
+const TURN_RANGE_S: [f64; 2] = [0.01, 0.1];
+/// Time after which a model's response counts as over, s: that of a slow integrator; a response that ends before is cut there.
+const MODEL_RESPONSE_S: f64 = 0.4;
+/// Gauss–Newton steps for every update of the spatial law.
+const STEPS: usize = 2;
+/// Most cut-offs that are tried, and samples of all of them together: a program of hours keeps the first.
+const CUT_OFFS: usize = 5;
+const LADDER_SAMPLES: usize = 400_000;
+/// Samples up to which Gauss–Newton steps are made: they hold some thirty columns as long as the path.
+const STEPS_SAMPLES: usize = 400_000;
 
 /// What came out.
 #[derive(Debug)]
@@ -187,14 +199,18 @@ fn compensate_on(
         }
     }
     let mut control = Control::new(model, part);
-    let mut law = law(settings, path, part, &mut control)?;
     let Settings { max_shift, max_turn_rad, .. } = *settings;
     let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
-    let task = Task { desired, part, guard, watch };
-    let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
-    let mut runs = task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?;
+    let mut task = Task { desired, part, guard, watch };
+    let mut runs = if settings.law == LawName::Virtual {
+        task.descend(&mut control, settings.iterations)?
+    } else {
+        let mut law = law(settings, path, &mut control)?;
+        let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
+        task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?
+    };
     let mut updates = runs.len() - 1;
-    let most = (1.0 - LEAST_GAIN) * runs[0].0.measure;
+    let most = Bound { measure: (1.0 - LEAST_GAIN) * runs[0].0.measure, max_mm: runs[0].1.tip.max_mm };
     let mut chosen = best(&runs, most).map(|run| runs.swap_remove(run));
     let (mut cycle_s, mut kept_feeds) = (None, None);
     if let (Some((ideal, _)), Some(written), Some(limits)) = (&chosen, settings.written, limits)
@@ -210,7 +226,7 @@ fn compensate_on(
         }
         let mut after_s = control.last_s();
         let figures = task.figures(&seen)?;
-        let measure = figures.judged_mm();
+        let measure = cost(&figures);
         // The papers' laws are left as they are; only the forecast is the control's.
         if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME {
             let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
@@ -224,7 +240,7 @@ fn compensate_on(
             after_s = run.map_or(after_s, |run| control.durations_s[first + run]);
             chosen = run.map(|run| planned.swap_remove(run));
         } else {
-            chosen = (measure < most).then_some((Round { reference, actual: seen, measure }, figures));
+            chosen = most.holds(measure, &figures).then_some((Round { reference, actual: seen, measure }, figures));
         }
         cycle_s = Some((path.duration_s(), after_s)).filter(|_| chosen.is_some());
     }
@@ -235,19 +251,10 @@ fn compensate_on(
 }
 
 /// The law that `settings` name.
-fn law(
-    settings: &Settings,
-    path: &Trajectory,
-    part: Option<&Part>,
-    machine: &mut dyn Machine,
-) -> Result<Box<dyn CompensationLaw>> {
+fn law(settings: &Settings, path: &Trajectory, machine: &mut dyn Machine) -> Result<Box<dyn CompensationLaw>> {
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     Ok(match settings.law {
-        LawName::Virtual => {
-            let spatial = spatial(settings.gain, low_pass)?;
-            // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
-            Box::new(if part.is_some() { spatial } else { spatial.with_tracking_in_turns(TURN_S) })
-        }
+        LawName::Virtual => Box::new(spatial(settings.gain, low_pass)?),
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
         LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(machine, path, PROBE, RESPONSE_S)?)?),
@@ -272,6 +279,42 @@ impl Task<'_> {
         evaluate::figures(self.desired, self.part, actual)
     }
 
+    /// The spatial law with the cut-off that makes the best forecast, then Gauss–Newton steps on the contour error from there, where the axes are coordinates of
+    /// the tip: every run with its figures. Times of turns and stops are the machine's own response's.
+    fn descend(&mut self, machine: &mut dyn Machine, iterations: usize) -> Result<Vec<(Round, Figures)>> {
+        let path = self.desired.trajectory();
+        let steps = !self.desired.kinematics().turns() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
+        let responses = if steps { ImpulseResponse::probe_model(machine, path, MODEL_RESPONSE_S)? } else { Vec::new() };
+        let late = responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
+        let [least, most] = TURN_RANGE_S;
+        let turn_s = late.clamp(least, most);
+        self.guard.settle_s = self.guard.settle_s.max(turn_s);
+        let most_runs = 1 + CUT_OFFS * iterations + if steps { 2 + (1 + STEPS) * iterations } else { 0 };
+        let mut figures = Vec::new();
+        let mut measure = |_: &DesiredPath, actual: &Trajectory| {
+            figures.push(evaluate::figures(self.desired, self.part, actual));
+            let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
+            (self.watch)(Forecast { number: figures.len(), most: figures.len().max(most_runs), cost_mm });
+            cost_mm
+        };
+        // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
+        let turn_s = self.part.is_none().then_some(turn_s);
+        let ladder = Ladder { turn_s, updates: iterations, cut_offs: (LADDER_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS) };
+        let mut rounds = spatial_ladder(machine, self.desired, &self.guard, &ladder, &mut measure)?;
+        if steps {
+            let mut law = ContourOptimal::new(responses, Descent::default().damping[0])?;
+            // From the desired path the steps see no roughness that the spatial law has learned; from its best run they go on.
+            for (from_best, runs) in [(false, 1 + iterations), (true, 1 + STEPS * iterations)] {
+                let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).filter(|_| from_best);
+                let Some(start) = best.or(rounds.first()).cloned() else { break };
+                let descent = Descent { runs, ..Descent::default() };
+                let (more, _) = descend(machine, &mut law, self.desired, start, &self.guard, &descent, &mut measure)?;
+                rounds.extend(more.into_iter().skip(1));
+            }
+        }
+        rounds.into_iter().zip(figures).map(|(round, figures)| Ok((round, figures?))).collect()
+    }
+
     /// Lets `law` learn on `machine` from `start`, or from the desired path: every run with its figures.
     fn practise(
         &self,
@@ -283,7 +326,7 @@ impl Task<'_> {
         let mut figures = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
             figures.push(self.figures(actual));
-            let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, Figures::judged_mm);
+            let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
             (self.watch)(Forecast { number: figures.len(), most: stop.updates + 1, cost_mm });
             cost_mm
         };
@@ -292,10 +335,42 @@ impl Task<'_> {
     }
 }
 
-/// The run with the smallest measure, where that is below `most`.
-fn best(runs: &[(Round, Figures)], most: f64) -> Option<usize> {
+/// What a forecast is judged by, mm: RMS, and a tenth of MAX, which is three to ten times as large.
+fn cost(figures: &Figures) -> f64 {
+    figures.judged_mm() + 0.1 * figures.tip.max_mm
+}
+
+/// What a forecast has to stay below to be accepted: neither RMS nor MAX may grow.
+#[derive(Debug, Clone, Copy)]
+struct Bound {
+    measure: f64,
+    max_mm: f64,
+}
+
+impl Bound {
+    fn holds(self, measure: f64, figures: &Figures) -> bool {
+        measure < self.measure && figures.tip.max_mm <= self.max_mm
+    }
+}
+
+/// The run with the smallest measure of those within the bound.
+fn best(runs: &[(Round, Figures)], most: Bound) -> Option<usize> {
     let measure = |run: &usize| runs[*run].0.measure;
-    (0..runs.len()).min_by(|a, b| measure(a).total_cmp(&measure(b))).filter(|run| measure(run) < most)
+    let held = (0..runs.len()).filter(|run| most.holds(measure(run), &runs[*run].1));
+    held.min_by(|a, b| measure(a).total_cmp(&measure(b)))
+}
+
+/// Learns a reference for `desired` on any machine, as [`compensate`] does on a learned one: on the noise-free simulated machine this is what a perfect model
+/// would give.
+///
+/// # Errors
+/// When the path does not fit the machine.
+pub fn on_machine(machine: &mut dyn Machine, limits: &Limits, desired: &DesiredPath, settings: &Settings) -> Result<Trajectory> {
+    let Settings { max_shift, max_turn_rad, .. } = *settings;
+    let guard = Guard { max_shift, max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
+    let runs = Task { desired, part: None, guard, watch: &|_| {} }.descend(machine, settings.iterations)?;
+    let most = Bound { measure: runs[0].0.measure, max_mm: runs[0].1.tip.max_mm };
+    Ok(best(&runs, most).map_or_else(|| desired.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }
 
 /// Paper E's law with its printed weights; `a` is the share of the contour error.

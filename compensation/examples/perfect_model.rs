@@ -3,7 +3,7 @@
 //! `cargo run --release -p precomp-compensation --example perfect_model -- 1 12`
 
 use compensation::laws::{ContourOptimal, Gain, SpatialIlc};
-use compensation::{Descent, Guard, ImpulseResponse, LowPass, StopRule, descend, learn, spatial_ladder};
+use compensation::{Descent, Guard, ImpulseResponse, Ladder, LowPass, StopRule, descend, learn, spatial_ladder};
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use motion::contour::{ContourEstimator, ContourSummary, Exact, ExactOnCurve, summary};
 use motion::curves::library;
@@ -61,9 +61,20 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
         figures(desired, actual).map_or(f64::INFINITY, |f| f.rms_mm + 0.1 * f.max_mm)
     };
-    let ladder = spatial_ladder(&mut model, desired, &guard, Some(lag_s.clamp(0.01, 0.1)), &mut measure)?;
+    let ladder = spatial_ladder(
+        &mut model,
+        desired,
+        &guard,
+        &Ladder { turn_s: Some(lag_s.clamp(0.01, 0.1)), updates: 4, cut_offs: 5 },
+        &mut measure,
+    )?;
+    let first = ladder[0].clone();
+    let (more, _) =
+        descend(&mut model, &mut law, desired, first, &guard, &Descent { runs: 5, ..Descent::default() }, &mut measure)?;
+    let ladder: Vec<_> = ladder.into_iter().chain(more.into_iter().skip(1)).collect();
     let start = ladder.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).cloned().ok_or("no run")?;
-    let (mut rounds, ended) = descend(&mut model, &mut law, desired, start, &guard, &Descent::default(), &mut measure)?;
+    let (mut rounds, ended) =
+        descend(&mut model, &mut law, desired, start, &guard, &Descent { runs: 9, ..Descent::default() }, &mut measure)?;
     let steps = ladder.len();
     rounds.splice(0..0, ladder);
     let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).ok_or("no run")?;

@@ -89,19 +89,25 @@ pub fn descend(
     Ok((rounds, Ended::AtRuns))
 }
 
-/// Updates of the spatial law with one cut-off at most: at a gain near 1 an update leaves a tenth of what the law can reach.
-const SPATIAL_UPDATES: usize = 4;
+/// Settings of the spatial law's ladder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ladder {
+    /// Time in which a turn hands over to the tracking error, s; `None` where a control plans the time anew.
+    pub turn_s: Option<f64>,
+    /// Most updates with one cut-off.
+    pub updates: usize,
+    /// Most cut-offs.
+    pub cut_offs: usize,
+}
+
 /// Gain of the spatial law: below 1, so that a model whose static gain is a little above it still converges.
 const SPATIAL_GAIN: f64 = 0.9;
-/// First cut-off of the ladder as a share of the Nyquist frequency, the factor from one to the next, and how many there are at most.
+/// First cut-off of the ladder as a share of the Nyquist frequency, and the factor from one to the next.
 const FIRST_CUT_OFF: f64 = 0.4;
 const NEXT_CUT_OFF: f64 = 0.4;
-const CUT_OFFS: usize = 5;
 
 /// The spatial law on `machine`, with a ladder of cut-offs from near the Nyquist frequency downwards: every run, in order, the uncompensated one first. A lower
 /// cut-off is tried while it makes a better forecast than the one above it; where the highest gains nothing, on to the first that does.
-///
-/// `turn_s` is the time in which a turn hands over to the tracking error, s; `None` where a control plans the time anew.
 ///
 /// # Errors
 /// When the machine refuses a reference, or a moved pose cannot be reached.
@@ -109,18 +115,18 @@ pub fn spatial_ladder(
     machine: &mut dyn Machine,
     desired: &DesiredPath,
     guard: &Guard,
-    turn_s: Option<f64>,
+    settings: &Ladder,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Vec<Round>, CompensationError> {
     let period_s = desired.trajectory().period_s();
     let mut cut_off_hz = FIRST_CUT_OFF * 0.5 / period_s;
     let mut rounds: Vec<Round> = Vec::new();
     let mut best = f64::INFINITY;
-    for _ in 0..CUT_OFFS {
+    for _ in 0..settings.cut_offs {
         let law = SpatialIlc::new(Gain::Constant(SPATIAL_GAIN), LowPass::new(cut_off_hz, period_s)?)?;
         let law = law.with_estimator(Box::new(Exact::default()));
-        let mut law = if let Some(turn_s) = turn_s { law.with_tracking_in_turns(turn_s) } else { law };
-        let stop = StopRule::while_better(SPATIAL_UPDATES, WORTH);
+        let mut law = if let Some(turn_s) = settings.turn_s { law.with_tracking_in_turns(turn_s) } else { law };
+        let stop = StopRule::while_better(settings.updates, WORTH);
         // The uncompensated run is the same for every cut-off.
         let first = rounds.first().cloned();
         let learned = learn_from(machine, &mut law, desired, first, None, guard, &stop, measure)?.rounds;
@@ -135,4 +141,83 @@ pub fn spatial_ladder(
         cut_off_hz *= NEXT_CUT_OFF;
     }
     Ok(rounds)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use machine::MachineError;
+    use motion::{Axis, Cartesian};
+
+    use super::*;
+    use crate::ImpulseResponse;
+
+    /// A first-order lag of 20 ms on every axis: a servo of 8 Hz, of which a cut-off of 100 Hz diverges.
+    struct Slow;
+
+    impl Machine for Slow {
+        fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+            let lag = |column: &Vec<f64>| {
+                let mut position = column[0];
+                let follow = |target: &f64| {
+                    position += 0.1 * (target - position);
+                    position
+                };
+                column.iter().map(follow).collect()
+            };
+            Ok(reference.with_columns(reference.columns().iter().map(lag).collect())?)
+        }
+    }
+
+    /// Circles of 5 mm at up to 40 mm/s, from and to rest; a lag of 20 ms takes up to 0.06 mm off their radius.
+    fn circles() -> DesiredPath {
+        let angle = |k: usize| {
+            let (t, end) = (k as f64 * 0.002, 4.0);
+            let share = (t / end).min(1.0);
+            4.0 * (t.min(end) - end / std::f64::consts::TAU * (std::f64::consts::TAU * share).sin())
+        };
+        let columns = vec![
+            (0..2100).map(|k| 5.0 * angle(k).cos()).collect(),
+            (0..2100).map(|k| 5.0 * angle(k).sin()).collect(),
+            vec![0.0; 2100],
+        ];
+        let path = Trajectory::new(0.002, Axis::xyz(), columns).unwrap();
+        DesiredPath::new(path, Arc::new(Cartesian::new(Axis::xyz()))).unwrap()
+    }
+
+    /// Largest distance from the circle, mm.
+    fn off(_: &DesiredPath, actual: &Trajectory) -> f64 {
+        let [x, y] = [&actual.columns()[0], &actual.columns()[1]];
+        x.iter().zip(y).map(|(x, y)| (x.hypot(*y) - 5.0).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_slow_servo_is_learned_and_no_step_is_kept_that_is_worse() {
+        let path = circles();
+        let (guard, mut machine) = (Guard { settle_s: 0.05, ..Guard::default() }, Slow);
+        let ladder = Ladder { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
+        let rounds = spatial_ladder(&mut machine, &path, &guard, &ladder, &mut off).unwrap();
+        let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap().clone();
+        assert!(best.measure < 0.1 * rounds[0].measure, "{} of {}", best.measure, rounds[0].measure);
+        let responses = ImpulseResponse::probe_model(&mut machine, path.trajectory(), 0.4).unwrap();
+        assert!((responses[0].delay_samples() - 9.0).abs() < 0.5, "{}", responses[0].delay_samples());
+        assert!((responses[0].static_gain() - 1.0).abs() < 0.02, "{}", responses[0].static_gain());
+        let mut law = ContourOptimal::new(responses, 0.03).unwrap();
+        let start = rounds[0].clone();
+        let (steps, _) = descend(&mut machine, &mut law, &path, start, &guard, &Descent::default(), &mut off).unwrap();
+        let reached = steps.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
+        assert!(reached < 0.1 * rounds[0].measure, "{reached} of {}", rounds[0].measure);
+    }
+
+    #[test]
+    fn a_descent_ends_at_the_floor_and_says_so() {
+        let path = circles();
+        let start = Round { reference: path.trajectory().clone(), actual: path.trajectory().clone(), measure: 1e-5 };
+        let mut law = ContourOptimal::new(vec![ImpulseResponse::new(vec![1.0]).unwrap(); 3], 0.03).unwrap();
+        let settings = Descent { floor: 1e-4, ..Descent::default() };
+        let (rounds, ended) = descend(&mut Slow, &mut law, &path, start, &Guard::default(), &settings, &mut off).unwrap();
+        assert_eq!((rounds.len(), ended), (1, Ended::AtFloor));
+        assert!(law.damp(0.0).is_err());
+    }
 }

@@ -3,7 +3,7 @@
 use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, SHARE, Trajectory};
 use rayon::prelude::*;
 
-use crate::CompensationError;
+use crate::{CompensationError, LowPass};
 
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,6 +79,7 @@ impl Guard {
             let axes =
                 if turns { vec![(0..corrections.len()).collect()] } else { (0..corrections.len()).map(|i| vec![i]).collect() };
             for group in axes {
+                smooth_where_too_fast(&mut corrections, path, &group, &limits.axes)?;
                 fade_where_too_fast(&mut corrections, path, &group, &limits.axes);
             }
         }
@@ -205,6 +206,49 @@ const ROUNDS: [usize; 2] = [20, 20];
 
 fn samples(seconds: f64, period_s: f64) -> usize {
     (seconds / period_s).round().max(1.0) as usize
+}
+
+/// Rounds in which the correction is smoothed around places where it is too fast, before it is scaled down there; the cut-off of the first, Hz, and the factor
+/// from one to the next: the last one is below 5 Hz.
+const SMOOTHINGS: usize = 12;
+const SMOOTHING_HZ: f64 = 60.0;
+const SMOOTHER: f64 = 0.8;
+
+/// Takes what is too fast out of the corrections of the axes of `group` around samples at which one of them would exceed its limits; what is slow stays.
+///
+/// # Errors
+/// Those of [`LowPass::new`], which the cut-offs here do not meet.
+fn smooth_where_too_fast(
+    corrections: &mut [Vec<f64>],
+    path: &Trajectory,
+    group: &[usize],
+    limits: &[AxisLimits],
+) -> Result<(), CompensationError> {
+    let half_width = samples(WINDOW_S, path.period_s());
+    let n = path.len();
+    for round in 0..SMOOTHINGS {
+        let mut smoothed = vec![0.0_f64; n];
+        let mut exceeded = false;
+        for axis in group {
+            let Some(limit) = limits.get(*axis) else { continue };
+            for k in too_fast(&corrections[*axis], &path.columns()[*axis], path.period_s(), limit) {
+                exceeded = true;
+                let first = k.saturating_sub(half_width);
+                for (i, share) in smoothed.iter_mut().enumerate().take((k + half_width).min(n)).skip(first) {
+                    let distance = i.abs_diff(k) as f64 / half_width as f64;
+                    *share = share.max(0.5 + 0.5 * (std::f64::consts::PI * distance).cos());
+                }
+            }
+        }
+        let filter = LowPass::new(SMOOTHING_HZ * SMOOTHER.powi(round as i32), path.period_s())?;
+        let (true, Some(filter)) = (exceeded, filter) else { return Ok(()) };
+        for axis in group {
+            let slow = filter.zero_phase(&corrections[*axis]);
+            let values = corrections[*axis].iter_mut().zip(slow).zip(&smoothed);
+            values.for_each(|((c, slow), share)| *c += share * (slow - *c));
+        }
+    }
+    Ok(())
 }
 
 /// Scales the corrections of the axes of `group` down around samples at which one of them would exceed its limits.

@@ -12,7 +12,7 @@ pub mod laws;
 mod learn;
 mod response;
 
-pub use descent::{Descent, Ended, descend, spatial_ladder};
+pub use descent::{Descent, Ended, Ladder, descend, spatial_ladder};
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use guard::Guard;

@@ -31,7 +31,7 @@
 //! | current loop's lag | `L(0.2, 0.8)` ms |
 //! | table | `L(10, 200)` kg, viscous friction `L(10, 500)` N·s/m |
 //! | lead | `U(4, 20)` mm |
-//! | motor, at the table | `L(0.5, 8)` × the table of a screw; 0.1 × of a linear motor |
+//! | motor, at the table | `L(0.5, 8)` × the table of a screw; 0.1 × of a linear motor; viscous friction as the table's; torque for four times what acceleration and friction need |
 //! | resonance of table and screw | `L(25, 150)` Hz, damping ratio `L(0.02, 0.1)` |
 //! | backlash of an elastic screw | none p = 0.35, else `L(0.5, 20)` µm |
 //! | Coulomb friction `F_c` | what deflects the loops without integrators by `L(1, 20)` µm; `U(0.2, 0.8)` of it on the motor's side |
@@ -43,7 +43,7 @@
 //! | run-to-run noise | level `U(0, 0.04)`, drift `U(0, 0.04)` of `L(1, 10)` s, force `L(0.005, 0.05)·F_c` of 10 ms on both sides |
 //!
 //! An axis has to follow a there-and-back motion at its limits with a bounded tracking error and to stand still after it, with the gain of its position
-//! loop as drawn and a third higher ([`MachineSpec::random`]'s `is_stable`). One that does not is drawn anew. Where eight draws in a row fail,
+//! loop as drawn and a third higher. One that does not is drawn anew. Where eight draws in a row fail,
 //! all axes are drawn anew with the machine's `Kv` lowered by a tenth, not below 20 1/s.
 
 mod axis;

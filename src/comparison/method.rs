@@ -9,6 +9,8 @@ pub enum Method {
     LinearInverse,
     /// Paper D's law on the model's prediction.
     OneShot,
+    /// Model-based ILC on the noise-free machine itself, then one run: what a perfect model would give.
+    PerfectModel,
     /// Model-based ILC, then one run.
     FirstRun,
     /// The same after one more run: half of what the first run's log shows is taken off (`precomp refine --run 2`).
@@ -46,6 +48,7 @@ impl Method {
             Self::Uncompensated => "uncompensated",
             Self::LinearInverse => "linear-inverse",
             Self::OneShot => "one-shot",
+            Self::PerfectModel => "perfect-model",
             Self::FirstRun => "first-run",
             Self::Refined => "first-run-refined",
             Self::Ilc(law) => law.name(),

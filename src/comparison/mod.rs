@@ -299,6 +299,11 @@ impl Bench<'_> {
         let mut references = vec![(Method::Uncompensated, desired.trajectory().clone())];
         let Some(bundle) = self.bundle else { return Ok(references) };
         let given = &self.settings.learning;
+        if let (Plant::Simulated(spec), None) = (self.plant, part) {
+            let quiet = SimulationOptions { noise_scale: 0.0, ..self.settings.simulation };
+            let mut machine = input::simulated(spec, 0)?.with_options(quiet)?;
+            references.push((Method::PerfectModel, learning::on_machine(&mut machine, &self.limits, desired, given)?));
+        }
         let learned = |law: LawName| -> Result<Trajectory> {
             let settings = Settings { law, ..*given };
             Ok(learning::compensate_with(bundle, &self.limits, desired, part.as_ref(), &settings)?.reference)

@@ -43,6 +43,8 @@ const LINEAR_LEAD_MM: f64 = 1e3 * TAU;
 const VELOCITY_PERIOD_MS: f64 = 0.25;
 /// "No integral": an integral time of a million seconds, ms.
 const NO_INTEGRAL_MS: f64 = 1e9;
+/// Viscous friction of motor and table, each, at the table, N·s/m.
+const VISCOUS_N_S_M: [f64; 2] = [10.0, 500.0];
 /// Correlation time of force noise, ms, as in the built-in machines.
 const NOISE_MS: f64 = 10.0;
 
@@ -55,7 +57,7 @@ impl AxisDraw<'_> {
         let motor = self.motor(&masses);
         let table = TableSpec {
             mass_kg: masses.table_kg,
-            viscous_n_s_m: self.draw.log_uniform(10.0, 500.0),
+            viscous_n_s_m: self.draw.log_uniform(VISCOUS_N_S_M[0], VISCOUS_N_S_M[1]),
             force_noise_n: self.draw.log_uniform(0.005, 0.05) * masses.coulomb_n,
             noise_time_ms: NOISE_MS,
             scale_resolution_um: self.common.encoder_step_um,
@@ -125,6 +127,8 @@ impl AxisDraw<'_> {
     fn motor(&mut self, masses: &Masses) -> MotorSpec {
         let per_rad = masses.per_rad();
         let force_n = masses.total_kg() * self.common.acceleration_mm_s2 * 1e-3;
+        // Of motor and table at the largest speed, at the most.
+        let viscous_n = 2.0 * VISCOUS_N_S_M[1] * self.common.velocity_mm_s * 1e-3;
         // Ripple every 30 mm and cogging every 15 mm of a linear motor's magnets.
         let linear = self.common.train == Train::LinearMotor;
         let per_turn = if linear { [masses.lead_mm / 30.0, masses.lead_mm / 15.0] } else { [6.0, 12.0] };
@@ -132,9 +136,9 @@ impl AxisDraw<'_> {
         let phases = [phase(), phase()];
         MotorSpec {
             inertia_kg_m2: masses.motor_kg * per_rad * per_rad,
-            viscous_n_m_s_rad: self.draw.log_uniform(10.0, 500.0) * per_rad * per_rad,
+            viscous_n_m_s_rad: self.draw.log_uniform(VISCOUS_N_S_M[0], VISCOUS_N_S_M[1]) * per_rad * per_rad,
             // Four times what acceleration and friction need: saturation is another subject.
-            torque_limit_n_m: 4.0 * (force_n + 2.0 * masses.static_n) * per_rad,
+            torque_limit_n_m: 4.0 * (force_n + 2.0 * masses.static_n + viscous_n) * per_rad,
             counts_per_turn: masses.lead_mm / (self.common.encoder_step_um * 1e-3),
             ripple: vec![Harmonic { amplitude: self.draw.uniform(0.0, 0.01), per_turn: per_turn[0], phase_rad: phases[0] }],
             cogging: vec![TorqueHarmonic {
