@@ -40,9 +40,10 @@ impl TrainSettings {
     }
 }
 
-/// Samples that the folds of a cross-fit go over together, at least once over all: a short log is judged in every part, a long one, whose
-/// fit takes a minute, in one.
+/// Samples that the folds of a cross-fit go over together, and most folds: a short log, of which one part says little, is judged in three, a
+/// long one, whose fit takes a minute, in one. Only time speaks against more.
 const FOLD_SAMPLES: usize = 60_000;
+const MOST_FOLDS: usize = 3;
 
 /// A model and how it was found.
 #[derive(Debug)]
@@ -80,7 +81,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings)
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
     let samples: usize = logs.iter().map(Log::len).sum();
-    let most = (FOLD_SAMPLES / samples.max(1)).max(1);
+    let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
     let folds = datasets::folds(logs, settings.held_out, most, settings.seed).map_err(|error| Refusal(error.to_string()))?;
     let progress = std::sync::Mutex::new(Progress::new("training", moving.len() as u64));
     let fitted: Vec<Result<FittedAxis>> = std::thread::scope(|scope| {
@@ -310,7 +311,7 @@ impl Trained {
             let HeldOut { rms, raw_rms, .. } = axis.held_out;
             let unit = ErrorUnit::from(axis);
             let figures = format!("{} of {} RMS on held-out data", unit.number(rms), unit.text(raw_rms));
-            if !(rms < raw_rms) {
+            if rms.is_nan() || rms >= raw_rms {
                 return Err(Refusal(format!(
                     "axis {}: the model leaves {figures}, no better than no model; nothing is written. Look for exchanged columns, lost rows or \
                      too little motion, or leave the axis out with --columns",

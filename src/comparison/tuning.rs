@@ -290,7 +290,7 @@ impl Trial<'_> {
             let Ok(run) = machine.run(&reference) else { return Ok(f64::INFINITY) };
             actual = run;
             let cost = evaluate::figures(desired, None, &actual)?.judged_mm();
-            if !(cost <= most) {
+            if cost.is_nan() || cost > most {
                 return Ok(f64::INFINITY);
             }
             costs.push(cost);

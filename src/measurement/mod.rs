@@ -87,7 +87,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let contour = summary_of_feed_moves(desired.part.as_ref(), placed)?;
     let counts = |k: &usize| evaluate::counts(desired.part.as_ref(), matched.places[*k].round() as usize);
     let poses = poses_at_places(desired.desired.poses(), &matched.places);
-    let orientation = evaluate::orientation(&desired.desired, &errors, &poses, &log.actual, &counts)?;
+    let orientation = evaluate::orientation(&desired.desired, &errors, &poses, &log.actual, counts)?;
     let line = |k: usize| {
         let part = desired.part.as_ref()?;
         part.line_at((matched.places[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))

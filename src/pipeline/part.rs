@@ -162,7 +162,7 @@ impl Part {
     pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
-        for why in fixed.filter_map(|of| why_fixed(of)) {
+        for why in fixed.filter_map(why_fixed) {
             *counts.entry(why).or_default() += 1;
         }
         counts
