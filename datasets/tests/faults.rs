@@ -159,7 +159,7 @@ fn columns_that_do_not_belong_together_are_named() {
     }));
     assert_found(&report, Warn, Check::Pairing, "x_act: the actual position is ahead of the command by 19");
     let report = training(&hurt(|_, actual| actual.swap(0, 1)));
-    assert_found(&report, Refuse, Check::Pairing, "the command of `x` is followed by the actual position of `y`");
+    assert_found(&report, Refuse, Check::Pairing, "the actual position of `y` follows the command of `x`");
     let report = training(&hurt(|_, actual| actual[0].iter_mut().for_each(|v| *v = -*v)));
     assert_found(&report, Refuse, Check::Pairing, "wrong sign");
     let report = training(&hurt(|_, actual| {

@@ -57,21 +57,6 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
             ),
         );
     } else if axis.unit() == "mm"
-        && range(axis.reference) < TRAVEL_OF_INCHES
-        && speed < SPEED_OF_INCHES
-        && purpose == Purpose::Training
-    {
-        push(
-            Severity::Warn,
-            axis.reference_name(),
-            format!(
-                "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
-                 as `{}_ref=column:in`; if not, record longer and faster motion",
-                range(axis.reference),
-                axis.axis
-            ),
-        );
-    } else if axis.unit() == "mm"
         && travel < TRAVEL_OF_METRES
         && speed < TRAVEL_OF_METRES
         && rms(&axis.error) < 1e-3
@@ -84,6 +69,21 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
                 "positions reach {travel:.4} mm and the tracking error {:.2e} mm RMS; if they are m, say so in the column mapping, as \
                  `{}_ref=column:m`",
                 rms(&axis.error),
+                axis.axis
+            ),
+        );
+    } else if axis.unit() == "mm"
+        && range(axis.reference) < TRAVEL_OF_INCHES
+        && speed < SPEED_OF_INCHES
+        && purpose == Purpose::Training
+    {
+        push(
+            Severity::Warn,
+            axis.reference_name(),
+            format!(
+                "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
+                 as `{}_ref=column:in`; if not, record longer and faster motion",
+                range(axis.reference),
                 axis.axis
             ),
         );

@@ -34,7 +34,7 @@ pub(super) const RANGES: [(&str, f64, f64); 78] = [
     ("warming.share", 0.0, 0.5),
     ("warming.time_s", 1e-3, 1e6),
     ("loops.velocity_gain_n_m_s_rad", 1e-6, 1e6),
-    ("loops.integral_time_ms", 1e-2, 1e6),
+    ("loops.integral_time_ms", 1e-2, 1e10),
     ("loops.current_lag_ms", 1e-4, 1e3),
     ("loops.position_period_ms", 1e-3, 1e2),
     ("loops.velocity_period_ms", 1e-3, 1e2),

@@ -108,7 +108,7 @@ impl Default for StagedRecipe {
         Self {
             speed_unit: 80.0,
             folds: 8,
-            memory_s: vec![0.0125, 0.025, 0.05, 0.1, 0.2],
+            memory_s: vec![0.01, 0.02, 0.03, 0.05, 0.1, 0.2],
             memories: 4.0,
             dense_s: 0.05,
             lag_growth: 0.08,
