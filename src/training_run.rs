@@ -304,7 +304,7 @@ impl Trained {
     /// What speaks against the model: axes of which it leaves more than half of the error on data that it never saw.
     ///
     /// # Errors
-    /// A [`Refusal`] when an axis is predicted worse than by no model at all: such a model must not be written.
+    /// When an axis is predicted worse than by no model at all: such a model must not be written.
     pub fn doubts(&self) -> Result<Vec<String>, Refusal> {
         let mut doubts = Vec::new();
         for axis in &self.bundle.manifest.axes {

@@ -29,7 +29,7 @@ pub(super) const TUNING_SEED: u64 = 501;
 
 /// Measures the uncompensated program, the first run, every ILC and the floor on built-in curves as programs of short lines at 80 mm/s.
 ///
-/// Gains are those of `tuned`; the cut-off of every law is the one of [`CUT_OFFS_HZ`], or of `tuned`, with the lowest RMS in the last run on
+/// Gains are those of `tuned`; the cut-off of every law is the one of `CUT_OFFS_HZ`, or of `tuned`, with the lowest RMS in the last run on
 /// the program of another curve with another noise seed.
 ///
 /// # Errors

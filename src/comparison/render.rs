@@ -192,7 +192,7 @@ pub fn json(comparison: &Comparison, settings: &CompareSettings) -> Value {
     })
 }
 
-/// The figures of programs as JSON, as [`json`].
+/// The figures of programs as JSON, as [`json()`].
 #[must_use]
 pub fn programs_json(results: &[PathComparison], tuned: &Tuned, settings: &CompareSettings) -> Value {
     let (rms, max) = gap(results);
