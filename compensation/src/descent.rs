@@ -1,7 +1,7 @@
 //! Learning on a model with a trust region: only what the forecast says is better is kept.
 
 use machine::Machine;
-use motion::contour::Exact;
+use motion::contour::{ContourEstimator, Exact};
 use motion::{DesiredPath, Trajectory};
 
 use crate::laws::{ContourOptimal, Gain, SpatialIlc};
@@ -19,10 +19,20 @@ pub enum Ended {
     AtRuns,
 }
 
+impl std::fmt::Display for Ended {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::AtFloor => "ended at the floor of the forecast",
+            Self::AtOptimum => "ended where no step improves the forecast",
+            Self::AtRuns => "ended after all updates that are allowed",
+        })
+    }
+}
+
 /// Settings of a descent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Descent {
-    /// Most runs of the model, the first one included.
+    /// Runs of the model after which no further step begins, the first run included: the last step may take two.
     pub runs: usize,
     /// Measure at which nothing is gained by going on: what the model itself is uncertain by.
     pub floor: f64,
@@ -46,7 +56,8 @@ const WORTH: f64 = 0.01;
 const PATIENCE: usize = 2;
 
 /// Runs the law's steps on `machine` from the run `start`: every run, that one included, rejected ones too, in order. A step starts from the best run so
-/// far; where it is no better, the next one is damped more.
+/// far. Where a part of the path has become worse by it, a further run keeps the step elsewhere only; where neither run is better, the next step is damped
+/// more.
 ///
 /// # Errors
 /// When the machine refuses a reference, or the law does not fit it.
@@ -74,11 +85,16 @@ pub fn descend(
         let next = law.update(desired, &rounds[best].reference, &rounds[best].actual)?;
         let next = run(guard.apply(desired, &next)?)?;
         let before = rounds[best].measure;
-        let better = next.measure < before;
-        let worth = next.measure < (1.0 - WORTH) * before;
+        let mixed = kept_where_better(desired, &rounds[best], &next, law.reach())?;
         rounds.push(next);
-        if better {
-            best = rounds.len() - 1;
+        if let Some(mixed) = mixed {
+            rounds.push(run(guard.apply(desired, &mixed)?)?);
+        }
+        let latest = (best + 1..rounds.len()).min_by(|a, b| rounds[*a].measure.total_cmp(&rounds[*b].measure)).unwrap_or(best);
+        let reached = rounds[latest].measure;
+        let worth = reached < (1.0 - WORTH) * before;
+        if reached < before {
+            best = latest;
         }
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
@@ -87,6 +103,50 @@ pub fn descend(
         }
     }
     Ok((rounds, Ended::AtRuns))
+}
+
+/// Share of a step that has to be in doubt for a run of what is left of it.
+const IN_DOUBT: f64 = 0.02;
+
+/// The reference of `best` with the share of the step to `next` that each sample's surroundings within `reach` samples speak for: `o² / (o² + n²)` of the
+/// mean squares `o` and `n` of the contour error before and after. `None` where next to all of the step stays.
+fn kept_where_better(
+    desired: &DesiredPath,
+    best: &Round,
+    next: &Round,
+    reach: usize,
+) -> Result<Option<Trajectory>, CompensationError> {
+    let path = desired.tips();
+    let local = |round: &Round| -> Result<Vec<f64>, CompensationError> {
+        let errors = Exact::default().estimate(&desired.tips_of(&round.actual)?, &path)?;
+        Ok(around(&errors.iter().map(|error| error.magnitude_mm.powi(2)).collect::<Vec<f64>>(), reach))
+    };
+    let (old, new) = (local(best)?, local(next)?);
+    let share = |(old, new): (&f64, &f64)| {
+        let (old, new) = (old * old, new * new);
+        if old + new > 0.0 { old / (old + new) } else { 1.0 }
+    };
+    let shares = around(&old.iter().zip(&new).map(share).collect::<Vec<f64>>(), reach);
+    let doubt = shares.iter().filter(|share| **share < 0.5).count() as f64;
+    if doubt < IN_DOUBT * shares.len() as f64 {
+        return Ok(None);
+    }
+    let columns = best.reference.columns().iter().zip(next.reference.columns());
+    let columns = columns.map(|(b, n)| b.iter().zip(n).zip(&shares).map(|((b, n), share)| b + share * (n - b)).collect());
+    Ok(Some(best.reference.with_columns(columns.collect())?))
+}
+
+/// Mean over the samples within `reach` of each.
+fn around(values: &[f64], reach: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; values.len() + 1];
+    for (k, value) in values.iter().enumerate() {
+        sums[k + 1] = sums[k] + value;
+    }
+    let mean = |k: usize| {
+        let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(values.len()));
+        (sums[to] - sums[from]) / (to - from) as f64
+    };
+    (0..values.len()).map(mean).collect()
 }
 
 /// Settings of the spatial law's ladder.
@@ -208,6 +268,70 @@ mod tests {
         let (steps, _) = descend(&mut machine, &mut law, &path, start, &guard, &Descent::default(), &mut off).unwrap();
         let reached = steps.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
         assert!(reached < 0.1 * rounds[0].measure, "{reached} of {}", rounds[0].measure);
+    }
+
+    /// An axis of 8 Hz that overshoots by a quarter.
+    struct Springy;
+
+    impl Machine for Springy {
+        fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+            let (stiffness, friction, period_s) = (2500.0, 40.0, reference.period_s());
+            let follow = |column: &Vec<f64>| {
+                let (mut position, mut speed) = (column[0], 0.0);
+                let step = |target: &f64| {
+                    speed += period_s * (stiffness * (target - position) - friction * speed);
+                    position += period_s * speed;
+                    position
+                };
+                column.iter().map(step).collect()
+            };
+            Ok(reference.with_columns(reference.columns().iter().map(follow).collect())?)
+        }
+    }
+
+    #[test]
+    fn an_overshoot_at_a_stop_is_seen_and_taken_off() {
+        // 4 mm in 0.2 s from and to rest: all of the path lies on the line, so that only what goes beyond its end is an error.
+        let at = |k: usize| {
+            let share = (k as f64 / 100.0).min(1.0);
+            4.0 * (share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU)
+        };
+        let columns = vec![(0..400).map(at).collect(), vec![0.0; 400], vec![0.0; 400]];
+        let path = Trajectory::new(0.002, Axis::xyz(), columns).unwrap();
+        let path = DesiredPath::new(path, Arc::new(Cartesian::new(Axis::xyz()))).unwrap();
+        let mut beyond = |_: &DesiredPath, actual: &Trajectory| actual.columns()[0].iter().map(|x| x - 4.0).fold(0.0, f64::max);
+        let reference = path.trajectory().clone();
+        let actual = Springy.run(&reference).unwrap();
+        let start = Round { measure: beyond(&path, &actual), reference, actual };
+        let before = start.measure;
+        assert!(before > 0.05, "{before}");
+        let mut law = ContourOptimal::new(ImpulseResponse::probe_model(&mut Springy, path.trajectory(), 0.4).unwrap(), 0.03).unwrap();
+        let guard = Guard { max_shift: 1.0, settle_s: 0.2, ..Guard::default() };
+        let (rounds, _) = descend(&mut Springy, &mut law, &path, start, &guard, &Descent::default(), &mut beyond).unwrap();
+        let reached = rounds.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
+        assert!(reached < 0.2 * before, "{reached} of {before}");
+    }
+
+    #[test]
+    fn a_step_is_kept_where_it_helps_and_taken_back_where_it_does_not() {
+        let path = circles();
+        let (half, samples) = (path.trajectory().len() / 2, path.trajectory().len());
+        // The run before is off by 10 um in its first half, the run after in its second half.
+        let round = |off: std::ops::Range<usize>, reference_mm: f64| {
+            let column = |axis: usize| -> Vec<f64> {
+                let radius = |k: usize| if off.contains(&k) { 1.002 } else { 1.0 };
+                path.trajectory().columns()[axis].iter().enumerate().map(|(k, x)| x * radius(k)).collect()
+            };
+            let actual = path.trajectory().with_columns(vec![column(0), column(1), column(2)]).unwrap();
+            let shifted = path.trajectory().columns().iter().map(|column| column.iter().map(|x| x + reference_mm).collect());
+            let reference = path.trajectory().with_columns(shifted.collect()).unwrap();
+            Round { reference, actual, measure: 0.0 }
+        };
+        let (best, next) = (round(0..half, 0.0), round(half..samples, 0.1));
+        let kept = kept_where_better(&path, &best, &next, 10).unwrap().unwrap();
+        let shift = |k: usize| kept.columns()[2][k];
+        assert!((shift(half / 2) - 0.1).abs() < 1e-6 && shift(half + half / 2).abs() < 1e-6, "{} {}", shift(half / 2), shift(half + half / 2));
+        assert!(kept_where_better(&path, &round(0..samples, 0.0), &round(0..0, 0.1), 10).unwrap().is_none());
     }
 
     #[test]

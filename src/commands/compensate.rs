@@ -178,6 +178,7 @@ impl Compensate {
                 "changed": outcome.gained,
                 "law": self.law,
                 "updates": outcome.updates,
+                "ended": outcome.ended.map(|ended| ended.to_string()),
                 "largest_shift_um": written.largest_shift_mm * 1e3,
                 "predicted_contour_um": {
                     "before": evaluate::contour_json(&outcome.before.tip),
@@ -230,13 +231,14 @@ impl Compensate {
             printer.line(format!("warning: {warning}"));
         }
         printer.line(format!(
-            "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model)",
+            "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model{})",
             if path.part.is_some() { " over feed moves" } else { "" },
             um(outcome.before.tip.rms_mm),
             um(outcome.after.tip.rms_mm),
             um(outcome.before.tip.max_mm),
             um(outcome.after.tip.max_mm),
-            outcome.updates
+            outcome.updates,
+            outcome.ended.map_or(String::new(), |ended| format!("; {ended}"))
         ));
         if let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) {
             let urad = |rad: f64| format!("{:.2}", rad * 1e6);

@@ -54,6 +54,15 @@ impl ContourOptimal {
     }
 }
 
+impl ContourOptimal {
+    /// Samples after which the slowest response has mostly arrived.
+    #[must_use]
+    pub fn reach(&self) -> usize {
+        let late = self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max);
+        (2.0 * late).ceil() as usize + 5
+    }
+}
+
 impl CompensationLaw for ContourOptimal {
     fn name(&self) -> &'static str {
         "contour-optimal"
@@ -73,25 +82,32 @@ impl CompensationLaw for ContourOptimal {
                 remedy: "this law needs a response for every axis, and axes that are coordinates of the tip",
             });
         }
-        let PoseErrors { contour, .. } = pose_errors(desired, actual, self.estimator.as_mut())?;
+        let PoseErrors { contour, actual: poses, .. } = pose_errors(desired, actual, self.estimator.as_mut())?;
         let tips = desired.tips();
-        let mean_square = contour.iter().map(|error| error.vector.norm_squared()).sum::<f64>() / contour.len().max(1) as f64;
-        let rows: Vec<Row> = contour
-            .iter()
-            .enumerate()
-            .map(|(k, error)| {
-                let step = tips[(k + 1).min(tips.len() - 1)] - tips[k.saturating_sub(1)];
-                let tangent = step.try_normalize(1e-9).unwrap_or_else(Vec3::zeros);
-                let square = error.vector.norm_squared();
-                let along = tangent.dot(&error.vector).powi(2) / square.max(f64::MIN_POSITIVE);
-                // At the run's last sample an axis that is late is still on its way: the rest of the way is no error of the shape.
-                let off = tangent * if error.at_end { 1.0 } else { (1.0 - along).max(0.0).sqrt() };
-                let weight = (1.0 + 0.25 * square / mean_square.max(f64::MIN_POSITIVE)).min(MOST_WEIGHT).sqrt();
-                Row { off, weight, location: error.location }
-            })
-            .collect();
+        let run: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
+        let from_run = self.estimator.estimate(&run, &tips)?;
+        let squares = contour.iter().chain(&from_run).map(|error| error.vector.norm_squared());
+        let mean_square = squares.sum::<f64>() / (2 * contour.len()).max(1) as f64;
+        let weight = |error: Vec3| (1.0 + 0.25 * error.norm_squared() / mean_square.max(f64::MIN_POSITIVE)).min(MOST_WEIGHT).sqrt();
+        // How far `N` takes off what lies along the path: not where the error itself lies along it.
+        let across = |tangent: Vec3, error: Vec3| {
+            let along = tangent.dot(&error).powi(2) / error.norm_squared().max(f64::MIN_POSITIVE);
+            tangent * (1.0 - along).max(0.0).sqrt()
+        };
+        let of_desired = contour.iter().enumerate().map(|(k, error)| {
+            let step = tips[(k + 1).min(tips.len() - 1)] - tips[k.saturating_sub(1)];
+            let tangent = step.try_normalize(1e-9).unwrap_or_else(Vec3::zeros);
+            // At the run's last sample an axis that is late is still on its way: the rest of the way is no error of the shape.
+            let off = if error.at_end { tangent } else { across(tangent, error.vector) };
+            (Row { off, weight: weight(error.vector), location: error.location }, error.vector)
+        });
+        let of_run = from_run.iter().enumerate().map(|(k, error)| {
+            let location = Location { segment: k, fraction: 0.0, arc_mm: 0.0 };
+            (Row { off: across(error.tangent, error.vector), weight: weight(error.vector), location }, -error.vector)
+        });
+        let (rows, errors): (Vec<Row>, Vec<Vec3>) = of_desired.chain(of_run).unzip();
         let system = System { responses: &self.responses, rows: &rows, samples: path.len(), damping: self.damping };
-        let errors: Vec<Vec3> = contour.iter().zip(&rows).map(|(error, row)| row.project(error.vector) * row.weight).collect();
+        let errors: Vec<Vec3> = errors.into_iter().zip(&rows).map(|(error, row)| row.project(error) * row.weight).collect();
         let change = system.solve(&system.transposed(&errors));
         let columns = reference.columns().iter().zip(change.chunks_exact(path.len().max(1)));
         Ok(reference
