@@ -75,16 +75,29 @@ pub fn choose(folds: &[Judged], free: bool) -> Choice {
         [only] => halves(only),
         _ => folds.to_vec(),
     };
-    let squares = |pieces: &[Piece]| pieces.iter().flat_map(|piece| &piece.errors).map(|e| e * e).sum::<f64>();
-    let costs: Vec<(f64, f64)> = parts.iter().map(|part| (squares(&part.rich), squares(&part.simple))).collect();
+    let costs: Vec<f64> = parts.iter().map(gain_of_simple).collect();
     let prefers_simple = |without: Option<usize>| {
         let others = costs.iter().enumerate().filter(|(index, _)| Some(*index) != without);
-        let (rich, simple) = others.fold((0.0, 0.0), |sum, (_, cost)| (sum.0 + cost.0, sum.1 + cost.1));
-        free && rich > simple
+        free && others.map(|(_, cost)| cost).sum::<f64>() > 0.0
     };
     let judged =
         |(index, part): (usize, &Judged)| if prefers_simple(Some(index)) { part.simple.clone() } else { part.rich.clone() };
     Choice { simple: prefers_simple(None), pieces: parts.iter().enumerate().flat_map(judged).collect() }
+}
+
+/// Largest ratio of two errors that counts.
+const MOST_RATIO: f64 = 5.0;
+
+/// Sum over the rows of the logarithm of the rich predictor's error over the simpler one's, both over a piece.
+///
+/// Logarithms let every run speak: sums of squares are those of the one run whose kind the others lack, and the kept predictor is fitted to that one too.
+fn gain_of_simple(judged: &Judged) -> f64 {
+    let gain = |(rich, simple): (&Piece, &Piece)| {
+        let (rich_rms, simple_rms) = (rms_max(&rich.errors).0, rms_max(&simple.errors).0);
+        let ratio = if rich_rms > 0.0 || simple_rms > 0.0 { rich_rms / simple_rms } else { 1.0 };
+        ratio.clamp(1.0 / MOST_RATIO, MOST_RATIO).ln() * rich.errors.len() as f64
+    };
+    judged.rich.iter().zip(&judged.simple).map(gain).sum()
 }
 
 /// A fold in two, by rows.

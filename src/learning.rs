@@ -285,6 +285,9 @@ struct Task<'a> {
     watch: Watch<'a>,
 }
 
+/// Runs on a model, each with its figures.
+type Runs = Vec<(Round, Figures)>;
+
 impl Task<'_> {
     fn figures(&self, actual: &Trajectory) -> Result<Figures> {
         evaluate::figures(self.desired, self.part, actual)
@@ -292,7 +295,7 @@ impl Task<'_> {
 
     /// The spatial law with the cut-off that makes the best forecast, then Gauss–Newton steps on the contour error from there, where the axes are coordinates of
     /// the tip: every run with its figures. Times of turns and stops are the machine's own response's.
-    fn descend(&mut self, machine: &mut dyn Machine, iterations: usize) -> Result<(Vec<(Round, Figures)>, Option<Ended>)> {
+    fn descend(&mut self, machine: &mut dyn Machine, iterations: usize) -> Result<(Runs, Option<Ended>)> {
         let mut ended = None;
         let path = self.desired.trajectory();
         let steps = !self.desired.kinematics().turns() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
@@ -337,7 +340,7 @@ impl Task<'_> {
         law: &mut dyn CompensationLaw,
         start: Option<Trajectory>,
         stop: StopRule,
-    ) -> Result<Vec<(Round, Figures)>> {
+    ) -> Result<Runs> {
         let mut figures = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
             figures.push(self.figures(actual));

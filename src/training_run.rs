@@ -147,10 +147,12 @@ struct FittedAxis {
 fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
     let mut judged = Vec::new();
     let mut kept = None;
+    let mut networks_paid = 0;
     let again = settings.recipe.staged.is_some();
     for fold in if again { folds } else { &folds[..1] } {
         let (training, held_out) = (without(runs, fold), only(runs, fold));
-        let fit = fit_recipe(&training, axis, settings)?;
+        let fit = fit_recipe(&training, axis, settings, Network::Try)?;
+        networks_paid += usize::from(fit.network);
         let linear = fit_linear(&training, axis, settings.seed)?;
         judged.push(Judged {
             rich: cross_fit::pieces(fit.predictor.as_ref(), &held_out),
@@ -160,13 +162,21 @@ fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSetti
     }
     // Stages that pay on folds within the log and not on others are not shipped; who judges does not choose.
     let choice = cross_fit::choose(&judged, again);
-    let Fit { predictor, note } = match kept.filter(|_| choice.simple || !again) {
+    let Fit { predictor, note, .. } = match kept.filter(|_| choice.simple || !again) {
         Some(fit) if choice.simple => {
             let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
             Fit { note, ..fit_linear(runs, axis, settings.seed)? }
         }
         Some(fit) => fit,
-        None => fit_recipe(runs, axis, settings)?,
+        // Where the folds agree whether a network pays, it need not be found out again: that takes longer than all the rest.
+        None => {
+            let network = match networks_paid {
+                0 => Network::Skip,
+                paid if paid == judged.len() => Network::Take,
+                _ => Network::Try,
+            };
+            fit_recipe(runs, axis, settings, network)?
+        }
     };
     let covered =
         runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
@@ -191,11 +201,22 @@ struct Fit {
     predictor: Box<dyn AxisPredictor>,
     /// What it is made of.
     note: String,
+    /// Whether a network on what the stages leave is part of it.
+    network: bool,
 }
 
-fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings) -> Result<Fit> {
+/// What becomes of a network on what the stages leave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Network {
+    /// It is trained on a part of the rows, and again on all of them if it pays on the others.
+    Try,
+    Take,
+    Skip,
+}
+
+fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, network: Network) -> Result<Fit> {
     match (&settings.recipe.staged, &settings.recipe.network) {
-        (Some(staged), network) => fit_stages(runs, staged, network.as_ref(), axis, settings.seed),
+        (Some(staged), recipe) => fit_stages(runs, staged, recipe.as_ref().map(|recipe| (recipe, network)), axis, settings.seed),
         (None, Some(network)) => fit_network(runs, network, axis, settings),
         (None, None) => anyhow::bail!(Refusal("the recipe has no stage".into())),
     }
@@ -208,22 +229,41 @@ fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
 }
 
 /// The staged predictor, with a network on what it leaves where that pays.
-fn fit_stages(runs: &[AxisRun], recipe: &StagedRecipe, network: Option<&NetworkRecipe>, axis: &Axis, seed: u64) -> Result<Fit> {
+fn fit_stages(
+    runs: &[AxisRun],
+    recipe: &StagedRecipe,
+    network: Option<(&NetworkRecipe, Network)>,
+    axis: &Axis,
+    seed: u64,
+) -> Result<Fit> {
     let (staged, report) = training::staged::fit(runs, recipe)?;
     let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
     let mut kept = None;
-    if let Some(network) = network {
-        let trial = training::stacked::try_out(&staged, runs, network, seed)?;
-        let verdict = if trial.accepted { "kept" } else { "does not pay" };
-        let unit = ErrorUnit::from(axis);
-        note += &format!("; network on the rest: {} → {}, {verdict}", unit.number(trial.without), unit.text(trial.with));
-        kept = trial.accepted.then_some(network);
+    if let Some((network, wanted)) = network {
+        let paid = match wanted {
+            Network::Try => {
+                let trial = training::stacked::try_out(&staged, runs, network, seed)?;
+                let verdict = if trial.accepted { "kept" } else { "does not pay" };
+                let unit = ErrorUnit::from(axis);
+                note += &format!("; network on the rest: {} → {}, {verdict}", unit.number(trial.without), unit.text(trial.with));
+                trial.accepted
+            }
+            Network::Take => {
+                note += "; network on the rest, which paid on held-out runs";
+                true
+            }
+            Network::Skip => {
+                note += "; network on the rest did not pay on held-out runs";
+                false
+            }
+        };
+        kept = paid.then_some(network);
     }
     let predictor = match kept {
         Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
         None => Box::new(staged),
     };
-    Ok(Fit { predictor, note })
+    Ok(Fit { predictor, note, network: kept.is_some() })
 }
 
 /// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
@@ -237,7 +277,7 @@ fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: 
         None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
     };
     let note = format!("{} epochs, best after {}", trained.epochs, trained.best_epoch);
-    Ok(Fit { predictor: trained.predictor, note })
+    Ok(Fit { predictor: trained.predictor, note, network: false })
 }
 
 /// One run in six, at least one, to stop early by; of a single run a sixth of its rows.

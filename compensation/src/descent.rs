@@ -305,7 +305,8 @@ mod tests {
         let start = Round { measure: beyond(&path, &actual), reference, actual };
         let before = start.measure;
         assert!(before > 0.05, "{before}");
-        let mut law = ContourOptimal::new(ImpulseResponse::probe_model(&mut Springy, path.trajectory(), 0.4).unwrap(), 0.03).unwrap();
+        let mut law =
+            ContourOptimal::new(ImpulseResponse::probe_model(&mut Springy, path.trajectory(), 0.4).unwrap(), 0.03).unwrap();
         let guard = Guard { max_shift: 1.0, settle_s: 0.2, ..Guard::default() };
         let (rounds, _) = descend(&mut Springy, &mut law, &path, start, &guard, &Descent::default(), &mut beyond).unwrap();
         let reached = rounds.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
@@ -330,7 +331,12 @@ mod tests {
         let (best, next) = (round(0..half, 0.0), round(half..samples, 0.1));
         let kept = kept_where_better(&path, &best, &next, 10).unwrap().unwrap();
         let shift = |k: usize| kept.columns()[2][k];
-        assert!((shift(half / 2) - 0.1).abs() < 1e-6 && shift(half + half / 2).abs() < 1e-6, "{} {}", shift(half / 2), shift(half + half / 2));
+        assert!(
+            (shift(half / 2) - 0.1).abs() < 1e-6 && shift(half + half / 2).abs() < 1e-6,
+            "{} {}",
+            shift(half / 2),
+            shift(half + half / 2)
+        );
         assert!(kept_where_better(&path, &round(0..samples, 0.0), &round(0..0, 0.1), 10).unwrap().is_none());
     }
 

@@ -33,6 +33,9 @@ pub fn what_depends_on_position_is_left_out_where_the_part_has_no_place(folder: 
     assert!(folder.figures(&[&words[..], &["--machine", "placed.toml"]].concat())["left_out"].is_null());
 
     let unknown = said(folder, &words);
+    // Why learning ended is said, in words that the JSON has too.
+    let ended = folder.figures(&words)["ended"].as_str().unwrap().to_owned();
+    assert!(ended.starts_with("ended ") && unknown.contains(&format!("updates on the model; {ended})")), "{unknown}");
     assert!(unknown.contains("the work offset is not known") && unknown.contains("Give --work-offset"), "{unknown}");
     // A curve is in machine coordinates, and a log of the program says where the part lies.
     assert!(predict(&["--work-offset", "0,0,0"])["left_out"].is_null());

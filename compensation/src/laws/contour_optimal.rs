@@ -88,7 +88,8 @@ impl CompensationLaw for ContourOptimal {
         let from_run = self.estimator.estimate(&run, &tips)?;
         let squares = contour.iter().chain(&from_run).map(|error| error.vector.norm_squared());
         let mean_square = squares.sum::<f64>() / (2 * contour.len()).max(1) as f64;
-        let weight = |error: Vec3| (1.0 + 0.25 * error.norm_squared() / mean_square.max(f64::MIN_POSITIVE)).min(MOST_WEIGHT).sqrt();
+        let weight =
+            |error: Vec3| (1.0 + 0.25 * error.norm_squared() / mean_square.max(f64::MIN_POSITIVE)).min(MOST_WEIGHT).sqrt();
         // How far `N` takes off what lies along the path: not where the error itself lies along it.
         let across = |tangent: Vec3, error: Vec3| {
             let along = tangent.dot(&error).powi(2) / error.norm_squared().max(f64::MIN_POSITIVE);

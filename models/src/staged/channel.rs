@@ -17,7 +17,7 @@ pub enum Carrier {
     Velocity,
     /// Increment of the velocity.
     VelocityStep,
-    /// Direction of motion.
+    /// Direction of motion, times the level of friction where that differs along the axis.
     Sign,
     /// A stop operator.
     Stop(usize),
@@ -96,7 +96,7 @@ impl Channel {
         match (self.carrier, self.wave) {
             (Carrier::Velocity, Wave::Flat) => Some(signals.velocity()),
             (Carrier::VelocityStep, Wave::Flat) => Some(signals.step()),
-            (Carrier::Sign, Wave::Flat) => Some(signals.sign()),
+            (Carrier::Sign, Wave::Flat) => Some(signals.push()),
             (Carrier::Stop(stop) | Carrier::Play(stop), Wave::Flat) => Some(signals.stop(stop)),
             (Carrier::Drag(speed), Wave::Flat) => Some(signals.drag(speed)),
             _ => None,
@@ -110,10 +110,10 @@ impl Channel {
             Carrier::One => out.fill(1.0),
             Carrier::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
             Carrier::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
-            Carrier::Sign => out.copy_from_slice(&signals.sign()[rows.clone()]),
+            Carrier::Sign => out.copy_from_slice(&signals.push()[rows.clone()]),
             Carrier::Stop(stop) | Carrier::Play(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
             Carrier::StopLessSign(stop) => {
-                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.sign()[rows.clone()]);
+                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.push()[rows.clone()]);
                 for (y, (z, sign)) in out.iter_mut().zip(stops) {
                     *y = z - sign;
                 }

@@ -97,19 +97,27 @@ impl FeatureSet {
         Signals::new(reference, flags, expected, period_s, start, self.pad(), &self.scales)
     }
 
-    /// Columns at samples `start..start + rows` of a run, followed by `spare` columns of zeros for the caller to fill.
+    /// Columns at `rows` samples of a run, `stride` apart from `start` on, followed by `spare` columns of zeros for the caller to fill.
     #[must_use]
-    pub fn block(&self, signals: &Signals, start: usize, rows: usize, spare: usize) -> DMatrix<f64> {
+    pub fn block(&self, signals: &Signals, start: usize, rows: usize, stride: usize, spare: usize) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(rows, self.columns() + spare);
-        let waves = self.waves(signals, start, rows);
+        let samples = rows.saturating_sub(1) * stride + 1;
+        let waves = self.waves(signals, start, samples);
         let (mut column, mut room) = (0, Vec::new());
+        let mut phases = vec![Vec::new(); stride];
         for group in &self.groups {
             let (first, _) = group.basis.span();
-            let inputs = channels(group, signals, &waves, start, rows, &mut room);
+            let inputs = channels(group, signals, &waves, start, samples, &mut room);
             for input in inputs.column_iter() {
+                for (phase, thinned) in phases.iter_mut().enumerate() {
+                    thinned.clear();
+                    thinned.extend(input.as_slice().iter().skip(phase).step_by(stride));
+                    // Every phase reaches as far as the longest.
+                    thinned.resize(input.len().div_ceil(stride), 0.0);
+                }
+                let phases: Vec<&[f64]> = phases.iter().map(Vec::as_slice).collect();
                 for fir in group.basis.filters() {
-                    let mut out = block.column_mut(column);
-                    fir.add_to(input.as_slice(), first, 1.0, out.as_mut_slice());
+                    fir.add_thinned_to(&phases, first, block.column_mut(column).as_mut_slice());
                     column += 1;
                 }
             }

@@ -37,6 +37,15 @@ impl Fir {
         let taps: Vec<Tap> = (start..).zip(&self.taps).map(tap).collect();
         add_taps(&taps, &[input], out);
     }
+
+    /// Adds `y` at every so many samples to `out`: as [`Self::add_to`], where `phases[p][i]` is the signal at index `i · phases.len() + p` of its `input`, and
+    /// output `i` belongs to index `i · phases.len()`.
+    pub(super) fn add_thinned_to(&self, phases: &[&[f64]], origin: isize, out: &mut [f64]) {
+        let start = (self.first_lag - origin).max(0) as usize;
+        let tap = |(index, tap): (usize, &f64)| Tap { input: index % phases.len(), offset: index / phases.len(), weight: *tap };
+        let taps: Vec<Tap> = (start..).zip(&self.taps).map(tap).collect();
+        add_taps(&taps, phases, out);
+    }
 }
 
 /// A handful of responses whose weighted sum is the response that is fitted.
@@ -193,6 +202,23 @@ mod tests {
             for (k, found) in out.into_iter().enumerate() {
                 let terms = fir.taps.iter().zip(&input[k + 1..]);
                 assert_eq!(found, terms.fold(0.1, |sum, (tap, u)| sum + 0.3 * tap * u));
+            }
+        }
+    }
+
+    #[test]
+    fn thinned_outputs_are_those_of_every_sample() {
+        let fir = Fir { first_lag: -5, taps: (0..8).map(|i| f64::from(3 + i).recip()).collect() };
+        let input: Vec<f64> = (0..100).map(|i| (f64::from(i) * 0.7).sin()).collect();
+        let mut every = vec![0.0; 90];
+        fir.add_to(&input, -6, 1.0, &mut every);
+        for stride in [1, 2, 3, 7] {
+            let phases: Vec<Vec<f64>> =
+                (0..stride).map(|phase| input.iter().skip(phase).step_by(stride).copied().collect()).collect();
+            let mut thinned = vec![0.0; 90 / stride];
+            fir.add_thinned_to(&phases.iter().map(Vec::as_slice).collect::<Vec<_>>(), -6, &mut thinned);
+            for (found, expected) in thinned.iter().zip(every.iter().step_by(stride)) {
+                assert!((found - expected).abs() < 1e-14);
             }
         }
     }

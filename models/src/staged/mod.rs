@@ -6,6 +6,7 @@
 mod channel;
 mod features;
 mod fir;
+mod friction_map;
 mod phase;
 mod predictor;
 mod signals;
@@ -16,6 +17,7 @@ mod weighted;
 pub use channel::{Carrier, Channel, Wave, Waves};
 pub use features::{FeatureGroup, FeatureSet};
 pub use fir::{Fir, LagBasis};
+pub use friction_map::{FrictionMap, Levels};
 pub use predictor::{KIND, Pass, StagedPredictor};
 pub use signals::{Scales, Signals};
 pub use stop::run_stops;

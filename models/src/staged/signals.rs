@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::friction_map::{FrictionMap, Levels};
 use super::stop::run_stops;
 
 /// Half-widths, scales and thresholds of one axis, all in its own unit (mm or rad) and seconds.
@@ -11,6 +12,9 @@ pub struct Scales {
     pub stop_half_widths: Vec<f64>,
     /// Decay speeds of the terms that act in slow motion only, unit/s.
     pub slow_speeds: Vec<f64>,
+    /// Whether those fade with the expected velocity; with the reference's, from which a slow loop's differs, in models of earlier versions.
+    #[serde(default)]
+    pub slow_by_expected: bool,
     /// Speeds from which on a drag is constant, unit/s.
     #[serde(default)]
     pub drag_speeds: Vec<f64>,
@@ -20,6 +24,9 @@ pub struct Scales {
     pub half_travel: f64,
     /// Spatial frequency of each position line, 1/unit.
     pub lines: Vec<f64>,
+    /// Level of friction along the axis; the same everywhere when `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_map: Option<FrictionMap>,
 }
 
 impl Scales {
@@ -29,15 +36,20 @@ impl Scales {
         Self {
             stop_half_widths: Vec::new(),
             slow_speeds: Vec::new(),
+            slow_by_expected: true,
             drag_speeds: Vec::new(),
             centre: 0.0,
             half_travel: 0.0,
             lines: Vec::new(),
+            friction_map: None,
         }
     }
 
     /// Whether widths and speeds are positive and everything is finite.
     pub(super) fn check(&self) -> Result<(), String> {
+        if let Some(map) = &self.friction_map {
+            map.check()?;
+        }
         let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
         if positive(&self.stop_half_widths)
             && positive(&self.slow_speeds)
@@ -64,8 +76,9 @@ pub struct Signals {
     velocity: Vec<f64>,
     step: Vec<f64>,
     sign: Vec<f64>,
-    /// The decay speeds, and `exp(−|v|/q)` of each.
-    slow_speeds: Vec<f64>,
+    /// Direction times the level of friction, where that differs along the axis.
+    push: Option<Vec<f64>>,
+    /// `exp(−|v|/q)` of each decay speed.
     slow: Vec<Vec<f64>>,
     position: Vec<f64>,
     stops: Vec<Vec<f64>>,
@@ -103,7 +116,7 @@ impl Signals {
             step[k] = velocity[k] - velocity[k - 1];
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
-        let (slow_speeds, slow, position, stops, drag) = Default::default();
+        let (slow, position, stops, drag) = Default::default();
         Self {
             pad,
             len: reference.len(),
@@ -112,7 +125,7 @@ impl Signals {
             velocity,
             step,
             sign,
-            slow_speeds,
+            push: None,
             slow,
             position,
             stops,
@@ -134,19 +147,24 @@ impl Signals {
 
     /// Takes the position that is expected, seen on these scales.
     pub(super) fn expect(&mut self, expected: &[f64], scales: &Scales) {
-        if self.slow_speeds != scales.slow_speeds {
-            let decay = |speed: &f64| self.velocity.iter().map(|v| (v.abs() * (-1.0 / speed)).exp()).collect();
-            self.slow = scales.slow_speeds.iter().map(decay).collect();
-            self.slow_speeds.clone_from(&scales.slow_speeds);
-        }
         pad_into(expected, self.pad, &mut self.position);
-        run_stops(&self.position, &scales.stop_half_widths, self.start, &mut self.stops);
+        let slow_by = if scales.slow_by_expected { &velocity_along(&self.position, self.period_s) } else { &self.velocity };
+        let decay = |speed: &f64| slow_by.iter().map(|v| (v.abs() * (-1.0 / speed)).exp()).collect();
+        self.slow = scales.slow_speeds.iter().map(decay).collect();
+        let map = scales.friction_map.as_ref().filter(|_| self.placed);
+        let levels = map.map(|map| Levels::along(map, &self.position, scales.centre));
+        let pushed = |levels: &Levels| self.sign.iter().enumerate().map(|(k, sign)| sign * levels.towards(k, *sign)).collect();
+        self.push = levels.as_ref().map(pushed);
+        run_stops(&self.position, &scales.stop_half_widths, self.start, levels.as_ref(), &mut self.stops);
         self.drag.resize(scales.drag_speeds.len(), Vec::new());
         for (drag, speed) in self.drag.iter_mut().zip(&scales.drag_speeds) {
             let gain = 1.0 / (speed * self.period_s);
             drag.resize(self.position.len(), 0.0);
             for (drag, pair) in drag.iter_mut().skip(1).zip(self.position.windows(2)) {
                 *drag = ((pair[1] - pair[0]) * gain).clamp(-1.0, 1.0);
+            }
+            if let Some(levels) = &levels {
+                drag.iter_mut().enumerate().for_each(|(k, drag)| *drag *= levels.towards(k, *drag));
             }
         }
         self.position.iter_mut().for_each(|x| *x -= scales.centre);
@@ -188,6 +206,12 @@ impl Signals {
         &self.sign
     }
 
+    /// Direction of motion times the level of friction at the place, padded.
+    #[must_use]
+    pub fn push(&self) -> &[f64] {
+        self.push.as_deref().unwrap_or(&self.sign)
+    }
+
     /// What is left at its speed of a term that fades with decay speed `index`, padded.
     #[must_use]
     pub fn slow(&self, index: usize) -> &[f64] {
@@ -219,6 +243,11 @@ fn pad_into(values: &[f64], pad: usize, out: &mut Vec<f64>) {
     out.resize(pad, first);
     out.extend_from_slice(values);
     out.resize(values.len() + 2 * pad, last);
+}
+
+/// Backward difference of a padded position.
+fn velocity_along(position: &[f64], period_s: f64) -> Vec<f64> {
+    std::iter::once(0.0).chain(position.windows(2).map(|pair| (pair[1] - pair[0]) / period_s)).collect()
 }
 
 fn padded_velocity(values: &[f64], period_s: f64, pad: usize) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use models::staged::StagedPredictor;
 
 use super::corpus::Corpus;
+use super::friction_map::with_friction_map;
 use super::gram::FoldErrors;
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
 use super::operators::{Bank, FittedPass, best_ridge, fit_pass, operator_features, penalties};
@@ -61,8 +62,19 @@ fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candida
             base = (candidate, ridge);
         }
     }
-    let (base, ridge) = base;
-    ladder.extend(with_position_lines(corpus, &law, &base, ridge, recipe)?);
+    let (mut base, ridge) = base;
+    if let Some(candidate) = with_position_lines(corpus, &law, &base, ridge, recipe)? {
+        ladder.push(candidate.clone());
+        if pays(&candidate, &base, recipe) {
+            base = candidate;
+        }
+    }
+    // Where every motion is like every other, a map can stand for anything: it has to gain at speeds that it was not fitted to as well.
+    let gains_elsewhere = |candidate: &Candidate| match (&candidate.carried, &base.carried) {
+        (Some(mine), Some(theirs)) => mine.beats(theirs, recipe.map.least_gain, 0.0),
+        _ => false,
+    };
+    ladder.extend(with_friction_map(corpus, &law, &base, ridge, recipe)?.filter(gains_elsewhere));
     Ok((ladder, Some(ridge)))
 }
 

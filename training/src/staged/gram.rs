@@ -1,5 +1,7 @@
 //! Normal equations: gathered block of rows by block of rows, kept apart by fold, solved with a ridge.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::cholesky::solve_definite;
@@ -91,6 +93,15 @@ impl Gram {
     /// `None` where the equations are singular to working precision.
     pub fn solve(&self, penalties: &[Penalty]) -> Option<Vec<f64>> {
         let count = self.columns();
+        let weights = self.solve_first(penalties, count..count + 1)?;
+        Some(weights.column(0).iter().copied().collect())
+    }
+
+    /// Weights of the first columns, one a penalty, that come nearest to each of the columns `wanted` with these penalties; one column each.
+    ///
+    /// `None` where the equations are singular to working precision.
+    fn solve_first(&self, penalties: &[Penalty], wanted: Range<usize>) -> Option<DMatrix<f64>> {
+        let count = penalties.len();
         let scale: Vec<f64> = (0..count)
             .map(|i| {
                 let square = self.products[(i, i)];
@@ -101,10 +112,23 @@ impl Gram {
         for (i, penalty) in penalties.iter().enumerate() {
             normal[(i, i)] = 1.0 + penalty.ridge + penalty.prior * scale[i] * scale[i];
         }
-        let right = DVector::from_fn(count, |i, _| self.products[(i, count)] * scale[i]);
-        let solved = solve_definite(normal, &right)?;
-        let weights: Vec<f64> = solved.iter().zip(&scale).map(|(w, s)| w * s).collect();
+        let right = DMatrix::from_fn(count, wanted.len(), |i, j| self.products[(i, wanted.start + j)] * scale[i]);
+        let mut weights = solve_definite(normal, &right)?;
+        for mut column in weights.column_iter_mut() {
+            column.iter_mut().zip(&scale).for_each(|(weight, scale)| *weight *= scale);
+        }
         weights.iter().all(|w| w.is_finite()).then_some(weights)
+    }
+
+    /// The normal equations of the columns after the first, once these, one a penalty, have taken what they can.
+    ///
+    /// `None` where the equations are singular to working precision.
+    pub fn reduced(&self, penalties: &[Penalty]) -> Option<Reduced> {
+        let (first, last) = (penalties.len(), self.columns());
+        let weights = self.solve_first(penalties, first..last + 1)?;
+        let own = self.products.view((first, first), (last - first, last + 1 - first));
+        let left = own - self.products.view((first, 0), (last - first, first)) * &weights;
+        Some(Reduced { left, weights })
     }
 
     /// Sum of squared errors of `weights` on the gathered rows.
@@ -112,6 +136,30 @@ impl Gram {
         let count = self.columns();
         let extended = DVector::from_fn(count + 1, |i, _| if i < count { -weights[i] } else { 1.0 });
         extended.dot(&(&self.products * &extended)).max(0.0)
+    }
+}
+
+/// Normal equations of some columns that hold whatever the others do.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// The equations, the right-hand side last.
+    left: DMatrix<f64>,
+    /// What the others take of each of the columns, and of the target.
+    weights: DMatrix<f64>,
+}
+
+impl Reduced {
+    /// Weights of all columns, the others first, where those of these columns are drawn from a normal distribution with zero mean and inverse covariance
+    /// `precision`, in units of the noise.
+    ///
+    /// `None` where the equations are singular to working precision.
+    pub fn solve(&self, precision: &DMatrix<f64>) -> Option<Vec<f64>> {
+        let count = precision.nrows();
+        let normal = self.left.columns(0, count) + precision;
+        let own = solve_definite(normal, &self.left.columns(count, 1).into_owned())?;
+        let others = self.weights.column(count) - self.weights.columns(0, count) * &own;
+        let weights: Vec<f64> = others.iter().chain(own.iter()).copied().collect();
+        weights.iter().all(|w| w.is_finite()).then_some(weights)
     }
 }
 
@@ -156,6 +204,24 @@ impl FoldGrams {
     /// Squared error on each fold of the weights fitted to all the others; `None` where a fit is singular.
     pub fn cross_validate(&self, penalties: &[Penalty]) -> Option<FoldErrors> {
         self.leave_out(&self.folds, penalties)
+    }
+
+    /// Squared error on each fold of the columns after the first, one a penalty, for each of `precisions`, as in [`Reduced::solve`]; `None` for one
+    /// whose equations are singular, or where those of the first columns are.
+    pub fn cross_validate_reduced(&self, penalties: &[Penalty], precisions: &[DMatrix<f64>]) -> Vec<Option<FoldErrors>> {
+        let mut squares: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); precisions.len()];
+        for part in &self.folds {
+            let reduced = self.total.without(part).reduced(penalties);
+            for (squares, precision) in squares.iter_mut().zip(precisions) {
+                let weights = reduced.as_ref().and_then(|reduced| reduced.solve(precision));
+                match weights {
+                    Some(weights) => squares.iter_mut().for_each(|squares| squares.push(part.squared_error(&weights))),
+                    None => *squares = None,
+                }
+            }
+        }
+        let samples: Vec<usize> = self.folds.iter().map(Gram::samples).collect();
+        squares.into_iter().map(|squares| Some(FoldErrors { squares: squares?, samples: samples.clone() })).collect()
     }
 
     /// The same, leaving out one band of speeds after the other: how the columns carry over to speeds that they were not fitted to.
@@ -235,6 +301,22 @@ mod tests {
         assert!(errors(&[0.4, 99.0, 0.9, 1.4]).beats(&simple, 0.01, 2.0));
         assert!(!errors(&[1.5, 50.0, 2.6, 3.9]).beats(&simple, 0.02, 2.0));
         assert!(!simple.beats(&simple, 0.02, 2.0));
+    }
+
+    #[test]
+    fn equations_with_some_columns_taken_out_have_the_same_solution() {
+        let block = DMatrix::from_fn(300, 6, |i, j| ((i * (j + 2)) as f64 * 0.37).sin() + 0.1 * j as f64);
+        let mut gram = Gram::new(5);
+        gram.add(&block);
+        gram.finish();
+        let penalties: Vec<Penalty> = (0..5).map(|i| Penalty { ridge: 0.0, prior: 0.5 * (i + 1) as f64 }).collect();
+        let whole = gram.solve(&penalties).unwrap_or_default();
+        let precision = DMatrix::from_diagonal(&DVector::from_row_slice(&[1.5, 2.0, 2.5]));
+        let parts = gram.reduced(&penalties[..2]).and_then(|reduced| reduced.solve(&precision)).unwrap_or_default();
+        assert_eq!((whole.len(), parts.len()), (5, 5));
+        for (one, other) in whole.iter().zip(&parts) {
+            assert!((one - other).abs() < 1e-9, "{whole:?} {parts:?}");
+        }
     }
 
     #[test]

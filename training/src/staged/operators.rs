@@ -60,10 +60,12 @@ pub fn scales(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Scales {
     Scales {
         stop_half_widths: scaled(&recipe.stop_half_widths),
         slow_speeds: scaled(&recipe.slow_speeds),
+        slow_by_expected: true,
         drag_speeds: Vec::new(),
         centre: f64::midpoint(low, high),
         half_travel: 0.5 * (high - low),
         lines: Vec::new(),
+        friction_map: None,
     }
 }
 
@@ -92,7 +94,7 @@ pub fn penalties(
     recipe: &StagedRecipe,
 ) -> Vec<Penalty> {
     let mut penalties = law.penalties(noise, recipe);
-    let prior = ridge * corpus.samples() as f64 * HARDLY_EXCITED * HARDLY_EXCITED;
+    let prior = ridge * corpus.fitted() as f64 * HARDLY_EXCITED * HARDLY_EXCITED;
     let mut column = 0;
     for group in &features.groups {
         for channel in &group.channels {

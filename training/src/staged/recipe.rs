@@ -62,6 +62,42 @@ pub struct StagedRecipe {
     pub carry_ratio: f64,
     /// Position lines: how they are looked for.
     pub lines: LineRecipe,
+    /// Friction map: how it is fitted.
+    pub map: MapRecipe,
+}
+
+/// How the friction map is fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MapRecipe {
+    /// Rounds of fitting; zero for no map.
+    pub rounds: usize,
+    /// Places along the travel.
+    pub places: usize,
+    /// Lengths over which the level is alike that are tried, as shares of the travel.
+    pub lengths: Vec<f64>,
+    /// Deviations of the level from 1 that are tried.
+    pub deviations: Vec<f64>,
+    /// Deviations of the difference between the directions that are tried, as shares of that of the level.
+    pub odd_shares: Vec<f64>,
+    /// Least gain in mean square, as a share, for which a map is taken.
+    pub least_gain: f64,
+    /// Standard errors by which that gain has to be above zero.
+    pub standard_errors: f64,
+}
+
+impl Default for MapRecipe {
+    fn default() -> Self {
+        Self {
+            rounds: 2,
+            places: 49,
+            lengths: vec![1.0 / 48.0, 1.0 / 24.0, 1.0 / 12.0, 1.0 / 6.0],
+            deviations: vec![0.1, 0.3],
+            odd_shares: vec![0.1, 0.5],
+            least_gain: 0.01,
+            standard_errors: 2.0,
+        }
+    }
 }
 
 /// How position lines are looked for.
@@ -132,6 +168,7 @@ impl Default for StagedRecipe {
             carry_gain: 0.5,
             carry_ratio: 4.0,
             lines: LineRecipe::default(),
+            map: MapRecipe::default(),
         }
     }
 }

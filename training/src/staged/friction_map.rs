@@ -1,0 +1,277 @@
+//! The level of friction along the axis: worn and tight places, which no wave follows.
+//!
+//! The map is linear in what it adds to the friction terms: the level at a place times a hat around it, times what the friction terms contribute there. Its
+//! values are a smooth random function before the log is seen, so that a place that the log hardly visits keeps the level 1.
+
+use models::staged::{Carrier, Channel, FeatureSet, Fir, FrictionMap, Pass, Signals, Waves};
+use nalgebra::DMatrix;
+
+use super::corpus::Corpus;
+use super::gram::{FoldErrors, FoldGrams, Penalty};
+use super::linear::{Candidate, LinearLaw};
+use super::operators::{FittedPass, fit_pass, penalties};
+use super::recipe::StagedRecipe;
+use crate::TrainingError;
+
+/// Responses through which the friction terms act, at most, and the least of them as a share of the first.
+const FILTERS: usize = 6;
+const LEAST_FILTER: f64 = 1e-3;
+
+/// Adds a friction map to the last pass of `base`; `None` where it has no friction, or no map lowers the error of held-out blocks.
+pub fn with_friction_map(
+    corpus: &Corpus<'_>,
+    law: &LinearLaw,
+    base: &Candidate,
+    ridge: f64,
+    recipe: &StagedRecipe,
+) -> Result<Option<Candidate>, TrainingError> {
+    let Some((last, before)) = base.passes.split_last() else { return Ok(None) };
+    let mut expected = corpus.references();
+    for pass in before {
+        expected = corpus.expected_after(pass, &expected);
+    }
+    let noise = base.errors.mean_square();
+    let base_penalties = penalties(law, noise, corpus, &last.features, ridge, recipe);
+    let knots = Knots::over(corpus.travel(), recipe.map.places);
+    let mut pass = last.clone();
+    let mut map = Values::flat(knots.count);
+    let mut chosen: Option<DMatrix<f64>> = None;
+    let mut fitted: Option<FittedPass> = None;
+    for _ in 0..recipe.map.rounds {
+        let Some(gathered) = gather(corpus, &pass, &expected, &knots, &map) else { return Ok(None) };
+        let precision = match chosen.take() {
+            Some(precision) => precision,
+            None => match choose(&gathered, &base_penalties, &knots, noise, recipe) {
+                Some(precision) => precision,
+                None => return Ok(None),
+            },
+        };
+        let weights = gathered.total().reduced(&base_penalties).and_then(|reduced| reduced.solve(&precision));
+        let Some(weights) = weights else { return Ok(None) };
+        map = Values::from(&weights[base_penalties.len()..], knots.count);
+        let mut features = last.features.clone();
+        features.scales.friction_map = Some(map.on(&knots, features.scales.centre));
+        let refitted = fit_pass(corpus, &features, &expected, base_penalties.clone())?;
+        pass = refitted.pass.clone();
+        fitted = Some(refitted);
+        chosen = Some(precision);
+    }
+    fitted.map(|fitted| fitted.candidate("friction-map", true, before)).transpose()
+}
+
+/// Places at equal distances.
+struct Knots {
+    first: f64,
+    spacing: f64,
+    count: usize,
+}
+
+impl Knots {
+    fn over((low, high): (f64, f64), count: usize) -> Self {
+        Self { first: low, spacing: (high - low) / count.saturating_sub(1).max(1) as f64, count }
+    }
+}
+
+/// What the level differs from 1 by: `even` in both directions, `odd` forwards and, with the other sign, backwards.
+struct Values {
+    even: Vec<f64>,
+    odd: Vec<f64>,
+}
+
+impl Values {
+    fn flat(count: usize) -> Self {
+        Self { even: vec![0.0; count], odd: vec![0.0; count] }
+    }
+
+    fn from(weights: &[f64], count: usize) -> Self {
+        Self { even: weights[..count].to_vec(), odd: weights[count..].to_vec() }
+    }
+
+    fn on(&self, knots: &Knots, centre: f64) -> FrictionMap {
+        let levels = |sign: f64| self.even.iter().zip(&self.odd).map(|(even, odd)| 1.0 + even + sign * odd).collect();
+        FrictionMap { first: knots.first - centre, spacing: knots.spacing, forwards: levels(1.0), backwards: levels(-1.0) }
+    }
+}
+
+/// Normal equations of the pass's columns and, after them, of the map's values: even ones, then odd ones. The target is the tracking error with what the
+/// map already explains of it, so that the values found are those of the whole map.
+fn gather(corpus: &Corpus<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
+    let friction = Friction::of(pass)?;
+    let signals = corpus.signals(&pass.features, expected);
+    let runs: Vec<Vec<Vec<f64>>> = signals.iter().map(|signals| friction.columns(&pass.features, signals, knots)).collect();
+    let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 2 * knots.count];
+    for run in runs {
+        for (column, series) in columns.iter_mut().zip(run) {
+            column.push(series);
+        }
+    }
+    let mut target = corpus.errors().to_vec();
+    for (column, value) in columns.iter().zip(map.even.iter().chain(&map.odd)).filter(|(_, value)| **value != 0.0) {
+        for (target, series) in target.iter_mut().zip(column) {
+            target.iter_mut().zip(series).for_each(|(target, x)| *target += value * x);
+        }
+    }
+    Some(corpus.grams(&pass.features, &signals, &columns, &target))
+}
+
+/// The inverse covariance of the map's values that held-out blocks prefer, if they prefer a map at all.
+fn choose(gathered: &FoldGrams, base: &[Penalty], knots: &Knots, noise: f64, recipe: &StagedRecipe) -> Option<DMatrix<f64>> {
+    let settings = &recipe.map;
+    let mut tried = Vec::new();
+    for &length in &settings.lengths {
+        for &deviation in &settings.deviations {
+            for &odd in &settings.odd_shares {
+                tried.extend(precision(knots.count, length, deviation, odd, noise * recipe.correlated));
+            }
+        }
+    }
+    let select: Vec<usize> = (0..base.len()).collect();
+    let without = gathered.select(&select).cross_validate(base)?;
+    let errors = gathered.cross_validate_reduced(base, &tried);
+    let best: Option<(FoldErrors, DMatrix<f64>)> = errors
+        .into_iter()
+        .zip(tried)
+        .filter_map(|(errors, precision)| Some((errors?, precision)))
+        .min_by(|a, b| a.0.mean_square().total_cmp(&b.0.mean_square()));
+    best.filter(|(errors, _)| errors.beats(&without, settings.least_gain, settings.standard_errors))
+        .map(|(_, precision)| precision)
+}
+
+/// Inverse covariance, in units of the noise, of even and odd values that are a Matérn-3/2 process of `deviation` whose `length` is a share of the travel;
+/// the odd ones have `odd` of its deviation.
+fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) -> Option<DMatrix<f64>> {
+    let steps = length * count.saturating_sub(1) as f64;
+    let covariance = DMatrix::from_fn(count, count, |i, j| {
+        let distance = 3f64.sqrt() * (i as f64 - j as f64).abs() / steps;
+        let jitter = if i == j { 1e-6 } else { 0.0 };
+        deviation * deviation * ((1.0 + distance) * (-distance).exp() + jitter)
+    });
+    let inverse = covariance.cholesky()?.inverse();
+    let mut precision = DMatrix::zeros(2 * count, 2 * count);
+    precision.view_mut((0, 0), (count, count)).copy_from(&(&inverse * noise));
+    precision.view_mut((count, count), (count, count)).copy_from(&(inverse * (noise / (odd * odd))));
+    Some(precision)
+}
+
+/// The friction terms of a pass through a few responses: `Σ filter ∗ Σ share · channel`.
+struct Friction {
+    channels: Vec<Channel>,
+    filters: Vec<Fir>,
+    /// One row a channel, one column a filter.
+    shares: DMatrix<f64>,
+}
+
+impl Friction {
+    /// `None` where the pass has no friction terms.
+    fn of(pass: &Pass) -> Option<Self> {
+        let mut taken = 0;
+        let mut found: Vec<(Channel, Fir)> = Vec::new();
+        for group in &pass.features.groups {
+            for channel in &group.channels {
+                let weights = &pass.weights[taken..taken + group.basis.len()];
+                taken += group.basis.len();
+                let friction = match channel.carrier {
+                    Carrier::Sign
+                    | Carrier::Stop(_)
+                    | Carrier::StopLessSign(_)
+                    | Carrier::SlowStop(..)
+                    | Carrier::StopMagnitude(_)
+                    | Carrier::Drag(_) => true,
+                    Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Play(_) => false,
+                };
+                if friction && channel.line().is_none() {
+                    found.push((*channel, group.basis.combine(weights)));
+                }
+            }
+        }
+        let first = found.iter().map(|(_, fir)| fir.first_lag).min()?;
+        let last = found.iter().map(|(_, fir)| fir.last_lag()).max()?;
+        let mut table = DMatrix::zeros(found.len(), (last - first + 1) as usize);
+        for (row, (_, fir)) in found.iter().enumerate() {
+            for (lag, tap) in (fir.first_lag..).zip(&fir.taps) {
+                table[(row, (lag - first) as usize)] = *tap;
+            }
+        }
+        let svd = table.clone().svd(false, true);
+        let directions = svd.v_t?;
+        let largest = svd.singular_values.max();
+        let kept = (0..directions.nrows().min(FILTERS)).filter(|&i| svd.singular_values[i] > LEAST_FILTER * largest);
+        let kept: Vec<usize> = kept.collect();
+        let directions = directions.select_rows(&kept);
+        Some(Self {
+            channels: found.iter().map(|(channel, _)| *channel).collect(),
+            filters: directions.row_iter().map(|row| Fir { first_lag: first, taps: row.iter().copied().collect() }).collect(),
+            shares: table * directions.transpose(),
+        })
+    }
+
+    /// What a unit of each of the map's values adds to the prediction of a run: even values, then odd ones.
+    fn columns(&self, features: &FeatureSet, signals: &Signals, knots: &Knots) -> Vec<Vec<f64>> {
+        let padded = signals.position().len();
+        let mut inputs = vec![vec![0.0; padded]; self.filters.len()];
+        let mut values = vec![0.0; padded];
+        for (channel, shares) in self.channels.iter().zip(self.shares.row_iter()) {
+            channel.fill(signals, &Waves::default(), 0, &mut values);
+            for (input, share) in inputs.iter_mut().zip(shares.iter()) {
+                input.iter_mut().zip(&values).for_each(|(input, value)| *input += share * value);
+            }
+        }
+        let scales = &features.scales;
+        let places = FrictionMap {
+            first: knots.first - scales.centre,
+            spacing: knots.spacing,
+            forwards: vec![1.0; knots.count],
+            backwards: vec![1.0; knots.count],
+        };
+        let map = scales.friction_map.as_ref().unwrap_or(&places);
+        let mut columns = vec![vec![0.0; signals.len()]; 2 * knots.count];
+        for (p, &x) in signals.position().iter().enumerate() {
+            let narrowest = if scales.stop_half_widths.is_empty() { signals.sign()[p] } else { signals.stop(0)[p] };
+            let [forwards, backwards] = map.at(x);
+            let level = if narrowest < 0.0 { backwards } else { forwards };
+            let (before, share) = places.cell(x);
+            for (index, hat) in [(before, 1.0 - share), (before + 1, share)] {
+                let Some(index) = usize::try_from(index).ok().filter(|index| *index < knots.count) else { continue };
+                let (even, odd) = (hat / level, hat * narrowest / (level * level));
+                if hat > 0.0 {
+                    self.scatter(&inputs, p, even, signals.pad(), &mut columns[index]);
+                    self.scatter(&inputs, p, odd, signals.pad(), &mut columns[knots.count + index]);
+                }
+            }
+        }
+        columns
+    }
+
+    /// Adds what the inputs at the padded sample `p`, times `gain`, do to all outputs.
+    fn scatter(&self, inputs: &[Vec<f64>], p: usize, gain: f64, pad: usize, out: &mut [f64]) {
+        for (filter, input) in self.filters.iter().zip(inputs) {
+            let value = gain * input[p];
+            if value == 0.0 {
+                continue;
+            }
+            // Output k takes lag l from the padded sample pad + k + l.
+            let latest = p as isize - pad as isize - filter.first_lag;
+            let skip = (latest + 1 - out.len() as isize).max(0);
+            let taps = filter.taps.iter().skip(skip as usize);
+            let outputs = (latest - skip).max(-1) + 1;
+            for (y, tap) in out[..outputs as usize].iter_mut().rev().zip(taps) {
+                *y += value * tap;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_prior_falls_off_with_distance_and_its_inverse_is_one() {
+        let precision = precision(9, 0.25, 0.3, 0.5, 2.0).unwrap_or_default();
+        let even = precision.view((0, 0), (9, 9)).into_owned() / 2.0;
+        let covariance = even.try_inverse().unwrap_or_default();
+        assert!((covariance[(3, 3)] / 0.09 - 1.0).abs() < 1e-3, "{}", covariance[(3, 3)]);
+        assert!(covariance[(3, 4)] < covariance[(3, 3)] && covariance[(3, 7)] < 0.3 * covariance[(3, 3)]);
+        assert!((precision[(10, 10)] / precision[(1, 1)] - 4.0).abs() < 1e-6);
+    }
+}
