@@ -103,7 +103,9 @@ fn first_run_on_unseen_paths() {
 fn another_machine(folder: &Folder) {
     folder.figures(&["simulate", "curve:crown", "-o", "own.csv", "--seed", "77"]);
     let own = folder.figures(&["measure", "own.csv", "-m", "machine.model"]);
-    assert_eq!(own["model"]["x"]["stale"], false, "{own}");
+    for axis in ["x", "y", "z"] {
+        assert_eq!(own["model"][axis]["stale"], false, "{own}");
+    }
     let mut logs = Vec::new();
     for (seed, run) in ["01-full", "03-sharp", "04-lines"].iter().enumerate() {
         let log = format!("other-{run}.csv");
@@ -120,6 +122,13 @@ fn another_machine(folder: &Folder) {
     for axis in ["x", "y", "z"] {
         let figure = |key: &str| adapted["axes"][axis][key].as_f64().unwrap();
         assert!(figure("held_out_rms_um") < 0.5 * figure("before_rms_um"), "{adapted}");
+    }
+    // What is printed as held out is what the adapted model leaves of a run that it has not seen.
+    folder.figures(&["simulate", "curve:crown", "--machine", "maxwell", "-o", "unseen.csv", "--seed", "88"]);
+    let unseen = folder.figures(&["measure", "unseen.csv", "-m", "adapted.model"]);
+    for axis in ["x", "y", "z"] {
+        let (left, held_out) = (unseen["model"][axis]["rms_um"].as_f64(), adapted["axes"][axis]["held_out_rms_um"].as_f64());
+        assert!(left.unwrap() < 1.3 * held_out.unwrap(), "{unseen} {adapted}");
     }
     let compared = |model: &str| {
         let figures = folder.figures(&[
