@@ -1,4 +1,5 @@
-//! The staged predictor: linear law, stop operators on the expected position, waves along the axis; all least squares.
+//! The staged predictor: linear law, stop operators on the expected position, waves and worn places along the axis; all
+//! least squares.
 //!
 //! Each stage is there because held-out runs asked for it, so that a simple axis keeps a simple predictor. A network on what is left
 //! over can be stacked on it: see [`crate::StackedPredictor`].

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use models::staged::{FeatureSet, Pass, Signals};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut};
 
 use super::gram::{FoldGrams, Gram};
 use super::play::least_half_width;
@@ -56,6 +56,9 @@ impl Gathered {
         self.gram
     }
 }
+
+/// Writes columns of a run from a row on; see [`Corpus::grams_with`].
+pub type Fill<'a> = dyn Fn(usize, usize, DMatrixViewMut<'_, f64>) + Sync + 'a;
 
 /// A stretch of a run that belongs to one fold and one band of speed.
 #[derive(Debug, Clone)]
@@ -146,6 +149,16 @@ impl<'a> Corpus<'a> {
         self.stretches.iter().map(|s| s.rows.len()).sum()
     }
 
+    /// Every so many rows one is fitted.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Copies what is fitted of a series, from its first row on.
+    fn thin(&self, series: &[f64], to: &mut DVectorViewMut<'_, f64>) {
+        to.iter_mut().zip(series.iter().step_by(self.stride)).for_each(|(to, from)| *to = *from);
+    }
+
     /// Those of them that are fitted.
     pub fn fitted(&self) -> usize {
         self.samples() / self.stride
@@ -186,6 +199,11 @@ impl<'a> Corpus<'a> {
         self.runs.iter().zip(self.signals(&pass.features, expected)).map(after).collect()
     }
 
+    /// Position that each run is expected to take after `passes`, one after the other.
+    pub fn expected_through(&self, passes: &[Pass]) -> Vec<Vec<f64>> {
+        passes.iter().fold(self.references(), |expected, pass| self.expected_after(pass, &expected))
+    }
+
     /// Every scored row as `(run, row)`.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.stretches.iter().flat_map(|s| s.rows.clone().map(move |row| (s.run, row)))
@@ -219,10 +237,27 @@ impl<'a> Corpus<'a> {
     }
 
     /// Normal equations of `target` (one series a run) on the features and on `extra` columns (one list a column, one series a run).
+    pub fn grams(&self, features: &FeatureSet, signals: &[Signals], extra: &[Vec<Vec<f64>>], target: &[Vec<f64>]) -> FoldGrams {
+        let fill = |run: usize, start: usize, mut columns: DMatrixViewMut<'_, f64>| {
+            for (mut column, series) in columns.column_iter_mut().zip(extra) {
+                self.thin(&series[run][start..], &mut column);
+            }
+        };
+        self.grams_with(features, signals, (extra.len(), &fill), target)
+    }
+
+    /// The same with so many columns that a function writes, a block at a time: it is told the run and the first row, and given these columns at the rows
+    /// that are fitted ([`Self::stride`] apart) and after them the target, which it may change.
     ///
     /// Folds are gathered each on its own, so the sums do not depend on how many threads share them.
-    pub fn grams(&self, features: &FeatureSet, signals: &[Signals], extra: &[Vec<Vec<f64>>], target: &[Vec<f64>]) -> FoldGrams {
-        let columns = features.columns() + extra.len();
+    pub fn grams_with(
+        &self,
+        features: &FeatureSet,
+        signals: &[Signals],
+        (extra, fill): (usize, &Fill<'_>),
+        target: &[Vec<f64>],
+    ) -> FoldGrams {
+        let columns = features.columns() + extra;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let gather = |fold: usize| -> Vec<Gram> {
             let mut gathered = vec![Gathered::new(columns); BANDS];
@@ -232,14 +267,9 @@ impl<'a> Corpus<'a> {
                 while start < stretch.rows.end {
                     let gathered = &mut gathered[stretch.band];
                     let rows = (stretch.rows.end - start).div_ceil(self.stride).min(gathered.room());
-                    let mut block: DMatrix<f64> =
-                        features.block(&signals[stretch.run], start, rows, self.stride, extra.len() + 1);
-                    let series = extra.iter().map(|series| &series[stretch.run]).chain([&target[stretch.run]]);
-                    for (mut column, series) in
-                        block.columns_mut(features.columns(), extra.len() + 1).column_iter_mut().zip(series)
-                    {
-                        column.iter_mut().zip(series[start..].iter().step_by(self.stride)).for_each(|(to, from)| *to = *from);
-                    }
+                    let mut block = features.block(&signals[stretch.run], start, rows, self.stride, extra + 1);
+                    self.thin(&target[stretch.run][start..], &mut block.column_mut(columns));
+                    fill(stretch.run, start, block.columns_mut(features.columns(), extra + 1));
                     gathered.add(&block);
                     start += rows * self.stride;
                 }

@@ -23,6 +23,7 @@ const OPERATOR_PASSES: usize = 2;
 /// # Errors
 /// When the runs are unusable (lengths, periods, too few samples, no motion), or no linear law can be fitted.
 pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, StagedReport), TrainingError> {
+    recipe.map.check()?;
     let corpus = Corpus::new(runs, recipe)?;
     let (ladder, ridge) = candidates(&corpus, recipe)?;
     assemble(&corpus, ladder, ridge, recipe)
@@ -157,10 +158,7 @@ fn with_position_lines(
         fine_above: recipe.lines.fine_above / corpus.unit,
     };
     let noise = base.errors.mean_square();
-    let mut expected = corpus.references();
-    for pass in &base.passes {
-        expected = corpus.expected_after(pass, &expected);
-    }
+    let expected = corpus.expected_through(&base.passes);
     let search = Search { corpus, base: &bare, basis: &basis, expected: &expected, ridge, recipe };
     let fit = |lines: &[Line]| {
         let features = basis.features(&bare, lines);

@@ -3,8 +3,8 @@
 //! The map is linear in what it adds to the friction terms: the level at a place times a hat around it, times what the friction terms contribute there. Its
 //! values are a smooth random function before the log is seen, so that a place that the log hardly visits keeps the level 1.
 
-use models::staged::{Carrier, Channel, FeatureSet, Fir, FrictionMap, Pass, Signals, Waves};
-use nalgebra::DMatrix;
+use models::staged::{Carrier, Channel, Fir, FrictionMap, Pass, Scales, Signals, Waves};
+use nalgebra::{DMatrix, DMatrixViewMut};
 
 use super::corpus::Corpus;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
@@ -26,10 +26,7 @@ pub fn with_friction_map(
     recipe: &StagedRecipe,
 ) -> Result<Option<Candidate>, TrainingError> {
     let Some((last, before)) = base.passes.split_last() else { return Ok(None) };
-    let mut expected = corpus.references();
-    for pass in before {
-        expected = corpus.expected_after(pass, &expected);
-    }
+    let expected = corpus.expected_through(before);
     let noise = base.errors.mean_square();
     let base_penalties = penalties(law, noise, corpus, &last.features, ridge, recipe);
     let knots = Knots::over(corpus.travel(), recipe.map.places);
@@ -98,20 +95,17 @@ impl Values {
 fn gather(corpus: &Corpus<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
     let friction = Friction::of(pass)?;
     let signals = corpus.signals(&pass.features, expected);
-    let runs: Vec<Vec<Vec<f64>>> = signals.iter().map(|signals| friction.columns(&pass.features, signals, knots)).collect();
-    let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 2 * knots.count];
-    for run in runs {
-        for (column, series) in columns.iter_mut().zip(run) {
-            column.push(series);
+    let inputs: Vec<Vec<Vec<f64>>> = signals.iter().map(|signals| friction.inputs(signals)).collect();
+    let fill = |run: usize, start: usize, mut columns: DMatrixViewMut<'_, f64>| {
+        let part = Part { signals: &signals[run], inputs: &inputs[run], start, stride: corpus.stride() };
+        friction.fill(&pass.features.scales, knots, &part, &mut columns);
+        let mut explained = vec![0.0; columns.nrows()];
+        for (column, value) in columns.column_iter().zip(map.even.iter().chain(&map.odd)) {
+            explained.iter_mut().zip(column.iter()).for_each(|(sum, x)| *sum += value * x);
         }
-    }
-    let mut target = corpus.errors().to_vec();
-    for (column, value) in columns.iter().zip(map.even.iter().chain(&map.odd)).filter(|(_, value)| **value != 0.0) {
-        for (target, series) in target.iter_mut().zip(column) {
-            target.iter_mut().zip(series).for_each(|(target, x)| *target += value * x);
-        }
-    }
-    Some(corpus.grams(&pass.features, &signals, &columns, &target))
+        columns.column_mut(2 * knots.count).iter_mut().zip(explained).for_each(|(target, explained)| *target += explained);
+    };
+    Some(corpus.grams_with(&pass.features, &signals, (2 * knots.count, &fill), corpus.errors()))
 }
 
 /// The inverse covariance of the map's values that held-out blocks prefer, if they prefer a map at all.
@@ -205,8 +199,8 @@ impl Friction {
         })
     }
 
-    /// What a unit of each of the map's values adds to the prediction of a run: even values, then odd ones.
-    fn columns(&self, features: &FeatureSet, signals: &Signals, knots: &Knots) -> Vec<Vec<f64>> {
+    /// What goes through each of the filters, padded.
+    fn inputs(&self, signals: &Signals) -> Vec<Vec<f64>> {
         let padded = signals.position().len();
         let mut inputs = vec![vec![0.0; padded]; self.filters.len()];
         let mut values = vec![0.0; padded];
@@ -216,49 +210,57 @@ impl Friction {
                 input.iter_mut().zip(&values).for_each(|(input, value)| *input += share * value);
             }
         }
-        let scales = &features.scales;
-        let places = FrictionMap {
-            first: knots.first - scales.centre,
-            spacing: knots.spacing,
-            forwards: vec![1.0; knots.count],
-            backwards: vec![1.0; knots.count],
-        };
+        inputs
+    }
+
+    /// Writes what a unit of each of the map's values adds to the prediction, even values, then odd ones, to the first of `columns`, which are zero.
+    fn fill(&self, scales: &Scales, knots: &Knots, part: &Part<'_>, columns: &mut DMatrixViewMut<'_, f64>) {
+        let Some((first, last)) = self.filters.first().map(|filter| (filter.first_lag, filter.last_lag())) else { return };
+        let places = Values::flat(knots.count).on(knots, scales.centre);
         let map = scales.friction_map.as_ref().unwrap_or(&places);
-        let mut columns = vec![vec![0.0; signals.len()]; 2 * knots.count];
-        for (p, &x) in signals.position().iter().enumerate() {
-            let narrowest = if scales.stop_half_widths.is_empty() { signals.sign()[p] } else { signals.stop(0)[p] };
+        // The padded sample that the first row is at, and those that any row looks at.
+        let now = part.signals.pad() + part.start;
+        let end = (now + columns.nrows().saturating_sub(1) * part.stride + 1).saturating_add_signed(last);
+        for p in now.saturating_add_signed(first)..end.min(part.signals.position().len()) {
+            let x = part.signals.position()[p];
+            let narrowest = if scales.stop_half_widths.is_empty() { part.signals.sign()[p] } else { part.signals.stop(0)[p] };
             let [forwards, backwards] = map.at(x);
             let level = if narrowest < 0.0 { backwards } else { forwards };
             let (before, share) = places.cell(x);
             for (index, hat) in [(before, 1.0 - share), (before + 1, share)] {
-                let Some(index) = usize::try_from(index).ok().filter(|index| *index < knots.count) else { continue };
-                let (even, odd) = (hat / level, hat * narrowest / (level * level));
-                if hat > 0.0 {
-                    self.scatter(&inputs, p, even, signals.pad(), &mut columns[index]);
-                    self.scatter(&inputs, p, odd, signals.pad(), &mut columns[knots.count + index]);
-                }
+                let Some(index) = usize::try_from(index).ok().filter(|index| *index < knots.count && hat > 0.0) else { continue };
+                let latest = p as isize - now as isize - first;
+                self.scatter(part, p, hat / level, latest, columns.column_mut(index).as_mut_slice());
+                let odd = hat * narrowest / (level * level);
+                self.scatter(part, p, odd, latest, columns.column_mut(knots.count + index).as_mut_slice());
             }
         }
-        columns
     }
 
-    /// Adds what the inputs at the padded sample `p`, times `gain`, do to all outputs.
-    fn scatter(&self, inputs: &[Vec<f64>], p: usize, gain: f64, pad: usize, out: &mut [f64]) {
-        for (filter, input) in self.filters.iter().zip(inputs) {
+    /// Adds what the inputs at the padded sample `p`, times `gain`, do to the rows of a part; the first tap acts `latest` samples after its first row.
+    fn scatter(&self, part: &Part<'_>, p: usize, gain: f64, latest: isize, out: &mut [f64]) {
+        let Ok(latest) = usize::try_from(latest) else { return };
+        for (filter, input) in self.filters.iter().zip(part.inputs) {
             let value = gain * input[p];
-            if value == 0.0 {
-                continue;
-            }
-            // Output k takes lag l from the padded sample pad + k + l.
-            let latest = p as isize - pad as isize - filter.first_lag;
-            let skip = (latest + 1 - out.len() as isize).max(0);
-            let taps = filter.taps.iter().skip(skip as usize);
-            let outputs = (latest - skip).max(-1) + 1;
-            for (y, tap) in out[..outputs as usize].iter_mut().rev().zip(taps) {
-                *y += value * tap;
+            // Row i takes the tap at latest − i·stride.
+            let first = (latest + 1).saturating_sub(filter.taps.len()).div_ceil(part.stride);
+            let end = (latest / part.stride + 1).min(out.len());
+            for (i, y) in out.iter_mut().enumerate().take(end).skip(first) {
+                *y += value * filter.taps[latest - i * part.stride];
             }
         }
     }
+}
+
+/// Rows of a run that are gathered together.
+struct Part<'a> {
+    signals: &'a Signals,
+    /// What goes through each of the filters.
+    inputs: &'a [Vec<f64>],
+    /// First row.
+    start: usize,
+    /// Distance of the rows.
+    stride: usize,
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::TrainingError;
+
 /// How a staged predictor is fitted; the defaults need no change from machine to machine.
 ///
 /// Lengths and speeds are for an axis whose top speed in the log is `speed_unit`; they are scaled by the top speed that is found, so
@@ -84,6 +86,27 @@ pub struct MapRecipe {
     pub least_gain: f64,
     /// Standard errors by which that gain has to be above zero.
     pub standard_errors: f64,
+}
+
+/// Most places of a map: each takes two columns.
+const MOST_PLACES: usize = 500;
+
+impl MapRecipe {
+    /// Checks that a map can be fitted with these settings.
+    ///
+    /// # Errors
+    /// Names the setting and its range.
+    pub fn check(&self) -> Result<(), TrainingError> {
+        let positive = |values: &[f64]| values.iter().all(|value| value.is_finite() && *value > 0.0);
+        let wrong = if !(2..=MOST_PLACES).contains(&self.places) {
+            format!("map.places is {}: it must be 2 to {MOST_PLACES}", self.places)
+        } else if !(positive(&self.lengths) && positive(&self.deviations) && positive(&self.odd_shares)) {
+            "map.lengths, map.deviations and map.odd_shares must be positive numbers".to_owned()
+        } else {
+            return Ok(());
+        };
+        Err(TrainingError::Unusable(format!("{wrong}; map.rounds = 0 goes without a map")))
+    }
 }
 
 impl Default for MapRecipe {
@@ -193,5 +216,22 @@ impl Default for LineRecipe {
             refinements: 3,
             largest_step: 2e-3,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_that_cannot_be_fitted_is_refused_by_name() {
+        assert!(MapRecipe::default().check().is_ok());
+        for places in [0, 1, 4_000_000_000] {
+            let refused = MapRecipe { places, ..MapRecipe::default() }.check();
+            assert!(refused.is_err_and(|error| error.to_string().contains("map.places")));
+        }
+        assert!(MapRecipe { lengths: vec![-1.0], ..MapRecipe::default() }.check().is_err());
+        assert!(MapRecipe { odd_shares: vec![0.0], ..MapRecipe::default() }.check().is_err());
+        assert!(MapRecipe { deviations: vec![f64::NAN], ..MapRecipe::default() }.check().is_err());
     }
 }
