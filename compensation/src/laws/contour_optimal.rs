@@ -52,9 +52,7 @@ impl ContourOptimal {
         self.damping = damping;
         Ok(())
     }
-}
 
-impl ContourOptimal {
     /// Samples after which the slowest response has mostly arrived.
     #[must_use]
     pub fn reach(&self) -> usize {

@@ -1,6 +1,7 @@
 //! Virtual learning: a law, iterated on the model of the machine before the first run.
 
-use std::collections::BTreeMap;
+mod acceptance;
+mod outside;
 
 use anyhow::Result;
 use clap::ValueEnum;
@@ -9,14 +10,19 @@ use compensation::{
     CompensationLaw, Descent, Ended, Guard, ImpulseResponse, Ladder, LowPass, Round, StopRule, descend, learn, spatial_ladder,
 };
 use machine::Machine;
-use models::{Bundle, Coverage, LearnedMachine, Outside, fade};
+use models::{Bundle, Coverage, LearnedMachine, fade};
 use motion::contour::Exact;
 use motion::{DesiredPath, Limits, Trajectory};
 use serde::Serialize;
 
+use acceptance::{Bound, best, cost};
+use outside::ranges;
+
 use crate::control::Control;
 use crate::evaluate::{self, Figures};
 use crate::pipeline::{Carrier, Part, RefitSettings};
+
+pub use outside::OutsideRange;
 
 /// How the reference is learned on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
@@ -59,8 +65,6 @@ pub struct Settings {
     pub written: Option<RefitSettings>,
     /// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
     pub slowest: f64,
-    /// Forecast at which learning ends, mm: below it the model's own error is all that counts. Zero to go on to the optimum.
-    pub floor_mm: f64,
 }
 
 impl Default for Settings {
@@ -74,7 +78,6 @@ impl Default for Settings {
             max_turn_rad: Guard::MAX_TURN_DEG.to_radians(),
             written: None,
             slowest: f64::INFINITY,
-            floor_mm: 0.0,
         }
     }
 }
@@ -139,23 +142,6 @@ pub struct Outcome {
     pub outside: Vec<OutsideRange>,
 }
 
-/// A stretch of samples in which an axis leaves what the model was trained on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutsideRange {
-    /// Name of the axis.
-    pub axis: String,
-    /// Why.
-    pub reason: Outside,
-    /// First sample.
-    pub first: usize,
-    /// Last sample.
-    pub last: usize,
-    /// Samples in between that lie outside.
-    pub samples: usize,
-    /// Whether the correction fades there; else only what the model knows of single places does.
-    pub fades: bool,
-}
-
 /// A forecast on the way to a reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forecast {
@@ -182,7 +168,14 @@ pub fn compensate(
     part: Option<&Part>,
     settings: &Settings,
 ) -> Result<Outcome> {
-    compensate_on(model, coverage, limits, desired, part, settings, &|_| {})
+    compensate_on(model, coverage, limits, desired, part, settings, Aim { floor_mm: 0.0, watch: &|_| {} })
+}
+
+/// How far learning goes, and who is told of the way.
+struct Aim<'a> {
+    /// Forecast at which nothing is gained by going on, mm.
+    floor_mm: f64,
+    watch: Watch<'a>,
 }
 
 fn compensate_on(
@@ -192,7 +185,7 @@ fn compensate_on(
     desired: &DesiredPath,
     part: Option<&Part>,
     settings: &Settings,
-    watch: Watch,
+    aim: Aim,
 ) -> Result<Outcome> {
     let path = desired.trajectory();
     let command = part.and_then(|part| part.command.as_ref()).unwrap_or(path);
@@ -210,7 +203,7 @@ fn compensate_on(
     let mut control = Control::new(model, part);
     let Settings { max_shift, max_turn_rad, .. } = *settings;
     let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
-    let mut task = Task { desired, part, guard, floor_mm: settings.floor_mm, watch };
+    let mut task = Task { desired, part, guard, aim };
     let (mut runs, ended) = if settings.law == LawName::Virtual {
         task.descend(&mut control, settings.iterations)?
     } else {
@@ -219,7 +212,7 @@ fn compensate_on(
         (task.practise(&mut control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?, None)
     };
     let mut updates = runs.len() - 1;
-    let most = Bound { measure: (1.0 - LEAST_GAIN) * runs[0].0.measure, max_mm: runs[0].1.tip.max_mm };
+    let most = Bound::of(&runs[0], LEAST_GAIN);
     let mut chosen = best(&runs, most).map(|run| runs.swap_remove(run));
     let (mut cycle_s, mut kept_feeds) = (None, None);
     if let (Some((ideal, _)), Some(written), Some(limits)) = (&chosen, settings.written, limits)
@@ -280,9 +273,7 @@ struct Task<'a> {
     desired: &'a DesiredPath,
     part: Option<&'a Part>,
     guard: Guard,
-    /// Forecast at which nothing is gained by going on, mm.
-    floor_mm: f64,
-    watch: Watch<'a>,
+    aim: Aim<'a>,
 }
 
 /// Runs on a model, each with its figures.
@@ -310,7 +301,7 @@ impl Task<'_> {
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
             figures.push(evaluate::figures(self.desired, self.part, actual));
             let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
-            (self.watch)(Forecast { number: figures.len(), most: figures.len().max(most_runs), cost_mm });
+            (self.aim.watch)(Forecast { number: figures.len(), most: figures.len().max(most_runs), cost_mm });
             cost_mm
         };
         // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
@@ -323,7 +314,7 @@ impl Task<'_> {
             for (from_best, runs) in [(false, 1 + iterations), (true, 1 + STEPS * iterations)] {
                 let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).filter(|_| from_best);
                 let Some(start) = best.or(rounds.first()).cloned() else { break };
-                let descent = Descent { runs, floor: self.floor_mm, ..Descent::default() };
+                let descent = Descent { runs, floor: self.aim.floor_mm, ..Descent::default() };
                 let (more, why) = descend(machine, &mut law, self.desired, start, &self.guard, &descent, &mut measure)?;
                 rounds.extend(more.into_iter().skip(1));
                 ended = Some(why);
@@ -345,37 +336,12 @@ impl Task<'_> {
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
             figures.push(self.figures(actual));
             let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
-            (self.watch)(Forecast { number: figures.len(), most: stop.updates + 1, cost_mm });
+            (self.aim.watch)(Forecast { number: figures.len(), most: stop.updates + 1, cost_mm });
             cost_mm
         };
         let learned = learn(machine, law, self.desired, start, &self.guard, &stop, &mut measure)?;
         learned.rounds.into_iter().zip(figures).map(|(round, figures)| Ok((round, figures?))).collect()
     }
-}
-
-/// What a forecast is judged by, mm: RMS, and a tenth of MAX, which is three to ten times as large.
-fn cost(figures: &Figures) -> f64 {
-    figures.judged_mm() + 0.1 * figures.tip.max_mm
-}
-
-/// What a forecast has to stay below to be accepted: neither RMS nor MAX may grow.
-#[derive(Debug, Clone, Copy)]
-struct Bound {
-    measure: f64,
-    max_mm: f64,
-}
-
-impl Bound {
-    fn holds(self, measure: f64, figures: &Figures) -> bool {
-        measure < self.measure && figures.tip.max_mm <= self.max_mm
-    }
-}
-
-/// The run with the smallest measure of those within the bound.
-fn best(runs: &[(Round, Figures)], most: Bound) -> Option<usize> {
-    let measure = |run: &usize| runs[*run].0.measure;
-    let held = (0..runs.len()).filter(|run| most.holds(measure(run), &runs[*run].1));
-    held.min_by(|a, b| measure(a).total_cmp(&measure(b)))
 }
 
 /// Learns a reference for `desired` on any machine, as [`compensate`] does on a learned one: on the noise-free simulated machine this is what a perfect model
@@ -386,8 +352,9 @@ fn best(runs: &[(Round, Figures)], most: Bound) -> Option<usize> {
 pub fn on_machine(machine: &mut dyn Machine, limits: &Limits, desired: &DesiredPath, settings: &Settings) -> Result<Trajectory> {
     let Settings { max_shift, max_turn_rad, .. } = *settings;
     let guard = Guard { max_shift, max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
-    let (runs, _) = Task { desired, part: None, guard, floor_mm: 0.0, watch: &|_| {} }.descend(machine, settings.iterations)?;
-    let most = Bound { measure: runs[0].0.measure, max_mm: runs[0].1.tip.max_mm };
+    let (runs, _) =
+        Task { desired, part: None, guard, aim: Aim { floor_mm: 0.0, watch: &|_| {} } }.descend(machine, settings.iterations)?;
+    let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| desired.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }
 
@@ -429,40 +396,6 @@ pub fn compensate_watched(
     watch: Watch,
 ) -> Result<Outcome> {
     let held_out = bundle.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
-    let settings = &Settings { floor_mm: FLOOR_SHARE * held_out, ..*settings };
-    compensate_on(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings, watch)
-}
-
-/// A correction of which this share is kept, over a stretch, does not count as faded.
-const MOSTLY: f64 = 0.95;
-
-/// One entry an axis and reason.
-fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) -> Vec<OutsideRange> {
-    let mut found = Vec::new();
-    for (axis, reasons) in path.axes().iter().zip(reasons) {
-        let mut by_reason: BTreeMap<String, OutsideRange> = BTreeMap::new();
-        let mut kept: BTreeMap<String, f64> = BTreeMap::new();
-        for (k, reason) in reasons.iter().enumerate() {
-            if let Some(reason) = reason {
-                let entry = by_reason.entry(reason.to_string()).or_insert_with(|| OutsideRange {
-                    axis: axis.name.clone(),
-                    reason: *reason,
-                    first: k,
-                    last: k,
-                    samples: 0,
-                    fades: false,
-                });
-                entry.last = k;
-                entry.samples += 1;
-                kept.entry(reason.to_string()).and_modify(|sum| *sum += weights[k]).or_insert(weights[k]);
-            }
-        }
-        for (reason, kept) in kept {
-            if let Some(range) = by_reason.get_mut(&reason) {
-                range.fades = kept < MOSTLY * range.samples as f64;
-            }
-        }
-        found.extend(by_reason.into_values());
-    }
-    found
+    let floor_mm = FLOOR_SHARE * held_out;
+    compensate_on(&mut bundle.machine()?, &bundle.coverage(), Some(limits), desired, part, settings, Aim { floor_mm, watch })
 }

@@ -1,0 +1,57 @@
+//! Where a model is out of its depth along a path.
+
+use std::collections::BTreeMap;
+
+use models::Outside;
+use motion::Trajectory;
+
+/// A stretch of samples in which an axis leaves what the model was trained on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutsideRange {
+    /// Name of the axis.
+    pub axis: String,
+    /// Why.
+    pub reason: Outside,
+    /// First sample.
+    pub first: usize,
+    /// Last sample.
+    pub last: usize,
+    /// Samples in between that lie outside.
+    pub samples: usize,
+    /// Whether the correction fades there; else only what the model knows of single places does.
+    pub fades: bool,
+}
+
+/// A correction of which this share is kept, over a stretch, does not count as faded.
+const MOSTLY: f64 = 0.95;
+
+/// One entry an axis and reason.
+pub(super) fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) -> Vec<OutsideRange> {
+    let mut found = Vec::new();
+    for (axis, reasons) in path.axes().iter().zip(reasons) {
+        let mut by_reason: BTreeMap<String, OutsideRange> = BTreeMap::new();
+        let mut kept: BTreeMap<String, f64> = BTreeMap::new();
+        for (k, reason) in reasons.iter().enumerate() {
+            if let Some(reason) = reason {
+                let entry = by_reason.entry(reason.to_string()).or_insert_with(|| OutsideRange {
+                    axis: axis.name.clone(),
+                    reason: *reason,
+                    first: k,
+                    last: k,
+                    samples: 0,
+                    fades: false,
+                });
+                entry.last = k;
+                entry.samples += 1;
+                kept.entry(reason.to_string()).and_modify(|sum| *sum += weights[k]).or_insert(weights[k]);
+            }
+        }
+        for (reason, kept) in kept {
+            if let Some(range) = by_reason.get_mut(&reason) {
+                range.fades = kept < MOSTLY * range.samples as f64;
+            }
+        }
+        found.extend(by_reason.into_values());
+    }
+    found
+}
