@@ -10,7 +10,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use datasets::Log;
 use machine::{Machine, MachineSpec};
 use motion::curves::library;
-use motion::{DesiredPath, PlanSettings, Trajectory, Vec3, plan_curve};
+use motion::{DesiredPath, PlanSettings, Trajectory, plan_curve};
 use precomp::input::Frame;
 use precomp::learning::{self, Settings};
 use precomp::pipeline::{Carrier, Part, RefitSettings, refit, verify};
@@ -95,7 +95,7 @@ fn five_axes(c: &mut Criterion) {
             "dense.nc",
             gcode::parse(bytes.to_vec()),
             None,
-            &precomp::pipeline::WorkOffsets::at(Vec3::zeros()),
+            &precomp::pipeline::WorkOffsets::default().or_zero(),
             &frame,
             &settings,
         )

@@ -79,7 +79,8 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
         let raw_rms = rms_max(&cross_fit::tracking_errors(&runs, &choice.pieces)).0;
         let worst_window = cross_fit::worst_window(&choice.pieces, manifest.period_s);
         axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: judged.len(), worst_window, ..axis.held_out };
-        axis.band = band;
+        let spread = cross_fit::spread(&runs, &choice.pieces, axis.coverage.velocity, rms, &choice.pieces);
+        axis.band = band.with_spread(spread);
         let (before, taken) = (cross_fit::figures(&before).0, !choice.simple);
         axes.push(AdaptedAxis { name: axis.name.clone(), unit: ErrorUnit::from(&*axis), before, held_out: rms, taken });
         predictors.push(if taken { old.adapted(&runs)? } else { predictor });

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use datasets::Fold;
-use models::{AxisPredictor, AxisSignal, Band};
+use models::{AxisPredictor, AxisSignal, Band, Spread};
 use training::AxisRun;
 
 use crate::evaluate::rms_max;
@@ -151,6 +151,16 @@ pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (Band, f64) 
         }
     }
     (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
+}
+
+/// What errors like those of `pieces` are like where they are as large as `expected` and at most as large as on the `held_out` ones, mm or rad.
+#[must_use]
+pub fn spread(runs: &[AxisRun], pieces: &[Piece], top_speed: f64, expected: f64, held_out: &[Piece]) -> Option<Spread> {
+    let of = |piece: &Piece| {
+        let run = &runs[piece.run];
+        (AxisSignal::uncompensated(&run.reference[piece.rows.clone()], run.period_s), piece.errors.clone())
+    };
+    Spread::fit(&pieces.iter().map(of).collect::<Vec<_>>(), top_speed, expected, figures(held_out).0)
 }
 
 /// Time over which errors are summed up to see how unevenly they fall, s: a short motion, some reversals.

@@ -118,6 +118,14 @@ impl Source {
                 });
                 let options = asked.or(frame.dialect).map(Options::from);
                 let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
+                if frame.kinematics.turns() && args.tool_length != 0.0 {
+                    return Err(Usage(
+                        "--tool-length is for machines that do not turn tool or part; here the machine file says it (kinematics.tool_length_mm), \
+                         as the positions of all axes go by it"
+                            .to_owned(),
+                    )
+                    .into());
+                }
                 let given = WorkOffsets::new(&args.work_offset, &frame.work_offsets, args.tool_length);
                 let offsets = if args.simulated { given.or_zero() } else { given };
                 let part = Part::read(&name, program, options.as_ref(), &offsets, frame, &settings)?;

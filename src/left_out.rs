@@ -18,7 +18,7 @@ use crate::units::ErrorUnit;
 /// When a predictor of the bundle is not usable.
 pub fn machine_for(bundle: &Bundle, part: Option<&Part>) -> Result<LearnedMachine> {
     let mut machine = bundle.machine()?;
-    if part.is_some_and(|part| !part.placed) {
+    if part.is_some_and(|part| !part.placement.known()) {
         machine.leave_out_position();
     }
     Ok(machine)
@@ -41,7 +41,7 @@ impl LeftOut {
     /// # Errors
     /// When the path does not fit the model.
     pub fn of(bundle: &Bundle, path: &Input) -> Result<Option<Self>> {
-        let Some(part) = path.part.as_ref().filter(|part| !part.placed) else { return Ok(None) };
+        let Some(part) = path.part.as_ref().filter(|part| !part.placement.known()) else { return Ok(None) };
         let reference = path.desired.trajectory();
         let with = bundle.machine()?.run(reference)?;
         let without = machine_for(bundle, Some(part))?.run(reference)?;

@@ -11,6 +11,7 @@ mod control;
 pub mod cross_fit;
 pub mod evaluate;
 mod excitation;
+pub mod expectation;
 pub mod feeds;
 mod files;
 pub mod input;

@@ -6,7 +6,7 @@ use anyhow::Result;
 use compensation::{CompensationLaw, Guard};
 use gcode::{Dialect, Options, Units, format_angle, format_coordinate, format_number};
 use machine::{Machine, ProgramWords};
-use motion::{DesiredPath, Trajectory, Vec3, Vec6};
+use motion::{DesiredPath, Trajectory, Vec6};
 
 use crate::evaluate::{self, Figures};
 use crate::input::{Frame, Input};
@@ -65,7 +65,7 @@ impl Programmed {
         let text = short_lines(&curve, feed_mm_s, spacing_mm)?;
         let settings = frame.plan_settings();
         let options = Options::from(Dialect::Fanuc);
-        let part = Part::read(name, gcode::parse(text), Some(&options), &WorkOffsets::at(Vec3::zeros()), frame, &settings)?;
+        let part = Part::read(name, gcode::parse(text), Some(&options), &WorkOffsets::default().or_zero(), frame, &settings)?;
         Ok(Self { part, frame: frame.clone() })
     }
 

@@ -38,10 +38,15 @@ impl Progress {
     /// One step more; `note` says how it went.
     pub fn step(&mut self, note: &str) {
         self.done += 1;
+        self.at(note);
+    }
+
+    /// What the job is at within a step.
+    pub fn at(&mut self, note: &str) {
         match &self.bar {
             Some(bar) => {
                 bar.set_message(format!("{} {note}", self.what));
-                bar.inc(1);
+                bar.set_position(self.done);
             }
             None if self.told.elapsed() >= TELL_EVERY => {
                 eprintln!("{} {}/{} {note}", self.what, self.done, self.total);

@@ -162,7 +162,7 @@ fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSetti
     }
     // Stages that pay on folds within the log and not on others are not shipped; who judges does not choose.
     let choice = cross_fit::choose(&judged, again);
-    let Fit { predictor, note, .. } = match kept.filter(|_| choice.simple || !again) {
+    let Fit { predictor, note, inner_rms, .. } = match kept.filter(|_| choice.simple || !again) {
         Some(fit) if choice.simple => {
             let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
             Fit { note, ..fit_linear(runs, axis, settings.seed)? }
@@ -187,6 +187,15 @@ fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSetti
     let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
     let raw = cross_fit::tracking_errors(runs, &choice.pieces);
     let worst_window = cross_fit::worst_window(&choice.pieces, period_of(runs));
+    // What was fitted to all runs says what its errors are like in all of them; how large they are is for rows that were left out to say.
+    let spread = match inner_rms.filter(|_| again) {
+        Some(inner_rms) => {
+            let kept = cross_fit::pieces(predictor.as_ref(), runs);
+            cross_fit::spread(runs, &kept, coverage.velocity, inner_rms, &choice.pieces)
+        }
+        None => cross_fit::spread(runs, &choice.pieces, coverage.velocity, rms, &choice.pieces),
+    };
+    let band = band.with_spread(spread);
     let (linear_rms, raw_rms) = (rms_max(&linear).0, rms_max(&raw).0);
     let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: judged.len(), worst_window };
     Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
@@ -203,6 +212,8 @@ struct Fit {
     note: String,
     /// Whether a network on what the stages leave is part of it.
     network: bool,
+    /// What its stages leave in the cross-validation by which they were chosen, mm or rad; `None` of a network alone.
+    inner_rms: Option<f64>,
 }
 
 /// What becomes of a network on what the stages leave.
@@ -263,7 +274,7 @@ fn fit_stages(
         Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
         None => Box::new(staged),
     };
-    Ok(Fit { predictor, note, network: kept.is_some() })
+    Ok(Fit { predictor, note, network: kept.is_some(), inner_rms: report.held_out_rms() })
 }
 
 /// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
@@ -277,7 +288,7 @@ fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: 
         None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
     };
     let note = format!("{} epochs, best after {}", trained.epochs, trained.best_epoch);
-    Ok(Fit { predictor: trained.predictor, note, network: false })
+    Ok(Fit { predictor: trained.predictor, note, network: false, inner_rms: None })
 }
 
 /// One run in six, at least one, to stop early by; of a single run a sixth of its rows.

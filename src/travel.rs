@@ -62,7 +62,7 @@ pub fn unchecked(input: &Input, frame: &Frame) -> Option<String> {
 
 /// Whether positions of such axes are those of the program rather than of the machine.
 fn is_unplaced(input: &Input, kind: AxisKind) -> bool {
-    let unplaced = input.part.as_ref().is_some_and(|part| !part.placed);
+    let unplaced = input.part.as_ref().is_some_and(|part| !part.placement.known());
     // Where the workpiece turns, the path was planned at 0,0,0 by its kinematics.
     unplaced && kind == AxisKind::Linear && !input.desired.kinematics().turns()
 }

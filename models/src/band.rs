@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::AxisSignal;
 use crate::features::{events, velocity};
+use crate::spread::Spread;
 
 /// Time after a reversal or a start in which friction still settles, s.
 const SETTLING_S: f64 = 0.06;
@@ -21,6 +22,9 @@ pub struct Band {
     half_widths: [f64; REGIMES],
     /// Speed that the octaves count from, mm/s or rad/s.
     top_speed: f64,
+    /// How large the errors of the kept predictor are; unknown in bundles of before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    spread: Option<Spread>,
 }
 
 impl Band {
@@ -39,7 +43,19 @@ impl Band {
             // Too few samples tell no quantile.
             if errors.len() < 200 { overall } else { quantile(errors, 0.95) }
         });
-        Self { half_widths, top_speed }
+        Self { half_widths, top_speed, spread: None }
+    }
+
+    /// The same with what the errors of the kept predictor are like.
+    #[must_use]
+    pub fn with_spread(self, spread: Option<Spread>) -> Self {
+        Self { spread, ..self }
+    }
+
+    /// What the errors of the kept predictor are like; `None` where the bundle does not say.
+    #[must_use]
+    pub fn spread(&self) -> Option<&Spread> {
+        self.spread.as_ref()
     }
 
     /// Half-width of the 95 % band at every sample, mm or rad.
@@ -78,7 +94,7 @@ fn regimes(signal: &AxisSignal<'_>, top_speed: f64) -> Vec<usize> {
 }
 
 /// The `share` quantile, by rank; zero of nothing.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

@@ -13,6 +13,7 @@ pub mod network;
 mod predictor;
 pub mod recurrent;
 mod scaler;
+mod spread;
 pub mod stacked;
 pub mod staged;
 
@@ -28,4 +29,5 @@ pub use narx::NarxPredictor;
 pub use network::NetworkPredictor;
 pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};
 pub use scaler::Scaler;
+pub use spread::{PEAK_S, Spread};
 pub use stacked::StackedPredictor;

@@ -69,6 +69,20 @@ pub enum MotionError {
         /// Which limit.
         what: String,
     },
+    /// A path that takes so long that its plan would fill the memory.
+    #[error(
+        "the path takes more than {hours:.0} h up to here; a plan holds {most} samples: check the feed and its unit, or cut the path"
+    )]
+    TooLong {
+        /// Index of the piece of the tool path on which the last sample lies.
+        piece: usize,
+        /// Way from the start of the path, mm.
+        position_mm: f64,
+        /// Time that as many samples take, h.
+        hours: f64,
+        /// Samples of a plan at most.
+        most: usize,
+    },
 }
 
 impl MotionError {
@@ -82,7 +96,10 @@ impl MotionError {
 
     /// The same fault of a stretch that begins `offset_mm` after the start of the path.
     pub(crate) fn further(mut self, offset_mm: f64) -> Self {
-        if let Self::UnreachableOnPath { position_mm, .. } | Self::Infeasible { position_mm, .. } = &mut self {
+        if let Self::UnreachableOnPath { position_mm, .. }
+        | Self::Infeasible { position_mm, .. }
+        | Self::TooLong { position_mm, .. } = &mut self
+        {
             *position_mm += offset_mm;
         }
         self
@@ -92,7 +109,7 @@ impl MotionError {
     #[must_use]
     pub fn piece(&self) -> Option<usize> {
         match self {
-            Self::UnreachableOnPath { piece, .. } | Self::Infeasible { piece, .. } => Some(*piece),
+            Self::UnreachableOnPath { piece, .. } | Self::Infeasible { piece, .. } | Self::TooLong { piece, .. } => Some(*piece),
             _ => None,
         }
     }

@@ -338,3 +338,23 @@ fn axes_beyond_their_travel_are_refused_with_their_piece() {
         assert!(refusal.to_string().contains("axis `b`"), "{refusal}");
     }
 }
+
+#[test]
+fn a_path_that_takes_days_is_refused_with_its_piece_before_it_is_planned() {
+    let line = |from: f64, to: f64| Arc::new(Line { start: Vec3::new(from, 0.0, 0.0), end: Vec3::new(to, 0.0, 0.0) });
+    let mut path = ToolPath::default();
+    path.push(Piece::whole(line(0.0, 100.0), 20.0));
+    path.push(Piece::whole(line(100.0, 500.0), 1e-9));
+    path.push(Piece::whole(line(500.0, 600.0), 20.0));
+    let kinematics: Arc<dyn Kinematics> = xyz();
+    let refusal = plan(&path, &kinematics, &limits(), &PlanSettings::default()).unwrap_err();
+    assert!(
+        matches!(refusal, MotionError::TooLong { piece: 1, position_mm, .. } if position_mm > 100.0 && position_mm < 500.0),
+        "{refusal}"
+    );
+    let mut path = ToolPath::default();
+    let mut dwelling = Piece::whole(line(0.0, 100.0), 20.0);
+    (dwelling.stop_after, dwelling.dwell_s) = (true, 1e9);
+    path.push(dwelling);
+    assert!(matches!(plan(&path, &kinematics, &limits(), &PlanSettings::default()), Err(MotionError::TooLong { piece: 0, .. })));
+}

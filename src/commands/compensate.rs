@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::evaluate;
+use crate::expectation::Expectation;
 use crate::feeds::{self, Adjusted, Goal};
 use crate::files::Files;
 use crate::input::{self, Frame, Input, Source};
@@ -161,7 +162,8 @@ impl Compensate {
             printer
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
-        self.say(&printer, &path, &outcome);
+        let expected = Expectation::of(&bundle, &path.desired, path.part.as_ref(), &outcome.reference, &outcome.forecast)?;
+        self.say(&printer, &path, &outcome, expected.as_ref());
         let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
         let mut outputs = Outputs::default();
         outputs.add(&self.out, written.content);
@@ -188,6 +190,7 @@ impl Compensate {
                     "before": evaluate::orientation_json(outcome.before.orientation.as_ref()),
                     "after": evaluate::orientation_json(outcome.after.orientation.as_ref()),
                 },
+                "expected_contour_um": expected.map(|expected| expected.json()),
                 "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
                 "carrier": written.carried.filter(|_| outcome.gained || written.rows.is_some()),
                 "rows": written.rows.map(|rows| rows.json()),
@@ -221,7 +224,7 @@ impl Compensate {
         Ok((path, found))
     }
 
-    fn say(&self, printer: &Printer, path: &Input, outcome: &Outcome) {
+    fn say(&self, printer: &Printer, path: &Input, outcome: &Outcome, expected: Option<&Expectation>) {
         for warning in path.part.iter().flat_map(|part| &part.toolpath.warnings) {
             if let Some(part) = &path.part {
                 printer.line(warning.render(&part.program, &part.name));
@@ -240,6 +243,12 @@ impl Compensate {
             outcome.updates,
             outcome.ended.map_or(String::new(), |ended| format!("; {ended}"))
         ));
+        if let Some(expected) = expected {
+            printer.line(format!(
+                "expected on the machine, the model's own error included: {}, nine runs in ten",
+                expected.in_words()
+            ));
+        }
         if let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) {
             let urad = |rad: f64| format!("{:.2}", rad * 1e6);
             printer.line(format!(

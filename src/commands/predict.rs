@@ -9,6 +9,7 @@ use machine::Machine;
 use serde_json::json;
 
 use crate::cli::{Common, ProgramArgs};
+use crate::expectation::Expectation;
 use crate::files::Files;
 use crate::left_out::{self, LeftOut};
 use crate::output::{Outputs, Printer, table};
@@ -53,6 +54,13 @@ impl Predict {
         let left_out = LeftOut::of(&bundle, &path)?;
         left_out.iter().filter_map(LeftOut::in_words).chain(travel::unchecked(&path, &frame)).for_each(|line| printer.line(line));
         printer.line(format!("{}: {:.2} s; predicted {}", path.name, reference.duration_s(), evaluate::in_words(&figures)));
+        let expected = Expectation::of(&bundle, &path.desired, path.part.as_ref(), reference, &actual)?;
+        if let Some(expected) = &expected {
+            printer.line(format!(
+                "expected on the machine, the model's own error included: {}, nine runs in ten",
+                expected.in_words()
+            ));
+        }
         let rows: Vec<Vec<String>> = reference
             .axes()
             .iter()
@@ -75,6 +83,7 @@ impl Predict {
             self.common.json.as_deref(),
             &json!({
                 "contour_um": evaluate::contour_json(&figures.tip),
+                "expected_contour_um": expected.map(|expected| expected.json()),
                 "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
                 "tracking_um": evaluate::tracking_json(reference, &actual)?,
                 "left_out": left_out.map(|left_out| left_out.json()),

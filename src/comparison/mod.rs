@@ -273,6 +273,13 @@ struct Seed {
 }
 
 impl Bench<'_> {
+    /// Shows how far the comparison is.
+    fn tell(&self, show: impl FnOnce(&mut Progress)) {
+        if let Ok(mut progress) = self.progress.lock() {
+            show(&mut progress);
+        }
+    }
+
     fn path(&self, path: &Input) -> Result<PathComparison> {
         let references = self.references(path)?;
         let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.seed(path, &references, seed));
@@ -305,6 +312,7 @@ impl Bench<'_> {
             references.push((Method::PerfectModel, learning::on_machine(&mut machine, &self.limits, desired, given)?));
         }
         let learned = |law: LawName| -> Result<Trajectory> {
+            self.tell(|progress| progress.at(&format!("{}: learning on the model", path.name)));
             let settings = Settings { law, ..*given };
             Ok(learning::compensate_with(bundle, &self.limits, desired, part.as_ref(), &settings)?.reference)
         };
@@ -344,9 +352,7 @@ impl Bench<'_> {
         for figures in floor_runs(machine, desired, path.part.as_ref())? {
             seed.measured.push((Method::Floor, Measured { figures, max_sample: 0, seconds: None }));
         }
-        if let Ok(mut progress) = self.progress.lock() {
-            progress.step(&path.name);
-        }
+        self.tell(|progress| progress.step(&path.name));
         Ok(seed)
     }
 
@@ -356,6 +362,7 @@ impl Bench<'_> {
         let responses = tuning::probe(machine, desired)?;
         for law in self.plant.laws()? {
             let Some(settings) = self.tuned.of(law) else { continue };
+            self.tell(|progress| progress.at(&format!("{}: {}", path.name, law.name())));
             let guard = tuning::ilc_guard(desired, uncompensated, settings)?;
             let mut learner = settings.law(law, desired.trajectory().period_s(), &responses)?;
             let runs = tuning::run_ilc(machine, learner.as_mut(), desired, &guard, self.settings.ilc_runs)?;

@@ -84,6 +84,7 @@ impl Bench<'_> {
         let mut references = vec![(Method::Uncompensated, desired.trajectory().clone())];
         if let Some(bundle) = self.bundle {
             let settings = Settings { written: Some(MOVE_POINTS), ..self.settings.learning };
+            self.tell(|progress| progress.at(&format!("{}: learning on the model", part.name)));
             let first = learning::compensate_with(bundle, &self.limits, desired, Some(part), &settings)?;
             references.push((Method::FirstRun, first.reference));
         }
@@ -109,15 +110,14 @@ impl Bench<'_> {
         }
         for law in LAWS {
             let Some(settings) = self.tuned.of(law) else { continue };
+            self.tell(|progress| progress.at(&format!("{}: {}", program.part().name, law.name())));
             let run = learned(program, machine.as_mut(), self.settings.ilc_runs, law, settings)?;
             measured.push((Method::Ilc(law), Measured::of_program(program, &run)));
         }
         for figures in floor_runs(machine.as_mut(), &program.part().plan.desired, Some(program.part()))? {
             measured.push((Method::Floor, Measured { figures, max_sample: 0, seconds: None }));
         }
-        if let Ok(mut progress) = self.progress.lock() {
-            progress.step(&program.part().name);
-        }
+        self.tell(|progress| progress.step(&program.part().name));
         Ok(measured)
     }
 }

@@ -5,7 +5,7 @@
 //! there is none. Better is a lower RMS over the last runs. So a law that diverges is never taken where a lower cut-off converges.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
@@ -21,6 +21,7 @@ use super::{CompareSettings, Ilc, Plant};
 use crate::evaluate;
 use crate::input::Frame;
 use crate::learning::{PROBE, RESPONSE_S};
+use crate::progress::Progress;
 
 /// Settings of one law.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +99,15 @@ impl Tuned {
             "the curve on which ILC is tuned does not fit the machine; give its gain and cut-off with --gain and --low-pass",
         )?;
         let trial = Trial { plant, desired, settings, grid };
-        let laws = laws.par_iter().map(|law| Ok((*law, trial.best(*law)?.settings(*law, &trial.grid))));
+        let progress = Mutex::new(Progress::new("tuning ILC", laws.len() as u64));
+        let tuned = |law: &Ilc| {
+            let best = trial.best(*law)?.settings(*law, &trial.grid);
+            if let Ok(mut progress) = progress.lock() {
+                progress.step(law.name());
+            }
+            Ok((*law, best))
+        };
+        let laws = laws.par_iter().map(tuned);
         Ok(Self { laws: laws.collect::<Result<_>>()?, searched: true })
     }
 

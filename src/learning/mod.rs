@@ -190,7 +190,7 @@ fn compensate_on(
     let path = desired.trajectory();
     let command = part.and_then(|part| part.command.as_ref()).unwrap_or(path);
     model.freeze_flags(command);
-    if part.is_some_and(|part| !part.placed) {
+    if part.is_some_and(|part| !part.placement.known()) {
         model.leave_out_position();
     }
     let (mut weights, reasons) = fade(coverage, model, command);

@@ -13,7 +13,7 @@ pub mod verify;
 pub mod write;
 
 pub use carry::{Carried, Written, write_out};
-pub use offsets::WorkOffsets;
+pub use offsets::{Placement, WorkOffsets};
 pub use part::Part;
 pub use recorded::as_recorded;
 pub use refit::{Carrier, RefitSettings, Refitted, refit};

@@ -2,12 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::Result;
 use gcode::{Toolpath, WorkOffset};
 use machine::WORK_SYSTEMS;
 use motion::Vec3;
-
-use crate::output::Usage;
 
 /// Work offsets: machine minus program coordinates, mm, as far as they are given.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,12 +18,6 @@ pub struct WorkOffsets {
 }
 
 impl WorkOffsets {
-    /// One known offset for every coordinate system, mm.
-    #[must_use]
-    pub fn at(offset: Vec3) -> Self {
-        Self { all: Some(offset), ..Self::default() }
-    }
-
     /// Those that are `given` (with the name of a coordinate system, or for all), else those of the machine file; with the tool's length, mm.
     #[must_use]
     pub fn new(given: &[(Option<&'static str>, [f64; 3])], in_file: &BTreeMap<String, [f64; 3]>, tool_length_mm: f64) -> Self {
@@ -46,49 +37,72 @@ impl WorkOffsets {
         Self { all: self.all.or(Some(Vec3::zeros())), ..self }
     }
 
-    /// The offset of the coordinate systems that `toolpath` moves in, mm; `None` where one of them has none.
-    ///
-    /// # Errors
-    /// When they have different ones: a program is planned with one offset.
-    pub fn of(&self, toolpath: &Toolpath) -> Result<Option<Vec3>> {
-        let mut used: BTreeMap<String, Option<Vec3>> = BTreeMap::new();
-        for step in toolpath.moves.iter().filter(|step| step.is_feed()) {
-            let system = toolpath.modal(step).work_offset;
-            used.entry(name(system)).or_insert_with(|| self.of_system(system));
-        }
-        let mut known = used.iter().filter_map(|(name, offset)| Some((name, (*offset)?)));
-        let first = known.next();
-        if let (Some((one, offset)), Some((other, _))) = (first, known.find(|(_, offset)| Some(*offset) != first.map(|(_, o)| o)))
-        {
-            return Err(Usage(format!(
-                "the program cuts in {one} and {other}, whose offsets differ (that of {one} is {} {} {} mm); a program is planned with one: \
-                 split it by coordinate system, or give one --work-offset X,Y,Z for all of it",
-                offset.x, offset.y, offset.z
-            ))
-            .into());
-        }
-        let all_known = used.values().all(Option::is_some);
-        Ok(first.filter(|_| all_known).map(|(_, offset)| offset + Vec3::z() * self.tool_length_mm))
+    /// Where the coordinate systems that `toolpath` cuts in lie.
+    #[must_use]
+    pub fn placement(&self, toolpath: &Toolpath) -> Placement {
+        let cuts = toolpath.moves.iter().filter(|step| step.is_feed());
+        let systems: Vec<WorkOffset> = cuts.map(|step| toolpath.modal(step).work_offset).collect();
+        let known = !systems.is_empty() && systems.iter().all(|system| self.of(*system).is_some());
+        let mut placement = Placement { offsets: if known { self.clone() } else { Self::default() }, known, several: false };
+        placement.several = systems.windows(2).any(|pair| placement.of(pair[0]) != placement.of(pair[1]));
+        placement
     }
 
-    fn of_system(&self, system: WorkOffset) -> Option<Vec3> {
+    /// The offset of a coordinate system with the tool's length, mm.
+    fn of(&self, system: WorkOffset) -> Option<Vec3> {
         let own = match system {
-            WorkOffset::Standard(number) => self.systems.get(&usize::from(number).checked_sub(1)?).copied(),
+            WorkOffset::Standard(number) => {
+                usize::from(number).checked_sub(1).and_then(|index| self.systems.get(&index).copied())
+            }
             WorkOffset::Extended(_) | WorkOffset::Unpredictable => None,
         };
-        own.or(self.all)
+        own.or(self.all).map(|offset| offset + Vec3::z() * self.tool_length_mm)
     }
 }
 
-/// A coordinate system as programs call it.
-fn name(system: WorkOffset) -> String {
-    match system {
-        WorkOffset::Standard(number) => {
-            let known = usize::from(number).checked_sub(1).and_then(|index| WORK_SYSTEMS.get(index));
-            known.map_or_else(|| format!("coordinate system {number}"), |name| (*name).to_owned())
+/// Where the coordinate systems that a program cuts in lie on the machine: machine minus program coordinates, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placement {
+    offsets: WorkOffsets,
+    known: bool,
+    several: bool,
+}
+
+impl Placement {
+    /// The offset of a coordinate system, mm; zero for all of them while one that the program cuts in is not known.
+    #[must_use]
+    pub fn of(&self, system: WorkOffset) -> Vec3 {
+        self.offsets.of(system).unwrap_or_default()
+    }
+
+    /// Whether the offset of every system that the program cuts in is known.
+    #[must_use]
+    pub fn known(&self) -> bool {
+        self.known
+    }
+
+    /// Whether the program cuts in systems whose offsets differ.
+    #[must_use]
+    pub fn several(&self) -> bool {
+        self.several
+    }
+
+    /// What says the same of another reading of the program.
+    #[must_use]
+    pub fn offsets(&self) -> &WorkOffsets {
+        &self.offsets
+    }
+
+    /// All of it farther by `way`, mm, which a log of the program tells; `known` from then on unless said otherwise.
+    #[must_use]
+    pub fn moved(mut self, way: Vec3, known: bool) -> Self {
+        if known {
+            let all = if self.known { self.offsets.all } else { Some(Vec3::zeros()) };
+            self.offsets.all = all.map(|offset| offset + way);
+            self.offsets.systems.values_mut().for_each(|offset| *offset += way);
+            self.known = true;
         }
-        WorkOffset::Extended(number) => format!("G54.1 P{number}"),
-        WorkOffset::Unpredictable => "G54.1".to_owned(),
+        self
     }
 }
 
@@ -98,10 +112,17 @@ mod tests {
 
     use super::*;
 
-    fn of(offsets: &WorkOffsets, program: &str) -> Result<Option<Vec3>> {
-        offsets.of(&gcode::interpret(&gcode::parse(program), &Options::from(Dialect::Fanuc))?)
+    fn placed(offsets: &WorkOffsets, program: &str) -> Placement {
+        offsets.placement(&gcode::interpret(&gcode::parse(program), &Options::from(Dialect::Fanuc)).unwrap())
     }
 
+    fn known(offsets: &WorkOffsets, program: &str) -> Option<Vec3> {
+        let placement = placed(offsets, program);
+        placement.known().then(|| placement.of(G55))
+    }
+
+    const G54: WorkOffset = WorkOffset::Standard(1);
+    const G55: WorkOffset = WorkOffset::Standard(2);
     const ONE: &str = "G21 G90\nG55\nG0 X0 Y0 Z0\nG1 X10 F600\nM30\n";
     const TWO: &str = "G21 G90\nG54\nG0 X0 Y0 Z0\nG1 X10 F600\nG55\nG0 X0 Y0 Z0\nG1 X10\nM30\n";
 
@@ -109,22 +130,27 @@ mod tests {
     fn the_system_that_a_program_cuts_in_says_its_offset() {
         let file: BTreeMap<String, [f64; 3]> = [("G54".into(), [1.0, 2.0, 3.0]), ("G55".into(), [4.0, 5.0, 6.0])].into();
         let unknown = WorkOffsets::default();
-        assert_eq!(of(&unknown, ONE).unwrap(), None);
-        assert_eq!(of(&WorkOffsets::new(&[], &file, 0.0), ONE).unwrap(), Some(Vec3::new(4.0, 5.0, 6.0)));
+        assert_eq!(known(&unknown, ONE), None);
+        assert_eq!(known(&WorkOffsets::new(&[], &file, 0.0), ONE), Some(Vec3::new(4.0, 5.0, 6.0)));
         let given = WorkOffsets::new(&[(Some("G55"), [7.0, 0.0, 0.0])], &file, 2.5);
-        assert_eq!(of(&given, ONE).unwrap(), Some(Vec3::new(7.0, 0.0, 2.5)));
+        assert_eq!(known(&given, ONE), Some(Vec3::new(7.0, 0.0, 2.5)));
         let all = WorkOffsets::new(&[(None, [9.0, 0.0, 0.0])], &file, 0.0);
-        assert_eq!(of(&all, ONE).unwrap(), Some(Vec3::new(9.0, 0.0, 0.0)));
+        assert_eq!(known(&all, ONE), Some(Vec3::new(9.0, 0.0, 0.0)));
     }
 
     #[test]
-    fn two_systems_with_offsets_of_their_own_are_refused() {
+    fn two_systems_lie_each_at_its_own_place() {
         let two = WorkOffsets::new(&[(Some("G54"), [1.0, 0.0, 0.0]), (Some("G55"), [2.0, 0.0, 0.0])], &BTreeMap::new(), 0.0);
-        let error = of(&two, TWO).unwrap_err().to_string();
-        assert!(error.contains("G54 and G55") && error.contains("split"), "{error}");
+        let placement = placed(&two, TWO);
+        assert!(placement.known() && placement.several());
+        assert_eq!([G54, G55].map(|system| placement.of(system).x), [1.0, 2.0]);
+        let moved = placement.moved(Vec3::new(0.5, 0.0, 0.0), true);
+        assert_eq!([G54, G55].map(|system| moved.of(system).x), [1.5, 2.5]);
         let same = WorkOffsets::new(&[(None, [1.0, 0.0, 0.0])], &BTreeMap::new(), 0.0);
-        assert_eq!(of(&same, TWO).unwrap(), Some(Vec3::new(1.0, 0.0, 0.0)));
+        assert!(placed(&same, TWO).known() && !placed(&same, TWO).several());
         let half = WorkOffsets::new(&[(Some("G54"), [1.0, 0.0, 0.0])], &BTreeMap::new(), 0.0);
-        assert_eq!(of(&half, TWO).unwrap(), None);
+        let placement = placed(&half, TWO);
+        assert!(!placement.known() && placement.of(G54) == Vec3::zeros());
+        assert_eq!(placement.moved(Vec3::x(), true).of(G55), Vec3::x());
     }
 }

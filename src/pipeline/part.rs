@@ -15,7 +15,7 @@ use motion::{
     Vec3, Vec6,
 };
 
-use super::WorkOffsets;
+use super::{Placement, WorkOffsets};
 use crate::input::Frame;
 
 /// Shorter moves are no moves, mm.
@@ -37,10 +37,8 @@ pub struct Part {
     /// For every piece of the path the move that it stands for; `None` for a way that the program does not state (from a tool
     /// change, from a home position).
     pub owners: Vec<Option<usize>>,
-    /// Machine minus program coordinates, mm; zero where they are not known.
-    pub work_offset: Vec3,
-    /// Whether the work offset is known.
-    pub placed: bool,
+    /// Where its coordinate systems lie on the machine.
+    pub placement: Placement,
     /// What its words mean while it does not say so itself.
     pub words: ProgramWords,
     /// What the programmed feed of every move is multiplied by.
@@ -79,11 +77,10 @@ impl Part {
             GcodeError::Refused { diagnostics } => anyhow!(Refused(render(&diagnostics, &program, name))),
             other => anyhow!(other),
         })?;
-        let known = offsets.of(&toolpath)?;
-        let (work_offset, placed) = (known.unwrap_or_default(), known.is_some());
+        let placement = offsets.placement(&toolpath);
         let feed_factors = vec![1.0; toolpath.moves.len()];
         let Frame { kinematics, words, limits, .. } = frame;
-        let (path, owners) = pieces(&toolpath, work_offset, &feed_factors, kinematics.as_ref(), *words)?;
+        let (path, owners) = pieces(&toolpath, &placement, &feed_factors, kinematics.as_ref(), *words)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             bail!(Refused(format!("{name}: the program has no feed move; there is nothing to plan or to compensate")));
         }
@@ -97,21 +94,7 @@ impl Part {
         let plan = motion::plan(&path, kinematics, limits, settings)
             .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
         let (name, settings, words) = (name.to_owned(), settings.clone(), *words);
-        Ok(Self {
-            name,
-            program,
-            options,
-            toolpath,
-            path,
-            owners,
-            work_offset,
-            placed,
-            words,
-            feed_factors,
-            settings,
-            plan,
-            command: None,
-        })
+        Ok(Self { name, program, options, toolpath, path, owners, placement, words, feed_factors, settings, plan, command: None })
     }
 
     /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
@@ -120,7 +103,7 @@ impl Part {
     /// When it cannot be planned.
     pub fn with_feeds(self, factors: Vec<f64>, limits: &Limits) -> Result<Self> {
         let kinematics = self.plan.desired.kinematics();
-        let (path, owners) = pieces(&self.toolpath, self.work_offset, &factors, kinematics.as_ref(), self.words)?;
+        let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words)?;
         let plan = motion::plan(&path, kinematics, limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
         Ok(Self { path, owners, plan, feed_factors: factors, command: None, ..self })
@@ -199,10 +182,10 @@ impl Part {
         self.move_at(sample).map(|index| self.toolpath.moves[index].block as usize + 1)
     }
 
-    /// What planned it at its place: the known work offset, or none.
+    /// Machine minus program coordinates of a move, mm and rad.
     #[must_use]
-    pub fn offsets(&self) -> WorkOffsets {
-        if self.placed { WorkOffsets::at(self.work_offset) } else { WorkOffsets::default() }
+    pub fn offset_of(&self, of: &Move) -> Vec6 {
+        offset_of(&self.placement, &self.toolpath, of)
     }
 
     /// A refusal of what the plan does at a sample, shown at its line.
@@ -304,7 +287,7 @@ pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> Stri
 
 fn pieces(
     toolpath: &Toolpath,
-    work_offset: Vec3,
+    placement: &Placement,
     feed_factors: &[f64],
     kinematics: &dyn Kinematics,
     usual: ProgramWords,
@@ -312,8 +295,8 @@ fn pieces(
     let room = toolpath.moves.len();
     let (path, owners) = (Vec::with_capacity(room), Vec::with_capacity(room));
     let mut builder = Builder { path, owners, at: None, words: usual, kinematics };
-    let offset = Vec6::new(work_offset.x, work_offset.y, work_offset.z, 0.0, 0.0, 0.0);
     for (index, step) in toolpath.moves.iter().enumerate() {
+        let offset = offset_of(placement, toolpath, step);
         builder.set_words(words_of(toolpath, step, usual))?;
         let start = coordinates(&step.start) + offset;
         let end = coordinates(&step.end) + offset;
@@ -325,7 +308,7 @@ fn pieces(
                 let exact = matches!(mode, PathMode::ExactPath | PathMode::ExactStop);
                 builder.rapid(start, None);
                 let curve: Arc<dyn Curve> = match step.kind {
-                    MoveKind::Arc(arc) => Arc::new(circular(&arc, linear(&start), linear(&end), work_offset)?),
+                    MoveKind::Arc(arc) => Arc::new(circular(&arc, linear(&start), linear(&end), &linear(&offset))?),
                     _ => Arc::new(Line { start: linear(&start), end: linear(&end) }),
                 };
                 let length = step.length_mm().unwrap_or(0.0);
@@ -351,6 +334,11 @@ fn pieces(
         }
     }
     Ok((builder.path.into(), builder.owners))
+}
+
+fn offset_of(placement: &Placement, toolpath: &Toolpath, of: &Move) -> Vec6 {
+    let offset = placement.of(toolpath.modal(of).work_offset);
+    Vec6::new(offset.x, offset.y, offset.z, 0.0, 0.0, 0.0)
 }
 
 fn linear(at: &Vec6) -> Vec3 {
@@ -452,11 +440,11 @@ pub fn stated(joints: &[f64], kinematics: &dyn Kinematics, words: ProgramWords) 
 }
 
 /// The arc of a program as a curve; G18's plane turns Z towards X, which `Plane::axes` keeps right-handed.
-fn circular(arc: &gcode::Arc, start: Vec3, end: Vec3, work_offset: Vec3) -> Result<CircularArc> {
+fn circular(arc: &gcode::Arc, start: Vec3, end: Vec3, offset: &Vec3) -> Result<CircularArc> {
     let [first, second, normal] = arc.plane.axes();
     let mut center = start;
-    center[first] = arc.centre_mm[0] + work_offset[first];
-    center[second] = arc.centre_mm[1] + work_offset[second];
+    center[first] = arc.centre_mm[0] + offset[first];
+    center[second] = arc.centre_mm[1] + offset[second];
     let axis = Vec3::from_fn(|i, _| f64::from(u8::from(i == normal)));
     Ok(CircularArc::new(start, center, axis, arc.sweep, arc.radius_end_mm, end[normal] - start[normal])?)
 }

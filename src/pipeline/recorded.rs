@@ -94,8 +94,8 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
     };
     // A log is in machine coordinates; where the workpiece turns its offset is not looked for.
-    let placed = part.placed || !plan.desired.kinematics().turns();
-    Ok(Part { work_offset: part.work_offset + matched.offset, placed, plan, command: Some(command), ..part })
+    let known = part.placement.known() || !plan.desired.kinematics().turns();
+    Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), ..part })
 }
 
 /// Where on the path every sample of `command` lies.

@@ -117,9 +117,14 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
 /// The planned path at every sample, in the program's coordinates: mm, rad.
 fn places(part: &Part) -> Vec<Vec6> {
     let (path, kinematics) = (part.plan.desired.trajectory(), part.plan.desired.kinematics().as_ref());
-    let offset = Vec6::new(part.work_offset.x, part.work_offset.y, part.work_offset.z, 0.0, 0.0, 0.0);
-    let words = |k: usize| part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
-    (0..path.len()).map(|k| stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words(k)) - offset).collect()
+    let place = |k: usize| {
+        let (words, offset) = part.move_at(k).map_or((part.words, Vec6::zeros()), |index| {
+            let of = &part.toolpath.moves[index];
+            (part.words_of(of), part.offset_of(of))
+        });
+        stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words) - offset
+    };
+    (0..path.len()).map(place).collect()
 }
 
 /// The correction of every sample, in the coordinates of the words of its move: mm, rad.

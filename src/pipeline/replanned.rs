@@ -39,7 +39,8 @@ impl<'a> Replanned<'a> {
             work_offsets: BTreeMap::new(),
         };
         let bytes = edit(&part.program, &refit(part, reference, written)?.edits)?;
-        let planned = Part::read(&part.name, gcode::parse(bytes), Some(&part.options), &part.offsets(), &frame, &part.settings)?;
+        let planned =
+            Part::read(&part.name, gcode::parse(bytes), Some(&part.options), part.placement.offsets(), &frame, &part.settings)?;
         let command = planned.plan.desired.trajectory().clone();
         let places = follow(&planned.plan.desired.tips(), &desired.tips())?;
         Ok(Self { original: part, command, places })

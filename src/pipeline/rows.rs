@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use gcode::{Fixed, Move, MoveKind, Shiftable};
-use motion::{Axis, AxisKind, Trajectory, cubic};
+use motion::{Axis, AxisKind, Trajectory, Vec6, cubic};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -118,6 +118,14 @@ fn finer_s(wanted: &Trajectory, settings: &RowSettings) -> Option<f64> {
 
 /// Refuses programs of which rows of positions would leave something out that makes the part.
 fn check_moves(part: &Part) -> Result<()> {
+    if part.placement.several() {
+        return Err(Refusal(format!(
+            "{}: the program cuts in coordinate systems whose offsets differ: rows of positions know only one; split it by coordinate system, or write a program \
+             (--carrier keep)",
+            part.name
+        ))
+        .into());
+    }
     let why = |of: &Move| match (of.shiftable, of.kind) {
         (Shiftable::No(Fixed::OptionalBlock), _) => Some("may be skipped by a switch"),
         (Shiftable::No(Fixed::CutterCompensation), _) => Some("is shifted by the control's cutter compensation"),
@@ -149,8 +157,9 @@ fn turns(of: &Move) -> bool {
 fn programmed(path: &Input, reference: &Trajectory) -> Result<Trajectory> {
     let Some(part) = &path.part else { return Ok(reference.clone()) };
     let commanded = part.commanded(reference)?;
+    let offset = part.toolpath.moves.iter().find(|of| of.is_feed()).map_or_else(Vec6::zeros, |of| part.offset_of(of));
     let columns = commanded.axes().iter().zip(commanded.columns()).map(|(axis, column)| {
-        let off = axis.slot().and_then(|slot| part.work_offset.get(slot)).copied().unwrap_or(0.0);
+        let off = axis.slot().map_or(0.0, |slot| offset[slot]);
         column.iter().map(|at| at - off).collect()
     });
     Ok(commanded.with_columns(columns.collect())?)

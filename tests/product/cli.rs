@@ -36,6 +36,15 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     ] {
         assert!(folder.fails(2, &words).contains("is not a"), "{words:?}");
     }
+    // A feed in the wrong unit ends in a message instead of in an endless plan.
+    let said = folder.fails(1, &["simulate", "curve:crown", "-o", "x.csv", "--feed", "1e-9"]);
+    assert!(said.contains("check the feed"), "{said}");
+    std::fs::write(folder.path("dwell.nc"), "G21 G90\nG1 X10 F600\nG4 P1000000000000\nG1 X0\nM2\n").unwrap();
+    let said = folder.fails(1, &["simulate", "dwell.nc", "-o", "x.csv"]);
+    assert!(said.contains("dwell.nc") && said.contains("samples"), "{said}");
+    std::fs::write(folder.path("turn.nc"), "G21 G90\nG1 X10 F600\nM2\n").unwrap();
+    let words = ["simulate", "turn.nc", "--machine", "bc", "--tool-length", "5", "-o", "x.csv"];
+    assert!(folder.fails(2, &words).contains("tool_length_mm"));
     std::fs::write(folder.path("not.model"), b"PK nothing").unwrap();
     assert!(folder.fails(1, &["predict", "curve:crown", "-m", "not.model"]).contains("not a model"));
     std::fs::write(folder.path("swapped.model"), b"PK\x03\x04\0\0").unwrap();

@@ -92,6 +92,8 @@ fn first_run_on_unseen_paths() {
     crate::modes::stated_for_the_control_and_put_back(&folder);
     crate::modes::the_programs_own_change_within_a_stretch(&folder);
     crate::placed::what_depends_on_position_is_left_out_where_the_part_has_no_place(&folder);
+    crate::placed::two_coordinate_systems_lie_each_at_its_own_place(&folder);
+    crate::placed::runs_come_to_what_is_expected_of_them(&folder);
     crate::placed::report_and_terminal_give_the_same_figures(&folder);
     crate::recorded::a_recorded_command_is_gone_by_instead_of_the_plan(&folder);
     crate::rows::rows_carry_the_compensated_path(&folder);

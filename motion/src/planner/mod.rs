@@ -106,7 +106,12 @@ pub fn plan(
             }
             offset_mm += stretch.length_mm();
         }
-        stand(&mut columns, &mut samples, (pieces.dwell_s / period).round() as usize);
+        let dwell = (pieces.dwell_s / period).round() as usize;
+        if samples.len().saturating_add(dwell) > MOST_SAMPLES {
+            let piece = pieces.first_index.last().copied().unwrap_or_default();
+            return Err(too_long(piece, offset_mm, period));
+        }
+        stand(&mut columns, &mut samples, dwell);
     }
     stand(&mut columns, &mut samples, rest);
     let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
@@ -116,6 +121,13 @@ pub fn plan(
         piece_ends_mm[piece] = piece_ends_mm[piece].max(piece_ends_mm[piece - 1]);
     }
     Ok(Plan { desired, samples, piece_ends_mm })
+}
+
+/// Samples of a plan at most: 28 h at 2 ms, some ten GB.
+const MOST_SAMPLES: usize = 50_000_000;
+
+fn too_long(piece: usize, position_mm: f64, period_s: f64) -> MotionError {
+    MotionError::TooLong { piece, position_mm, hours: MOST_SAMPLES as f64 * period_s / 3600.0, most: MOST_SAMPLES }
 }
 
 /// Repeats the last sample `count` times.
@@ -211,7 +223,11 @@ fn plan_stretch(
     let spread_s = windows.iter().sum::<usize>() as f64 * period;
     let mut worst = (0.0, String::new());
     for round in 0..ROUNDS {
-        let motion = smooth::sample(&speed.fastest(), period, windows);
+        let phases = speed.fastest();
+        if let Some(position_mm) = smooth::position_after(&phases, MOST_SAMPLES, period) {
+            return Err(too_long(stretch.index_of(stretch.piece_at(position_mm)), position_mm, period));
+        }
+        let motion = smooth::sample(&phases, period, windows);
         let followed = stretch.follow(&motion, machine, near)?;
         let excess = excess(&followed.columns, limits, period);
         let Some(top) = excess.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)) else {

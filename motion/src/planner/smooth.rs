@@ -2,9 +2,6 @@
 
 use super::profile::Phase;
 
-/// Samples beyond which room is made as they come.
-const MOST_ROOM: usize = 1 << 22;
-
 /// Arc length every period, from rest to rest, smoothed by two moving averages of `windows` samples.
 ///
 /// An average over `n` samples turns a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`; the second one makes the jerk
@@ -14,9 +11,23 @@ pub(super) fn sample(phases: &[Vec<Phase>], period_s: f64, windows: [usize; 2]) 
     windows.iter().fold(raw, |positions, window| average(&positions, (*window).max(1)))
 }
 
+/// The way after so many samples, before they are smoothed, mm; `None` where the rest is reached before.
+pub(super) fn position_after(phases: &[Vec<Phase>], samples: usize, period_s: f64) -> Option<f64> {
+    let mut left_s = samples as f64 * period_s;
+    let mut position_mm = 0.0;
+    for phase in phases.iter().flatten() {
+        if phase.duration_s > left_s {
+            return Some(position_mm + left_s * (phase.speed + 0.5 * phase.acceleration * left_s));
+        }
+        left_s -= phase.duration_s;
+        position_mm += phase.duration_s * (phase.speed + 0.5 * phase.acceleration * phase.duration_s);
+    }
+    None
+}
+
 fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
     let seconds: f64 = phases.iter().flatten().map(|phase| phase.duration_s).sum();
-    let mut out = Vec::with_capacity(((seconds / period_s) as usize).min(MOST_ROOM) + 3);
+    let mut out = Vec::with_capacity((seconds / period_s) as usize + 3);
     out.push(0.0);
     // Time and position at the start of the phase; summed with compensation, as there may be millions.
     let (mut start_s, mut start_mm) = (Sum::default(), Sum::default());

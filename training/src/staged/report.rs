@@ -35,3 +35,11 @@ pub struct StagedReport {
     /// Scored samples.
     pub samples: usize,
 }
+
+impl StagedReport {
+    /// Root mean square that the candidate that was taken leaves on the folds that it was not fitted to, mm or rad. It was chosen by them.
+    #[must_use]
+    pub fn held_out_rms(&self) -> Option<f64> {
+        self.stages.iter().find(|stage| stage.name == self.chosen).map(|stage| stage.held_out_rms)
+    }
+}

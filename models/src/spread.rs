@@ -1,0 +1,177 @@
+//! How large the errors of a prediction are, and how far a single run may be from that.
+
+use serde::{Deserialize, Serialize};
+
+use crate::AxisSignal;
+use crate::band::quantile;
+use crate::features::{events, velocity};
+
+/// Time over which errors are summed up to see how they differ from one stretch of motion to the next, s.
+const WINDOW_S: f64 = 2.0;
+/// Time of which only the largest error counts, s: longer than errors stay alike, shorter than the gaps between reversals of a part.
+pub const PEAK_S: f64 = 0.5;
+/// Windows below which nothing is said of their scatter.
+const FEWEST_WINDOWS: usize = 5;
+/// Steps of the distribution of peaks.
+const STEPS: usize = 20;
+
+/// Times after a reversal or a start that are told apart, s: friction settles in the first, slow position loops in the second.
+const SETTLING_S: [f64; 2] = [0.06, 0.25];
+/// Speeds beyond them are told apart in octaves below the trained one.
+const OCTAVES: usize = 3;
+/// Rest, after an event, and one regime an octave of speed.
+const REGIMES: usize = 1 + SETTLING_S.len() + OCTAVES;
+/// Samples of a regime below which it is not told from the others.
+const FEWEST: usize = 200;
+
+/// What an axis's prediction errors are like: their size by regime of motion, the scatter of windows around it, and the peaks.
+///
+/// Two figures say how large they are on motions that training never saw. What the kept predictor leaves in the cross-validation within its fit is what is expected:
+/// little was left out of it at a time. Held-out runs are the upper bound: the predictor that they judge lacks a good part of the log, and with it perhaps the only
+/// run of a kind.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// Root mean square by regime, mm or rad.
+    rms: [f64; REGIMES],
+    /// Speed that the octaves count from, mm/s or rad/s.
+    top_speed: f64,
+    /// The upper bound as a multiple of it, at least 1.
+    upper: f64,
+    /// Root mean square over a window as a multiple of what its regimes say: 5 % of the windows stay below the first, 95 % below the second.
+    windows: [f64; 2],
+    /// Largest error over [`PEAK_S`] as a multiple of the largest root mean square of its regimes: every twentieth quantile, smallest to largest.
+    peaks: Vec<f64>,
+    /// Number of them.
+    peaks_seen: usize,
+}
+
+impl Spread {
+    /// The spread of errors like those of `runs`, but as large as `expected`, and at most as `upper`: root mean squares, mm or rad. `None` where the runs are too short
+    /// to tell.
+    #[must_use]
+    pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64, expected: f64, upper: f64) -> Option<Self> {
+        let regimes: Vec<Vec<usize>> = runs.iter().map(|(signal, _)| regimes(signal, top_speed)).collect();
+        let mut sums = [(0.0, 0_usize); REGIMES];
+        for (regimes, (_, errors)) in regimes.iter().zip(runs) {
+            for (regime, error) in regimes.iter().zip(errors) {
+                let (sum, count) = &mut sums[*regime];
+                *sum += error * error;
+                *count += 1;
+            }
+        }
+        let (sum, count) = sums.iter().fold((0.0, 0), |(sum, count), of| (sum + of.0, count + of.1));
+        let overall = (sum / count.max(1) as f64).sqrt();
+        let rms = sums.map(|(sum, count)| if count < FEWEST { overall } else { (sum / count as f64).sqrt() });
+        let (mut windows, mut peaks) = (Vec::new(), Vec::new());
+        for (regimes, (signal, errors)) in regimes.iter().zip(runs) {
+            let samples = |time_s: f64| (time_s / signal.period_s).round().max(1.0) as usize;
+            let square = |regime: &usize| rms[*regime].powi(2);
+            let long = regimes.chunks_exact(samples(WINDOW_S)).zip(errors.chunks_exact(samples(WINDOW_S)));
+            windows.extend(long.filter_map(|(regimes, errors)| {
+                let expected: f64 = regimes.iter().map(square).sum();
+                (expected > 0.0).then(|| (errors.iter().map(|error| error * error).sum::<f64>() / expected).sqrt())
+            }));
+            let short = regimes.chunks_exact(samples(PEAK_S)).zip(errors.chunks_exact(samples(PEAK_S)));
+            peaks.extend(short.filter_map(|(regimes, errors)| {
+                let largest = regimes.iter().map(|regime| rms[*regime]).fold(0.0, f64::max);
+                (largest > 0.0).then(|| errors.iter().fold(0.0_f64, |top, error| top.max(error.abs())) / largest)
+            }));
+        }
+        if windows.len() < FEWEST_WINDOWS || peaks.is_empty() || expected.is_nan() || expected <= 0.0 {
+            return None;
+        }
+        let of = |values: &Vec<f64>, share: f64| quantile(values.clone(), share);
+        Some(Self {
+            rms: rms.map(|rms| rms * expected / overall),
+            top_speed,
+            upper: (upper / expected).max(1.0),
+            windows: [of(&windows, 0.05).min(1.0), of(&windows, 0.95).max(1.0)],
+            peaks_seen: peaks.len(),
+            peaks: (0..=STEPS).map(|step| of(&peaks, step as f64 / STEPS as f64)).collect(),
+        })
+    }
+
+    /// Expected root mean square at every sample of `signal`, mm or rad.
+    #[must_use]
+    pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
+        regimes(signal, self.top_speed).into_iter().map(|regime| self.rms[regime]).collect()
+    }
+
+    /// Multiples of [`Self::at`] that a run of a few seconds comes to: nine in ten lie between the first and the last.
+    #[must_use]
+    pub fn multiples(&self) -> [f64; 3] {
+        let [low, high] = self.windows;
+        [low, 1.0, high * self.upper]
+    }
+
+    /// The upper bound of the errors as a multiple of what is expected, at least 1.
+    #[must_use]
+    pub fn upper(&self) -> f64 {
+        self.upper
+    }
+
+    /// Share of the stretches of [`PEAK_S`] whose largest error stays below this multiple of the root mean square. Beyond the largest that was seen the share
+    /// that is left falls off exponentially, by as much as the top fifth of the peaks exceeds what is below it on the mean.
+    #[must_use]
+    pub fn below(&self, multiple: f64) -> f64 {
+        let Some((&largest, &smallest)) = self.peaks.last().zip(self.peaks.first()) else { return 1.0 };
+        let rarest = 1.0 / (self.peaks_seen as f64 + 1.0);
+        if multiple >= largest {
+            let top = &self.peaks[STEPS - STEPS / 5..];
+            let excess = top.iter().map(|peak| peak - top[0]).sum::<f64>() / top.len() as f64;
+            return 1.0 - rarest * (-(multiple - largest) / excess.max(1e-9 * largest)).exp();
+        }
+        if multiple < smallest {
+            return 0.0;
+        }
+        let after = self.peaks.partition_point(|peak| *peak <= multiple).clamp(1, STEPS);
+        let (low, high) = (self.peaks[after - 1], self.peaks[after]);
+        let share = (after as f64 - 1.0 + if high > low { (multiple - low) / (high - low) } else { 0.0 }) / STEPS as f64;
+        share.min(1.0 - rarest)
+    }
+}
+
+/// The regime of every sample.
+fn regimes(signal: &AxisSignal<'_>, top_speed: f64) -> Vec<usize> {
+    let moving = 1 + SETTLING_S.len();
+    let of_speed = |v: &f64| match v.abs() {
+        0.0 => 0,
+        speed => moving + OCTAVES - 1 - ((top_speed / speed).log2().max(0.0) as usize).min(OCTAVES - 1),
+    };
+    let mut regimes: Vec<usize> = velocity(signal.reference, signal.period_s).iter().map(of_speed).collect();
+    let events = events(&velocity(signal.flag_source(), signal.period_s));
+    for (index, settling_s) in SETTLING_S.iter().enumerate().rev() {
+        let settling = (settling_s / signal.period_s).ceil() as usize;
+        for event in &events {
+            let to = (event.sample + settling).min(regimes.len());
+            regimes[event.sample.min(to)..to].fill(1 + index);
+        }
+    }
+    regimes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_scatter_and_peaks_of_even_noise() {
+        let reference: Vec<f64> = (0..60_000).map(|k| f64::from(k) * 0.02).collect();
+        let mut state = 1_u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let errors: Vec<f64> = (0..reference.len()).map(|_| 2.0 * (12.0_f64.sqrt() * (unit() - 0.5))).collect();
+        let signal = AxisSignal::uncompensated(&reference, 0.002);
+        let spread = Spread::fit(&[(signal, errors)], 10.0, 1.0, 2.0).unwrap();
+        assert!(spread.at(&signal).iter().all(|rms| (rms - 1.0).abs() < 0.1));
+        let [low, middle, high] = spread.multiples();
+        assert!((0.94..1.0).contains(&low) && middle == 1.0 && (2.0..2.12).contains(&high), "{low} {middle} {high}");
+        // Noise that is even ends at √3 times its root mean square.
+        assert!(spread.below(1.6) < 0.01 && spread.below(1.74) > 0.99);
+        let grid: Vec<f64> = (0..400).map(|step| spread.below(f64::from(step) * 0.01)).collect();
+        assert!(grid.windows(2).all(|pair| pair[0] <= pair[1]) && grid.iter().all(|share| (0.0..=1.0).contains(share)));
+    }
+}
