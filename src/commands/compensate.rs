@@ -53,9 +53,9 @@ pub struct Compensate {
     /// Updates on the model; a program that its control plans anew gets up to three times as many more, one of hours fewer
     #[arg(long, default_value_t = 4)]
     iterations: usize,
-    /// Largest shift of the tool tip, mm: the length of the vector
-    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
-    max_shift: f64,
+    /// Largest shift of the tool tip, mm: the length of the vector. Twice the largest error of the uncompensated forecast when left out, from 0.1 to 1 mm
+    #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
+    max_shift: Option<f64>,
     /// Largest correction of the tool's direction on a machine that turns tool or workpiece, degrees
     #[arg(long, value_name = "DEG", default_value_t = Guard::MAX_TURN_DEG, value_parser = parse_not_negative)]
     max_turn: f64,
@@ -164,10 +164,16 @@ impl Compensate {
         }
         let expected = Expectation::of(&bundle, &path.desired, path.part.as_ref(), &outcome.reference, &outcome.forecast)?;
         self.say(&printer, &path, &outcome, expected.as_ref());
-        let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let written = write_out(&path, &outcome.reference, carried, &spec, &self.carrier, outcome.max_shift, &self.out)?;
         let mut outputs = Outputs::default();
         outputs.add(&self.out, written.content);
         printer.line(format!("largest shift {} µm; written to {}", um(written.largest_shift_mm), self.out.display()));
+        if outcome.gained && written.largest_shift_mm > AT_BOUND * outcome.max_shift {
+            printer.line(format!(
+                "warning: the correction is cut off at its bound of {} mm; with a larger --max-shift more may be gained",
+                outcome.max_shift
+            ));
+        }
         written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
         if let Some(report) = &self.report {
             let page = report_page(&format!("Forecast for {}", path.name), &[forecast(&path, &bundle, &outcome)?])?;
@@ -283,6 +289,9 @@ fn why_unchanged(part: Option<&Part>) -> String {
         (_, false) => format!("{NO_GAIN} on the {changeable} moves that may be changed (not changed: {})", fixed.join(", ")),
     }
 }
+
+/// Share of its bound from which on a correction counts as cut off by it.
+const AT_BOUND: f64 = 0.99;
 
 /// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
 const SLOWEST: f64 = 0.03;

@@ -12,7 +12,7 @@ use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_not_negative};
 use crate::evaluate;
 use crate::files::Files;
 use crate::input::{self, Frame, Input};
-use crate::learning::FADE_S;
+use crate::learning::{FADE_S, shift_bound};
 use crate::measurement::{in_path_time, match_run, without_approach};
 use crate::output::{Outputs, Printer, Refusal, um};
 use crate::pipeline::{Carried, RowsWritten, write_out};
@@ -59,9 +59,9 @@ pub struct Refine {
     /// Cut-off of the zero-phase low-pass on the update, Hz
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     low_pass: f64,
-    /// Largest shift of the tool tip, mm: the length of the vector
-    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = parse_not_negative)]
-    max_shift: f64,
+    /// Largest shift of the tool tip, mm: the length of the vector. That of the last run and twice its largest error when left out, from 0.1 to 1 mm
+    #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
+    max_shift: Option<f64>,
     #[command(flatten)]
     columns: LogArgs,
 }
@@ -119,11 +119,12 @@ impl Refine {
             RefineLaw::Tracking => Box::new(TrackingIlc::new(gain, low_pass)),
         };
         let weights = path.part.as_ref().map(|part| part.weights(FADE_S)).unwrap_or_default();
-        let guard = Guard { max_shift: self.max_shift, limits: Some(frame.limits.clone()), weights, ..Guard::default() };
+        let max_shift = self.max_shift.unwrap_or_else(|| shift_bound(path.largest_shift(&reference), before.tip.max_mm));
+        let guard = Guard { max_shift, limits: Some(frame.limits.clone()), weights, ..Guard::default() };
         let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
 
         printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
-        let written = write_out(&path, &next, carried, &spec, &self.carrier, self.max_shift, &self.out)?;
+        let written = write_out(&path, &next, carried, &spec, &self.carrier, max_shift, &self.out)?;
         let mut outputs = Outputs::default();
         outputs.add(&self.out, written.content);
         printer.line(format!(

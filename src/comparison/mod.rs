@@ -384,6 +384,11 @@ impl Bench<'_> {
         let next = SpatialIlc::new(Gain::Constant(REFINE_GAIN), low_pass)?.update(desired, reference, actual)?;
         let weights = part.as_ref().map(|part| part.weights(FADE_S)).unwrap_or_default();
         let Settings { max_shift, max_turn_rad, .. } = self.settings.learning;
+        let bound = || -> Result<f64> {
+            let before = evaluate::contour(desired, part.as_ref(), actual)?;
+            Ok(learning::shift_bound(path.largest_shift(reference), before.max_mm))
+        };
+        let max_shift = max_shift.map_or_else(bound, Ok)?;
         let guard = Guard { max_shift, max_turn_rad, limits: Some(self.limits.clone()), weights, ..Guard::default() };
         Ok(guard.apply(desired, &next)?)
     }
@@ -564,7 +569,7 @@ mod tests {
         let path = Input::curve("circle", FEED_MM_S, &Frame::of(&spec).unwrap()).unwrap();
         let desired = &path.desired;
         let bound = 2e-3;
-        let learning = Settings { max_shift: bound, ..Settings::default() };
+        let learning = Settings { max_shift: Some(bound), ..Settings::default() };
         let settings = CompareSettings { learning, ilc_gain: Some(0.8), ilc_low_pass_hz: Some(100.0), ..Default::default() };
         let plant = Plant::Simulated(&spec);
         let tuned = Tuned::on(plant, &[], &plant.frame().unwrap(), &settings).unwrap();

@@ -56,8 +56,8 @@ pub struct Settings {
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on every update, Hz.
     pub low_pass_hz: f64,
-    /// Largest correction of the tool tip, mm.
-    pub max_shift: f64,
+    /// Largest correction of the tool tip, mm; that of [`shift_bound`] when `None`.
+    pub max_shift: Option<f64>,
     /// Largest correction of the tool's direction, rad.
     pub max_turn_rad: f64,
     /// How a program will be written: the last updates are then made on what a control commands when it has read it. `None` where the
@@ -74,12 +74,24 @@ impl Default for Settings {
             iterations: 4,
             gain: 0.9,
             low_pass_hz: 100.0,
-            max_shift: 0.1,
+            max_shift: None,
             max_turn_rad: Guard::MAX_TURN_DEG.to_radians(),
             written: None,
             slowest: f64::INFINITY,
         }
     }
+}
+
+/// Largest correction, as a multiple of the largest error that there is to correct: a stop or a turn of a slow loop asks for more than its error.
+const SHIFT_OF_ERROR: f64 = 2.0;
+/// The least and the largest bound of corrections where none is given, mm.
+const SHIFT_BOUND_MM: [f64; 2] = [0.1, 1.0];
+
+/// The bound of corrections of the tool tip where none is given, mm: of a run that is corrected by `shifted_mm` already and has a largest error of `max_mm`.
+#[must_use]
+pub fn shift_bound(shifted_mm: f64, max_mm: f64) -> f64 {
+    let [least, most] = SHIFT_BOUND_MM;
+    (shifted_mm + SHIFT_OF_ERROR * max_mm).clamp(least, most)
 }
 
 /// Share by which an update on the reference has to lower the forecast for another to follow.
@@ -124,6 +136,8 @@ pub struct Outcome {
     pub reference: Trajectory,
     /// What the model expects of it.
     pub forecast: Trajectory,
+    /// Bound of the correction of the tool tip that was kept to, mm.
+    pub max_shift: f64,
     /// Predicted figures without compensation.
     pub before: Figures,
     /// Predicted figures of `reference`.
@@ -201,8 +215,11 @@ fn compensate_on(
         }
     }
     let mut control = Control::new(model, part);
-    let Settings { max_shift, max_turn_rad, .. } = *settings;
-    let guard = Guard { max_shift, max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
+    let max_shift = match settings.max_shift {
+        Some(given) => given,
+        None => shift_bound(0.0, evaluate::contour(desired, part, &control.run(path)?)?.max_mm),
+    };
+    let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
     let mut task = Task { desired, part, guard, aim };
     let (mut runs, ended) = if settings.law == LawName::Virtual {
         task.descend(&mut control, settings.iterations)?
@@ -249,7 +266,7 @@ fn compensate_on(
     let (first, before) = runs.swap_remove(0);
     let gained = chosen.is_some();
     let (Round { reference, actual: forecast, .. }, after) = chosen.unwrap_or((first, before));
-    Ok(Outcome { reference, forecast, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
+    Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
 }
 
 /// The law that `settings` name.
@@ -350,8 +367,11 @@ impl Task<'_> {
 /// # Errors
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, limits: &Limits, desired: &DesiredPath, settings: &Settings) -> Result<Trajectory> {
-    let Settings { max_shift, max_turn_rad, .. } = *settings;
-    let guard = Guard { max_shift, max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
+    let max_shift = match settings.max_shift {
+        Some(given) => given,
+        None => shift_bound(0.0, evaluate::contour(desired, None, &machine.run(desired.trajectory())?)?.max_mm),
+    };
+    let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
     let (runs, _) =
         Task { desired, part: None, guard, aim: Aim { floor_mm: 0.0, watch: &|_| {} } }.descend(machine, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);

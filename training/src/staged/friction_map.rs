@@ -17,6 +17,11 @@ use crate::TrainingError;
 const FILTERS: usize = 6;
 const LEAST_FILTER: f64 = 1e-3;
 
+/// Weight, against its deviation, with which the mean of the map's values is held at zero.
+const CENTRED: f64 = 1e4;
+/// Least and largest level of a map that is believed: what is beyond is a fit that has gone astray.
+const LEVELS: [f64; 2] = [0.1, 10.0];
+
 /// Adds a friction map to the last pass of `base`; `None` where it has no friction, or no map lowers the error of held-out blocks.
 pub fn with_friction_map(
     corpus: &Corpus<'_>,
@@ -46,6 +51,9 @@ pub fn with_friction_map(
         let weights = gathered.total().reduced(&base_penalties).and_then(|reduced| reduced.solve(&precision));
         let Some(weights) = weights else { return Ok(None) };
         map = Values::from(&weights[base_penalties.len()..], knots.count);
+        if !map.is_sound() {
+            return Ok(None);
+        }
         let mut features = last.features.clone();
         features.scales.friction_map = Some(map.on(&knots, features.scales.centre));
         let refitted = fit_pass(corpus, &features, &expected, base_penalties.clone())?;
@@ -82,6 +90,12 @@ impl Values {
 
     fn from(weights: &[f64], count: usize) -> Self {
         Self { even: weights[..count].to_vec(), odd: weights[count..].to_vec() }
+    }
+
+    /// Whether friction is friction everywhere.
+    fn is_sound(&self) -> bool {
+        let [least, most] = LEVELS;
+        self.even.iter().zip(&self.odd).all(|(even, odd)| 1.0 + even - odd.abs() >= least && 1.0 + even + odd.abs() <= most)
     }
 
     fn on(&self, knots: &Knots, centre: f64) -> FrictionMap {
@@ -132,7 +146,8 @@ fn choose(gathered: &FoldGrams, base: &[Penalty], knots: &Knots, noise: f64, rec
 }
 
 /// Inverse covariance, in units of the noise, of even and odd values that are a Matérn-3/2 process of `deviation` whose `length` is a share of the travel;
-/// the odd ones have `odd` of its deviation.
+/// the odd ones have `odd` of its deviation. The mean of the even ones is held at zero: a level that is another all along the axis is for the friction terms
+/// themselves to say, and a map that said it would be wrong by as much beyond its ends.
 fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) -> Option<DMatrix<f64>> {
     let steps = length * count.saturating_sub(1) as f64;
     let covariance = DMatrix::from_fn(count, count, |i, j| {
@@ -142,7 +157,8 @@ fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) ->
     });
     let inverse = covariance.cholesky()?.inverse();
     let mut precision = DMatrix::zeros(2 * count, 2 * count);
-    precision.view_mut((0, 0), (count, count)).copy_from(&(&inverse * noise));
+    let centred = &inverse + DMatrix::from_element(count, count, CENTRED / (deviation * deviation * count as f64));
+    precision.view_mut((0, 0), (count, count)).copy_from(&(centred * noise));
     precision.view_mut((count, count), (count, count)).copy_from(&(inverse * (noise / (odd * odd))));
     Some(precision)
 }
@@ -272,8 +288,21 @@ mod tests {
         let precision = precision(9, 0.25, 0.3, 0.5, 2.0).unwrap_or_default();
         let even = precision.view((0, 0), (9, 9)).into_owned() / 2.0;
         let covariance = even.try_inverse().unwrap_or_default();
-        assert!((covariance[(3, 3)] / 0.09 - 1.0).abs() < 1e-3, "{}", covariance[(3, 3)]);
-        assert!(covariance[(3, 4)] < covariance[(3, 3)] && covariance[(3, 7)] < 0.3 * covariance[(3, 3)]);
-        assert!((precision[(10, 10)] / precision[(1, 1)] - 4.0).abs() < 1e-6);
+        let odd = precision.view((9, 9), (9, 9)).into_owned() / 2.0;
+        let of_odd = odd.try_inverse().unwrap_or_default();
+        assert!((of_odd[(3, 3)] / 0.0225 - 1.0).abs() < 1e-3, "{}", of_odd[(3, 3)]);
+        assert!(of_odd[(3, 4)] < of_odd[(3, 3)] && of_odd[(3, 7)] < 0.3 * of_odd[(3, 3)]);
+        // Differences of even values have twice the deviation of those of odd ones; their mean has next to none.
+        let difference = |of: &DMatrix<f64>| of[(1, 1)] + of[(7, 7)] - 2.0 * of[(1, 7)];
+        assert!((difference(&covariance) / difference(&of_odd) - 4.0).abs() < 0.01);
+        assert!(covariance.sum() / 81.0 < 1e-4 * covariance[(3, 3)], "{}", covariance.sum());
+    }
+
+    #[test]
+    fn a_map_of_levels_that_friction_cannot_have_is_not_believed() {
+        assert!(Values { even: vec![0.5, -0.5], odd: vec![0.3, -0.3] }.is_sound());
+        for (even, odd) in [(-1.2, 0.0), (-0.5, 0.45), (-0.5, -0.45), (12.0, 0.0), (f64::NAN, 0.0)] {
+            assert!(!Values { even: vec![0.0, even], odd: vec![0.0, odd] }.is_sound(), "{even} {odd}");
+        }
     }
 }
