@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use gcode::PassiveCodes;
 use machine::{MachineSpec, WORK_SYSTEMS};
 
 use crate::commands;
@@ -93,6 +94,12 @@ pub struct ProgramArgs {
     /// Control that the program is written for; the machine's profile says, or the program itself, when left out
     #[arg(long, value_enum)]
     pub dialect: Option<DialectName>,
+    /// M codes with which this machine changes nothing of path or frame, as in M428,M140; an unknown one leaves the moves after it as they are
+    #[arg(long, value_name = "M…", value_delimiter = ',', value_parser = parse_m_code)]
+    pub passive: Vec<u16>,
+    /// Whether the control skips blocks that begin with `/`; without it they and what depends on them are left alone
+    #[arg(long, value_enum, value_name = "ON|OFF")]
+    pub block_delete: Option<Switch>,
     /// Machine minus program coordinates, mm: where the part lies on the machine; of one coordinate system with its name, as in
     /// G55=10,20,0. Without it terms that depend on position are left out
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
@@ -109,6 +116,15 @@ pub struct ProgramArgs {
     /// Feed of built-in test curves (`curve:crown`), mm/s
     #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
     pub feed: f64,
+}
+
+/// The position of a switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// The switch is on.
+    On,
+    /// The switch is off.
+    Off,
 }
 
 /// A work offset: the coordinate system that it is of, if not of all, and machine minus program coordinates, mm.
@@ -219,6 +235,11 @@ pub fn parse_finite(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("`{text}` is not a number")),
     }
+}
+
+fn parse_m_code(text: &str) -> Result<u16, String> {
+    let number = text.trim().trim_start_matches(['M', 'm']).parse::<u16>().ok().filter(|number| *number <= PassiveCodes::LARGEST);
+    number.ok_or_else(|| format!("`{text}` is not an M code (M0 to M{})", PassiveCodes::LARGEST))
 }
 
 fn parse_offset(text: &str) -> Result<GivenOffset, String> {

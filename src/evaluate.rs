@@ -106,13 +106,22 @@ impl Figures {
 /// # Errors
 /// As [`contour_errors`].
 pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Figures> {
+    figures_where(desired, actual, |k| counts(part, *k))
+}
+
+/// As [`figures`], over the samples for which `counts` says so.
+///
+/// # Errors
+/// As [`contour_errors`]; when no sample counts.
+pub fn figures_where(desired: &DesiredPath, actual: &Trajectory, counts: impl Fn(&usize) -> bool) -> Result<Figures> {
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
     let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
     let errors = errors_from(desired, &tips, &desired.tips())?;
-    let counts = |k: &usize| counts(part, *k);
     let turns = desired.kinematics().turns();
-    let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, counts)).transpose()?;
-    Ok(Figures { tip: summary_of_feed_moves(part, errors.into_iter().enumerate())?, orientation })
+    let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, &counts)).transpose()?;
+    let counted: Vec<ContourError> = errors.into_iter().enumerate().filter(|(k, _)| counts(k)).map(|(_, error)| error).collect();
+    let tip = summary(&counted).ok_or_else(|| anyhow::anyhow!("the path has no samples"))?;
+    Ok(Figures { tip, orientation })
 }
 
 /// As [`figures`], for a run whose command `reference` keeps near the path but not its time.

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
-use gcode::{Dialect, Options, Program};
+use gcode::{Dialect, Options, PassiveCodes, Program};
 use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDialect, ProgramWords, SimulatedMachine};
 use models::Bundle;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, PlanSettings, Trajectory, plan_curve_on};
 use training::Recipe;
 
-use crate::cli::{DialectName, LogArgs, ProgramArgs};
+use crate::cli::{DialectName, LogArgs, ProgramArgs, Switch};
 use crate::output::{Printer, Refusal, Usage, read_file};
 use crate::pipeline::{Part, WorkOffsets};
 use crate::travel;
@@ -116,7 +116,7 @@ impl Source {
                     DialectName::Fanuc => Dialect::Fanuc,
                     DialectName::Linuxcnc => Dialect::LinuxCnc,
                 });
-                let options = asked.or(frame.dialect).map(Options::from);
+                let options = options(&program, asked.or(frame.dialect), args);
                 let settings = PlanSettings { corner_tolerance_mm: args.corner_tolerance, ..frame.plan_settings() };
                 if frame.kinematics.turns() && args.tool_length != 0.0 {
                     return Err(Usage(
@@ -128,11 +128,18 @@ impl Source {
                 }
                 let given = WorkOffsets::new(&args.work_offset, &frame.work_offsets, args.tool_length);
                 let offsets = if args.simulated { given.or_zero() } else { given };
-                let part = Part::read(&name, program, options.as_ref(), &offsets, frame, &settings)?;
+                let part = Part::read(&name, program, Some(&options), &offsets, frame, &settings)?;
                 Ok(Input { name, desired: part.plan.desired.clone(), part: Some(part) })
             }
         }
     }
+}
+
+/// How a program is read.
+fn options(program: &gcode::Program, dialect: Option<Dialect>, args: &ProgramArgs) -> Options {
+    let dialect = dialect.unwrap_or_else(|| Dialect::detect(program));
+    let passive = args.passive.iter().fold(PassiveCodes::default(), |passive, number| passive.with(*number));
+    Options { passive, block_delete: args.block_delete.map(|switch| switch == Switch::On), ..dialect.into() }
 }
 
 /// A machine's limits, kinematics and sampling, without its drives.

@@ -64,6 +64,8 @@ pub(crate) enum Code {
     ModalMacroOff,
     /// Constant surface speed: S is no longer rev/min.
     SurfaceSpeed(bool),
+    /// Exact stop at the end of this block alone.
+    ExactStopHere,
     /// Known, without influence on geometry.
     Silent,
     /// Known to move the tool along a path that is not interpreted.
@@ -159,8 +161,11 @@ pub(crate) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> 
 
 fn classify_fanuc(tenths: u16, has_cycle_words: bool) -> Code {
     match tenths {
-        // Look-ahead, exact stop for one block, data input end, stroke checks, spindle checks, corner override, tapping mode.
-        50 | 51 | 80 | 81 | 90 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
+        // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
+        50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
+        90 => Code::ExactStopHere,
+        // Haas: look-ahead limited, smoothness.
+        1030 | 1870 => Code::Silent,
         270 | 290 => Code::OneShot(OneShot::Home),
         310 => Code::Motion(Motion::Probe),
         700 if !has_cycle_words => Code::Units(Units::Inch),

@@ -2,6 +2,7 @@
 
 use crate::arc::ArcTolerance;
 use crate::modal::Units;
+use crate::opaque::PassiveCodes;
 use crate::program::Program;
 use crate::word::WordKind;
 
@@ -49,12 +50,14 @@ pub struct Options {
     pub units: Units,
     /// Meaning of I, J, K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
-    /// Whether the block-delete switch is on, so that `/` blocks are skipped.
-    pub block_delete: bool,
+    /// Whether the block-delete switch is on, so that `/` blocks are skipped; where that is not known they may run or not.
+    pub block_delete: Option<bool>,
     /// Position at the program's start in mm, where it is known.
     pub start_mm: Option<[f64; 3]>,
     /// How well an arc's centre must fit its ends; `None` takes LinuxCNC's rule.
     pub arc_tolerance: Option<ArcTolerance>,
+    /// M codes of this machine that change nothing of path or frame.
+    pub passive: PassiveCodes,
 }
 
 impl Default for Options {
@@ -69,9 +72,10 @@ impl From<Dialect> for Options {
             dialect,
             units: Units::Mm,
             arc_centres: ArcCentres::Auto,
-            block_delete: false,
+            block_delete: None,
             start_mm: None,
             arc_tolerance: None,
+            passive: PassiveCodes::default(),
         }
     }
 }

@@ -33,7 +33,7 @@ impl Interpreter<'_> {
         }
     }
 
-    fn named(&self, words: &Gathered) -> impl Iterator<Item = usize> + use<> {
+    pub fn named(&self, words: &Gathered) -> impl Iterator<Item = usize> + use<> {
         let present: [bool; 6] = std::array::from_fn(|axis| words.has(AXIS_LETTERS[axis]));
         (0..6).filter(move |axis| present[*axis])
     }
@@ -109,8 +109,10 @@ impl Interpreter<'_> {
         if other {
             return;
         }
-        if words.has(b'R') {
+        if let Some(index) = words.index(b'R').filter(|_| self.options.dialect == Dialect::LinuxCnc || number(b'L') == Some(2.0))
+        {
             self.forget_all();
+            self.note_rotation(index, number(b'R'));
         }
         for axis in self.named(words).collect::<Vec<_>>() {
             self.position.forget(axis);

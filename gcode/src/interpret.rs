@@ -7,7 +7,8 @@ use crate::error::GcodeError;
 use crate::follow::FlowState;
 use crate::frames::Shifts;
 use crate::gather::Gathered;
-use crate::modal::{Distance, Modal};
+use crate::modal::{Distance, Modal, PathMode};
+use crate::opaque::Opaque;
 use crate::position::Position;
 use crate::program::Program;
 use crate::report::Report;
@@ -62,6 +63,7 @@ pub(crate) struct Interpreter<'a> {
     pub transforms: Vec<(usize, u16)>,
     /// The block of a G66.
     pub modal_macro: Option<usize>,
+    pub opaque: Opaque,
     pub flow: FlowState,
     pub units_stated: bool,
     pub arc_distance_stated: bool,
@@ -111,6 +113,7 @@ impl<'a> Interpreter<'a> {
             feed: FeedWord::Unset,
             transforms: Vec::new(),
             modal_macro: None,
+            opaque: Opaque::default(),
             flow: FlowState::default(),
             units_stated: false,
             arc_distance_stated: false,
@@ -152,7 +155,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn read_block(&mut self, words: &Gathered) {
-        if words.is_empty || (words.block_delete && self.options.block_delete) {
+        if words.is_empty || (words.block_delete && self.options.block_delete == Some(true)) {
             return;
         }
         if words.percent {
@@ -178,11 +181,23 @@ impl<'a> Interpreter<'a> {
         if self.refuse_conflicts(words) {
             return;
         }
+        self.note_unknown(words);
         self.cutter_before = self.modal.cutter;
         self.apply_settings(words);
         let axes_taken = self.apply_one_shots(words);
         if !axes_taken {
+            let path = self.modal.path;
+            if words.g.iter().any(|g| g.code == Code::ExactStopHere) {
+                self.modal.path = PathMode::ExactStop;
+            }
             self.apply_motion(words);
+            self.modal.path = path;
+        }
+        // Where the tool is depends on whether the block ran.
+        if words.block_delete && self.options.block_delete.is_none() {
+            for axis in self.named(words).collect::<Vec<_>>() {
+                self.position.forget(axis);
+            }
         }
         self.apply_stops(words);
     }
@@ -215,9 +230,6 @@ impl<'a> Interpreter<'a> {
                     let message = format!("{} is unknown, and its block has axis words", written(g.tenths));
                     self.report.error(self.span(g.index), message, None);
                     refused = true;
-                }
-                Code::Unknown => {
-                    self.report.warning(self.span(g.index), format!("{} is unknown and passed through", written(g.tenths)), None);
                 }
                 _ => {}
             }

@@ -7,6 +7,7 @@ use crate::gather::Gathered;
 use crate::interpret::{AXES, FeedWord, Interpreter};
 use crate::modal::{CutterCompensation, Distance};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
+use crate::split::is_splittable;
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
@@ -34,15 +35,8 @@ impl Interpreter<'_> {
         let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
         match unknown {
             Some(index) if feeds && self.cycle.is_none() => return self.refuse_unknown(words, index),
-            Some(index) => {
-                self.report.warning(self.span(index), "not understood and passed through", None);
-                self.forget_all();
-            }
-            None => {
-                if let Some(index) = words.unknown {
-                    self.report.warning(self.span(index), "not understood and passed through", None);
-                }
-            }
+            Some(_) => self.forget_all(),
+            None => {}
         }
         if let Some(cycle) = self.cycle {
             match machine {
@@ -143,11 +137,15 @@ impl Interpreter<'_> {
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {
             Shiftable::No(Fixed::MachineCoordinates)
+        } else if self.opaque.is_open() {
+            Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
+        } else if !is_splittable(self.program.block_words(self.block)) {
+            Shiftable::No(Fixed::Unsplittable)
         } else if words.has_m(self.program, &[6.0]) {
             Shiftable::No(Fixed::ToolChange)
-        } else if words.block_delete {
+        } else if words.block_delete && self.options.block_delete.is_none() {
             Shiftable::No(Fixed::OptionalBlock)
         } else if start.xyz_mm().is_none() || !rotary_known {
             Shiftable::No(Fixed::UnknownStart)

@@ -7,8 +7,9 @@ use crate::word::{Span, Word, WordKind};
 
 /// Letters that describe a motion.
 const MOTION_LETTERS: &[u8] = b"XYZABCIJKRF";
-/// M codes that act after the motion of their block.
-const AFTER_MOTION: [f64; 7] = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0];
+/// M codes that act after the motion of their block: stops, spindle and coolant off, pallet change (NIST RS274NGC, 3.8: order of execution), calls and returns
+/// (Fanuc 0i Operator's Manual, subprograms; M97 on Haas).
+const AFTER_MOTION: [f64; 11] = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0, 97.0, 98.0, 99.0, 198.0];
 
 /// Whether a word belongs to the motion of a feed move: G0-G3, axis, arc and feed words.
 pub fn is_motion_word(word: &Word) -> bool {
@@ -17,6 +18,11 @@ pub fn is_motion_word(word: &Word) -> bool {
         WordKind::Number | WordKind::Expression => MOTION_LETTERS.contains(&word.letter),
         _ => false,
     }
+}
+
+/// Whether a block's motion may become several lines: not where some of its words act before it and some after.
+pub(crate) fn is_splittable(words: &[Word]) -> bool {
+    !(words.iter().any(acts_after) && words.iter().any(acts_before))
 }
 
 impl Edits {
@@ -39,9 +45,8 @@ impl Edits {
         let Some((first_span, others)) = spans.split_first() else {
             return Err(refuse("it has no motion words"));
         };
-        let acts_after = words.iter().any(|w| w.is(b'M') && AFTER_MOTION.contains(&w.value));
-        let acts_before = words.iter().any(acts_before);
-        if lines.len() > 1 && acts_after && acts_before {
+        let acts_after = words.iter().any(acts_after);
+        if lines.len() > 1 && !is_splittable(words) {
             return Err(refuse("some of its words act before its motion and some after"));
         }
         let in_place = match lines {
@@ -79,10 +84,15 @@ fn motion_spans(words: &[Word]) -> Vec<Span> {
     spans
 }
 
+fn acts_after(word: &Word) -> bool {
+    word.is(b'M') && AFTER_MOTION.contains(&word.value)
+}
+
+/// Whether a word acts before the motion; the P, L and Q of a call go with it.
 fn acts_before(word: &Word) -> bool {
     match word.kind {
         WordKind::Comment => false,
-        WordKind::Number | WordKind::Expression if word.letter == b'N' => false,
+        WordKind::Number | WordKind::Expression if matches!(word.letter, b'N' | b'P' | b'L' | b'Q') => false,
         WordKind::Number if word.letter == b'M' => !AFTER_MOTION.contains(&word.value),
         _ => !is_motion_word(word),
     }
@@ -104,6 +114,7 @@ mod tests {
     fn other_words_stay_where_they_act() {
         let two = ["G1 X1", "X2"];
         assert_eq!(replaced("%\nN10G1X3Y4S100(c)\nM2\n", &two), "%\nN10G1 X1S100(c)\nX2\nM2\n");
+        assert_eq!(replaced("%\nG1 X60 F3000 M98 P1000\nM2\n", &two), "%\nG1 X1\nX2 M98 P1000\nM2\n");
         assert_eq!(replaced("%\nN10 G1 X3 Y4 M9\nM2\n", &two), "%\nG1 X1\nN10 X2 M9\nM2\n");
         assert_eq!(replaced("%\nG2 M62 P1 X3 Y4 I1", &two), "%\nG1 X1 M62 P1 \nX2");
         assert_eq!(replaced("%\nX3\n", &["X3.1"]), "%\nX3.1\n");

@@ -76,6 +76,10 @@ pub enum Fixed {
     Dwell,
     /// The block may be skipped by the block-delete switch.
     OptionalBlock,
+    /// Some words of the block act before its motion and some after, so that several lines cannot take its place.
+    Unsplittable,
+    /// After a code that may have changed path or frame in a way that is not known.
+    NotUnderstood,
 }
 
 /// Whether a compensation may move the points of a move.

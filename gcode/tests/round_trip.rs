@@ -148,7 +148,7 @@ proptest! {
     }
 
     #[test]
-    fn interpreting_never_panics(bytes in programs(), linux_cnc: bool, block_delete: bool) {
+    fn interpreting_never_panics(bytes in programs(), linux_cnc: bool, block_delete: Option<bool>) {
         let dialect = if linux_cnc { Dialect::LinuxCnc } else { Dialect::Fanuc };
         let program = parse(bytes);
         Dialect::detect(&program);

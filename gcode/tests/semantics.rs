@@ -197,7 +197,7 @@ fn moves_that_stay_as_they_are() {
     assert_eq!(last(&path).kind, MoveKind::Dwell { seconds: Some(1.5) });
     let dwell = read_as(Dialect::LinuxCnc, "G4 P1.5\n");
     assert_eq!(last(&dwell).kind, MoveKind::Dwell { seconds: Some(1.5) });
-    let skipped = Options { block_delete: true, ..Options::default() };
+    let skipped = Options { block_delete: Some(true), ..Options::default() };
     let text = parse("G21 G0 X0 Y0 Z0\n/G1 X2 F1\nG1 X1 F100\n");
     assert_eq!(interpret(&text, &skipped).expect("valid").moves.len(), 2);
 }
@@ -253,4 +253,69 @@ fn the_program_ends_where_the_control_stops() {
     assert!(path.warnings[0].message.contains("ends on line 4"));
     let tape = read("%\nG21 G0 X0 Y0 Z0\n%\nG1 X1 F100\n");
     assert_eq!(tape.moves.len(), 1);
+}
+
+/// Whether the last feed move of `text` may be shifted.
+fn shifts(dialect: Dialect, text: &str) -> bool {
+    last(&read_as(dialect, &format!("G21 G90 G17\nG0 X0 Y0 Z0\n{text}"))).shiftable == Shiftable::Yes
+}
+
+#[test]
+fn after_a_code_that_is_not_understood_nothing_is_changed_until_it_is_cancelled() {
+    let (cut, again) = ("G1 X20 Y0 F600\nY10\n", "G0 X0 Y0 Z0\nG1 X5 F600\n");
+    for (on, off) in [
+        ("G41.2 D1", Some("G40")),
+        ("G141", Some("G40")),
+        ("G112", Some("G113")),
+        ("G234", Some("G49")),
+        ("G168", Some("G169")),
+        ("G777", None),
+        ("M428", None),
+        ("M21", None),
+        ("M71", None),
+        ("TRAORI", None),
+        ("AROT Z45", None),
+        ("CYCLE800(1,45)", None),
+        ("REPEAT", None),
+        ("G10 L2 P1 R45", Some("G10 L2 P1 R0")),
+        ("/G91", None),
+        ("/G55", None),
+    ] {
+        let begun = format!("{on}\n{again}");
+        assert!(!shifts(Dialect::Fanuc, &begun), "{on}");
+        let path = read(&format!("G21 G90\nG0 X0 Y0 Z0\n{begun}"));
+        assert!(path.warnings.iter().any(|warning| warning.message.contains("left alone")), "{on}: {:?}", path.warnings);
+        if let Some(off) = off {
+            assert!(!shifts(Dialect::Fanuc, &format!("{begun}{off}\n{cut}")), "{on} {off}: the place is not known yet");
+            assert!(shifts(Dialect::Fanuc, &format!("{begun}{off}\n{again}")), "{on} {off}");
+        }
+    }
+    // What only speaks, switches or is said to be harmless opens nothing.
+    for silent in ["MSG(\"now\")", "STOPRE", "M8", "M62 P1", "M19", "G187 P3", "M98 P1000"] {
+        assert!(shifts(Dialect::Fanuc, &format!("{silent}\n{again}")), "{silent}");
+    }
+    assert!(shifts(Dialect::LinuxCnc, &format!("M140\n{again}")) && !shifts(Dialect::Fanuc, &format!("M140\n{again}")));
+    let told = Options { passive: gcode::PassiveCodes::default().with(428), ..Options::default() };
+    let text = format!("G21 G90\nG0 X0 Y0 Z0\nM428\n{again}");
+    assert_eq!(last(&interpret(&parse(text), &told).expect("valid")).shiftable, Shiftable::Yes);
+}
+
+#[test]
+fn what_an_optional_block_moves_is_unknown_until_it_is_stated() {
+    let text = "G21 G90\nG0 X0 Y0 Z0\n/G1 X10 F600\nG1 Y5 F600\nX20\nY9\nG91 X5\nG90 X0\n";
+    let of = |block_delete: Option<bool>| -> Vec<bool> {
+        let options = Options { block_delete, ..Options::default() };
+        let path = interpret(&parse(text), &options).expect("valid");
+        path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable == Shiftable::Yes).collect()
+    };
+    assert_eq!(of(None), [false, false, false, true, true, true]);
+    assert_eq!(of(Some(false)), [true; 6]);
+    assert_eq!(of(Some(true)), [true; 5]);
+}
+
+#[test]
+fn an_exact_stop_for_one_block_is_one_of_that_block() {
+    let path = read("G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nG9 X20\nX30\n");
+    let modes: Vec<PathMode> = path.moves.iter().map(|step| path.modal(step).path).collect();
+    assert_eq!(modes, [PathMode::Default, PathMode::Default, PathMode::ExactStop, PathMode::Default]);
 }

@@ -107,6 +107,7 @@ impl Compensate {
         let mut path = source?.on(&frame, &self.program)?;
         let mut carried = Carried::of(&self.carrier, &spec);
         carried.check(&path, &self.out)?;
+        path.part.iter_mut().for_each(|part| carried.tell(part, &self.carrier, &spec));
         let settings = Settings {
             law: self.law,
             iterations: self.iterations,
@@ -197,6 +198,7 @@ impl Compensate {
                     "after": evaluate::orientation_json(outcome.after.orientation.as_ref()),
                 },
                 "expected_contour_um": expected.map(|expected| expected.json()),
+                "left_alone": path.part.as_ref().map(|part| json!({ "moves": part.fixed_moves(), "feed_length_share": part.fixed_share() })),
                 "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
                 "carrier": written.carried.filter(|_| outcome.gained || written.rows.is_some()),
                 "rows": written.rows.map(|rows| rows.json()),
@@ -271,10 +273,20 @@ impl Compensate {
                 100.0 * (after_s / before_s - 1.0)
             ));
         }
+        if let Some(left) = path.part.as_ref().filter(|_| outcome.gained).and_then(left_alone) {
+            printer.line(left);
+        }
         if !outcome.gained {
             printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(path.part.as_ref())));
         }
     }
+}
+
+/// Which moves of a program stay as they are, if any do.
+fn left_alone(part: &Part) -> Option<String> {
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    let share = 100.0 * part.fixed_share();
+    (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
 }
 
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.

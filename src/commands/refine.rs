@@ -99,9 +99,10 @@ impl Refine {
         printer.line(format!("planned for the {which}"));
         let spec = self.carrier.on(spec)?;
         let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
-        let path = Input::read(&self.input, &frame, &self.program)?;
+        let mut path = Input::read(&self.input, &frame, &self.program)?;
         let carried = Carried::of(&self.carrier, &spec);
         carried.check(&path, &self.out)?;
+        path.part.iter_mut().for_each(|part| carried.tell(part, &self.carrier, &spec));
         let desired = &path.desired;
         desired.trajectory().check_axes(log.axes()).map_err(|error| {
             Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))

@@ -220,7 +220,7 @@ fn compensate_on(
         None => shift_bound(0.0, evaluate::contour(desired, part, &control.run(path)?)?.max_mm),
     };
     let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
-    let mut task = Task { desired, part, guard, aim };
+    let mut task = Task { desired, part, guard, aim, judged: part.map(judged) };
     let (mut runs, ended) = if settings.law == LawName::Virtual {
         task.descend(&mut control, settings.iterations)?
     } else {
@@ -263,9 +263,11 @@ fn compensate_on(
         }
         cycle_s = Some((path.duration_s(), after_s)).filter(|_| chosen.is_some());
     }
-    let (first, before) = runs.swap_remove(0);
+    let (first, _) = runs.swap_remove(0);
+    let before = evaluate::figures(desired, part, &first.actual)?;
     let gained = chosen.is_some();
-    let (Round { reference, actual: forecast, .. }, after) = chosen.unwrap_or((first, before));
+    let Round { reference, actual: forecast, .. } = chosen.map_or(first, |(round, _)| round);
+    let after = evaluate::figures(desired, part, &forecast)?;
     Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
 }
 
@@ -291,14 +293,24 @@ struct Task<'a> {
     part: Option<&'a Part>,
     guard: Guard,
     aim: Aim<'a>,
+    /// The samples by which runs are judged; all where there is no program.
+    judged: Option<Vec<bool>>,
+}
+
+/// The samples of a part's plan that its runs are judged by: those that may be changed, or those of all feed moves where none may.
+fn judged(part: &Part) -> Vec<bool> {
+    let samples = 0..part.plan.samples.len();
+    let changeable: Vec<bool> = samples.clone().map(|k| part.shiftable_at(k)).collect();
+    if changeable.contains(&true) { changeable } else { samples.map(|k| part.feeds_at(k)).collect() }
 }
 
 /// Runs on a model, each with its figures.
 type Runs = Vec<(Round, Figures)>;
 
 impl Task<'_> {
+    /// What a run is judged by: the moves that may be changed. What has to stay as it is must not keep the rest from being corrected.
     fn figures(&self, actual: &Trajectory) -> Result<Figures> {
-        evaluate::figures(self.desired, self.part, actual)
+        evaluate::figures_where(self.desired, actual, |k| self.judged.as_ref().is_none_or(|judged| judged[*k]))
     }
 
     /// The spatial law with the cut-off that makes the best forecast, then Gauss–Newton steps on the contour error from there, where the axes are coordinates of
@@ -316,7 +328,7 @@ impl Task<'_> {
         let most_runs = 1 + CUT_OFFS * updates + if steps { 2 + (1 + STEPS) * iterations } else { 0 };
         let mut figures = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| {
-            figures.push(evaluate::figures(self.desired, self.part, actual));
+            figures.push(self.figures(actual));
             let cost_mm = figures.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
             (self.aim.watch)(Forecast { number: figures.len(), most: figures.len().max(most_runs), cost_mm });
             cost_mm
@@ -372,8 +384,8 @@ pub fn on_machine(machine: &mut dyn Machine, limits: &Limits, desired: &DesiredP
         None => shift_bound(0.0, evaluate::contour(desired, None, &machine.run(desired.trajectory())?)?.max_mm),
     };
     let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
-    let (runs, _) =
-        Task { desired, part: None, guard, aim: Aim { floor_mm: 0.0, watch: &|_| {} } }.descend(machine, settings.iterations)?;
+    let (runs, _) = Task { desired, part: None, guard, aim: Aim { floor_mm: 0.0, watch: &|_| {} }, judged: None }
+        .descend(machine, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| desired.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }

@@ -6,13 +6,14 @@ use anyhow::Result;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use datasets::reference_content;
+use gcode::Dialect;
 use machine::MachineSpec;
 use motion::Trajectory;
 use serde::Serialize;
 
 use super::refit::DECIMALS;
 use super::rows::{RowSettings, Rows, RowsWritten, write_rows};
-use super::{Carrier, RefitSettings, write_program};
+use super::{Carrier, Part, RefitSettings, write_program};
 use crate::cli::CarrierArgs;
 use crate::input::{self, Input};
 use crate::output::Usage;
@@ -77,6 +78,12 @@ impl Carried {
             Self::Program(carrier) => Some(RefitSettings::of(carrier, wanted, spec)),
             Self::Rows(_) => None,
         }
+    }
+
+    /// Tells a part whether its compensated stretches will state a path mode, as LinuxCNC's do.
+    pub fn tell(self, part: &mut Part, wanted: &CarrierArgs, spec: &MachineSpec) {
+        let stated = self.program(wanted, spec).and_then(|settings| settings.path_tolerance_mm);
+        part.states_path = stated.is_some() && part.options.dialect == Dialect::LinuxCnc;
     }
 
     /// How a program says its time; one beside rows keeps its feeds.

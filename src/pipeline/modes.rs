@@ -35,7 +35,7 @@ impl<'a> Modes<'a> {
             Carrier::Keep => &[],
         };
         let (modal, block) = (part.toolpath.modal(first), first.block as usize);
-        let wanted = path_of_stretch(part, settings, modal.path);
+        let wanted = path_of_stretch(part, settings, modal.path).filter(|_| !part.stops_exactly(first));
         let mut path = modal.path;
         if let Some(wanted) = wanted
             && (!will_do(modal.path, wanted) || part.program.block_words(block).iter().any(states_path))
@@ -104,7 +104,7 @@ fn will_do(own: PathMode, wanted: PathMode) -> bool {
 pub(super) fn rounds_less(part: &Part, settings: &RefitSettings) -> bool {
     let moves = part.toolpath.moves.iter().filter(|step| part.is_shiftable(step));
     moves.map(|step| part.toolpath.modal(step).path).any(|own| match own {
-        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => match path_of_stretch(part, settings, own) {
+        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } if own_mm > 0.0 => match path_of_stretch(part, settings, own) {
             Some(PathMode::Continuous { tolerance_mm: Some(stated_mm), .. }) => stated_mm < own_mm,
             _ => false,
         },

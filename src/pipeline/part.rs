@@ -47,6 +47,8 @@ pub struct Part {
     pub settings: PlanSettings,
     /// Positions over time.
     pub plan: Plan,
+    /// Whether compensated stretches state a path mode of their own, in which the control goes on through points that are put in.
+    pub states_path: bool,
     /// What the control commanded when it ran the program, one sample each of the plan, where a recorded run says so.
     pub command: Option<Trajectory>,
 }
@@ -94,7 +96,22 @@ impl Part {
         let plan = motion::plan(&path, kinematics, limits, settings)
             .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
         let (name, settings, words) = (name.to_owned(), settings.clone(), *words);
-        Ok(Self { name, program, options, toolpath, path, owners, placement, words, feed_factors, settings, plan, command: None })
+        let (states_path, command) = (false, None);
+        Ok(Self {
+            name,
+            program,
+            options,
+            toolpath,
+            path,
+            owners,
+            placement,
+            words,
+            feed_factors,
+            settings,
+            plan,
+            states_path,
+            command,
+        })
     }
 
     /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
@@ -137,7 +154,23 @@ impl Part {
     #[must_use]
     pub fn is_shiftable(&self, of: &Move) -> bool {
         let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();
-        of.shiftable == Shiftable::Yes && of.is_feed() && (!turned || self.plan.desired.kinematics().turns())
+        // Tip control is about rotary axes: which, a machine without any does not say.
+        let tip = self.toolpath.modal(of).tool_length == ToolLength::TipControl;
+        let stops_within = self.stops_exactly(of) && matches!(of.kind, MoveKind::Arc(_));
+        let known = of.shiftable == Shiftable::Yes && !stops_within;
+        known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().turns())
+    }
+
+    /// Whether the control stops at the end of every line that stands for a move (G9, G61.1) or goes through it exactly (G61, G64 P0), so that points that are
+    /// put in would stop it too.
+    #[must_use]
+    pub fn stops_exactly(&self, of: &Move) -> bool {
+        match self.toolpath.modal(of).path {
+            PathMode::ExactStop => true,
+            PathMode::ExactPath => !self.states_path,
+            PathMode::Continuous { tolerance_mm, .. } => tolerance_mm == Some(0.0) && !self.states_path,
+            PathMode::Default => false,
+        }
     }
 
     /// Why moves that cut may not be compensated, each reason with the number of its moves; rapids and dwells are not counted.
@@ -145,10 +178,26 @@ impl Part {
     pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
-        for why in fixed.filter_map(why_fixed) {
+        let why = |of: &Move| match (of.shiftable, of.kind) {
+            (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
+                Some("arcs at whose points the control would stop (G9, G61, G64 P0)")
+            }
+            _ => why_fixed(of),
+        };
+        for why in fixed.filter_map(why) {
             *counts.entry(why).or_default() += 1;
         }
         counts
+    }
+
+    /// Share of the length of all feed moves that may not be compensated; turning alone has no length.
+    #[must_use]
+    pub fn fixed_share(&self) -> f64 {
+        let length = |of: &Move| of.length_mm().unwrap_or(0.0);
+        let feeds = || self.toolpath.moves.iter().filter(|of| of.is_feed());
+        let (all, fixed) =
+            (feeds().map(length).sum::<f64>(), feeds().filter(|of| !self.is_shiftable(of)).map(length).sum::<f64>());
+        if all > 0.0 { (fixed / all).max(0.0) } else { 0.0 }
     }
 
     /// Whether feed moves state their time (G93) but for a small share of it, such as an approach.
@@ -211,13 +260,17 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
         (_, MoveKind::Rapid | MoveKind::Dwell { .. } | MoveKind::Home) => return None,
         (_, MoveKind::Cycle(_)) | (Shiftable::No(Fixed::Cycle), _) => "in canned cycles",
         (_, MoveKind::Thread | MoveKind::Probe) => "that follow the spindle or a probe",
-        (Shiftable::Yes, _) => "that turn axes whose effect on the tool the machine description does not state",
+        (Shiftable::Yes, _) => {
+            "that turn axes, or are under tip control, whose effect on the tool the machine description does not state"
+        }
         (Shiftable::No(fixed), _) => match fixed {
             Fixed::CutterCompensation => "under cutter compensation (G41, G42)",
             Fixed::MachineCoordinates => "in machine coordinates (G53)",
             Fixed::ToolChange => "in blocks that change the tool",
             Fixed::UnknownStart => "that start where the program does not say",
             Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
+            Fixed::Unsplittable => "in blocks with words that act before and words that act after the motion",
+            Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
             Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Threading | Fixed::Probing | Fixed::Dwell => "of another kind",
         },
     })

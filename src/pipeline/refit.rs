@@ -99,7 +99,10 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted { edits: Edits::new(), targets: Vec::new(), largest_shift_mm: 0.0 };
     let pieces: Vec<usize> = (0..part.owners.len()).collect();
-    let runs = pieces.chunk_by(|a, b| shiftable(part, *a) && shiftable(part, *b));
+    let runs = pieces.chunk_by(|a, b| {
+        let exact = |piece: usize| part.owners[piece].is_some_and(|owner| part.stops_exactly(&part.toolpath.moves[owner]));
+        shiftable(part, *a) && shiftable(part, *b) && exact(*a) == exact(*b)
+    });
     let mut from = 0;
     for run in runs {
         let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece <= run[run.len() - 1]);
@@ -264,6 +267,7 @@ impl Stretch<'_> {
     fn targets(&self, piece: usize) -> Vec<Target> {
         let (plan, step) = (&self.part.plan, &self.part.toolpath.moves[self.owner(piece)]);
         let period = plan.desired.trajectory().period_s();
+        let exact = self.part.stops_exactly(step);
         let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
         let (from_s, to_s) = (self.departure(from_mm), self.time_at(to_mm));
         let length = (to_mm - from_mm).max(1e-12);
@@ -287,7 +291,7 @@ impl Stretch<'_> {
         let end = Target { point: place(to_s, 1.0) + self.shift_at(to_s), time_s: to_s, way: 1.0 };
         let mut targets = Vec::new();
         let mut start = (from_s, place(from_s, 0.0) + self.shift_at(from_s));
-        let steps = ((to_s - from_s) / self.settings.spacing_s).floor() as usize;
+        let steps = if exact { 0 } else { ((to_s - from_s) / self.settings.spacing_s).floor() as usize };
         let mut held = 0;
         for i in 1..steps {
             // The line so far reaches to point `i`; if it leaves the curve in between, the last good point is written.

@@ -84,3 +84,55 @@ pub fn the_programs_own_change_within_a_stretch(folder: &Folder) {
     let figures = folder.figures(&words);
     assert_eq!((&figures["changed"], figures["cycle_s"].is_null()), (&true.into(), true), "{figures}");
 }
+
+pub fn points_that_are_put_in_never_stop_the_control(folder: &Folder) {
+    let cut = "G1 X20 F2400\nG2 X40 Y20 I0 J20\nG9 G1 X60 Y0\nG1 X20\n";
+    for mode in ["G61", "G61.1", "G64 P0", "G64 P0.002"] {
+        let program = format!("G21 G90 G17 {mode}\nG0 X0 Y0 Z0\n{cut}M30\n");
+        std::fs::write(folder.path("exact.nc"), &program).unwrap();
+        let words = ["compensate", "exact.nc", "-m", "machine.model", "-o", "exact-out.nc", "--dialect", "fanuc"];
+        let made = folder.figures(&words);
+        let out = std::fs::read_to_string(folder.path("exact-out.nc")).unwrap();
+        let (lines, blends) = (out.lines().count(), mode == "G64 P0.002");
+        // Under an exact stop no line is put in; elsewhere only the block with G9 keeps its one line.
+        assert!(if blends { lines > program.lines().count() } else { lines == program.lines().count() }, "{mode}: {out}");
+        let after = out.split("G9").nth(1).unwrap();
+        assert_eq!(out.matches("G9 ").count() + out.matches("G9G").count(), 1, "{mode}: {out}");
+        assert!(!blends || after.lines().count() > 2, "{mode}: {out}");
+        if let Some(cycle) = made["cycle_s"].as_object() {
+            let (before, after) = (cycle["before"].as_f64().unwrap(), cycle["after"].as_f64().unwrap());
+            assert!(after < 1.03 * before, "{mode}: {before} → {after} s");
+        }
+        let arcs = &made["left_alone"]["moves"];
+        assert_eq!(
+            arcs["arcs at whose points the control would stop (G9, G61, G64 P0)"].as_u64(),
+            (!blends).then_some(1),
+            "{made}"
+        );
+    }
+}
+
+pub fn what_is_not_understood_is_left_as_it_is(folder: &Folder) {
+    let program =
+        "G21 G90 G17 G64 P0.002\nG0 X0 Y0 Z0\nG1 X20 F2400\nG1 Y20\nG1 X0 Y0\nM428\nG0 X0 Y0\nG1 X-20\nG1 Y-20\nG1 X0 Y0\nM30\n";
+    std::fs::write(folder.path("tcp.nc"), program).unwrap();
+    let words = ["compensate", "tcp.nc", "-m", "machine.model", "-o", "tcp-out.nc", "--dialect", "fanuc"];
+    let output = folder.precomp(&words);
+    let said = text(&output.stdout);
+    assert!(
+        output.status.success() && said.contains("M428: what it changes is not known") && said.contains("--passive M428"),
+        "{said}"
+    );
+    assert!(
+        said.contains(
+            "moves left as they are: 3 after codes whose effect on path or frame is not known; 50.0 % of the feed length"
+        ),
+        "{said}"
+    );
+    let out = std::fs::read_to_string(folder.path("tcp-out.nc")).unwrap();
+    assert!(out.ends_with("M428\nG0 X0 Y0\nG1 X-20\nG1 Y-20\nG1 X0 Y0\nM30\n"), "{out}");
+    assert!(!out.starts_with("G21 G90 G17 G64 P0.002\nG0 X0 Y0 Z0\nG1 X20 F2400\nG1 Y20\n"), "{out}");
+    let told = folder.figures(&[&words[..], &["--passive", "M428"]].concat());
+    assert_eq!(told["left_alone"]["feed_length_share"], 0.0, "{told}");
+    folder.fails(2, &[&words[..], &["--passive", "G428"]].concat());
+}

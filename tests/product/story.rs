@@ -90,6 +90,8 @@ fn first_run_on_unseen_paths() {
     crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
     crate::dwells::nothing_winds_up_at_a_standstill(&folder);
     crate::modes::stated_for_the_control_and_put_back(&folder);
+    crate::modes::points_that_are_put_in_never_stop_the_control(&folder);
+    crate::modes::what_is_not_understood_is_left_as_it_is(&folder);
     crate::modes::the_programs_own_change_within_a_stretch(&folder);
     crate::placed::what_depends_on_position_is_left_out_where_the_part_has_no_place(&folder);
     crate::placed::two_coordinate_systems_lie_each_at_its_own_place(&folder);
