@@ -3,10 +3,9 @@
 //! A code that is neither understood nor known to leave path and frame alone opens a section; what is known to cancel it ends it, otherwise the program's end
 //! does. After a section the place is unknown until it is stated in full.
 
-use crate::codes::{Code, cancels, written};
+use crate::codes::{Code, OneShot, cancels, written};
 use crate::gather::Gathered;
 use crate::interpret::Interpreter;
-use crate::modal::Distance;
 
 /// M codes that a program declares to change nothing of how or where the tool moves, beside those that are known to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -148,9 +147,9 @@ impl Interpreter<'_> {
     /// A block that a switch may skip: its modal codes may hold afterwards or not.
     fn note_optional(&mut self, words: &Gathered) {
         let changes = |code: &Code| match code {
-            Code::Distance(distance) => *distance != self.modal.distance || *distance == Distance::Incremental,
+            Code::Distance(distance) => *distance != self.modal.distance,
             Code::Motion(_)
-            | Code::OneShot(_)
+            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall)
             | Code::Silent
             | Code::ExactStopHere
             | Code::MachineCoordinates

@@ -280,6 +280,9 @@ fn after_a_code_that_is_not_understood_nothing_is_changed_until_it_is_cancelled(
         ("G10 L2 P1 R45", Some("G10 L2 P1 R0")),
         ("/G91", None),
         ("/G55", None),
+        ("/G92 X1", None),
+        ("/G10 L2 P1 X5", None),
+        ("/G52 Y1", None),
     ] {
         let begun = format!("{on}\n{again}");
         assert!(!shifts(Dialect::Fanuc, &begun), "{on}");

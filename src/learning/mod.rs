@@ -215,10 +215,7 @@ fn compensate_on(
         }
     }
     let mut control = Control::new(model, part);
-    let max_shift = match settings.max_shift {
-        Some(given) => given,
-        None => shift_bound(0.0, evaluate::contour(desired, part, &control.run(path)?)?.max_mm),
-    };
+    let max_shift = bound_of(settings, &mut control, desired, part)?;
     let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: limits.cloned(), weights, ..Guard::default() };
     let mut task = Task { desired, part, guard, aim, judged: part.map(judged) };
     let (mut runs, ended) = if settings.law == LawName::Virtual {
@@ -265,10 +262,26 @@ fn compensate_on(
     }
     let (first, _) = runs.swap_remove(0);
     let before = evaluate::figures(desired, part, &first.actual)?;
-    let gained = chosen.is_some();
-    let Round { reference, actual: forecast, .. } = chosen.map_or(first, |(round, _)| round);
-    let after = evaluate::figures(desired, part, &forecast)?;
+    // What may not be changed must not come out worse for what is changed beside it either.
+    let overall = |(round, _): (Round, Figures)| -> Result<(Figures, Round)> {
+        Ok((evaluate::figures(desired, part, &round.actual)?, round))
+    };
+    let kept = chosen.map(overall).transpose()?.filter(|(after, _)| {
+        let most = |before: f64| before * (1.0 + SAME);
+        after.judged_mm() <= most(before.judged_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
+    });
+    let gained = kept.is_some();
+    let cycle_s = cycle_s.filter(|_| gained);
+    let (after, Round { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
     Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
+}
+
+/// The bound of corrections that is given, or that of a run of `machine` without any, mm.
+fn bound_of(settings: &Settings, machine: &mut dyn Machine, desired: &DesiredPath, part: Option<&Part>) -> Result<f64> {
+    Ok(match settings.max_shift {
+        Some(given) => given,
+        None => shift_bound(0.0, evaluate::contour(desired, part, &machine.run(desired.trajectory())?)?.max_mm),
+    })
 }
 
 /// The law that `settings` name.
@@ -379,10 +392,7 @@ impl Task<'_> {
 /// # Errors
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, limits: &Limits, desired: &DesiredPath, settings: &Settings) -> Result<Trajectory> {
-    let max_shift = match settings.max_shift {
-        Some(given) => given,
-        None => shift_bound(0.0, evaluate::contour(desired, None, &machine.run(desired.trajectory())?)?.max_mm),
-    };
+    let max_shift = bound_of(settings, machine, desired, None)?;
     let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: Some(limits.clone()), ..Guard::default() };
     let (runs, _) = Task { desired, part: None, guard, aim: Aim { floor_mm: 0.0, watch: &|_| {} }, judged: None }
         .descend(machine, settings.iterations)?;
