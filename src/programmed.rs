@@ -11,7 +11,7 @@ use motion::{DesiredPath, Trajectory, Vec6};
 use crate::evaluate::{self, Figures};
 use crate::input::{Frame, Input};
 use crate::measurement::in_time_of;
-use crate::pipeline::part::stated;
+use crate::pipeline::tool_path::stated;
 use crate::pipeline::{Carrier, Part, RefitSettings, Replanned, WorkOffsets};
 
 /// Digits after the point, mm and degrees: far below an encoder's count.

@@ -4,8 +4,8 @@ use anyhow::Result;
 use gcode::{FeedMode, Move, Units, append_number, format_number};
 use motion::Vec6;
 
-use super::part::coordinates;
 use super::refit::Target;
+use super::tool_path::coordinates;
 use super::{Carrier, Part, RefitSettings};
 
 /// Which of A, B, C a part's machine turns.

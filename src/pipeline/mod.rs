@@ -9,6 +9,7 @@ pub mod recorded;
 pub mod refit;
 pub mod replanned;
 pub mod rows;
+pub mod tool_path;
 pub mod verify;
 pub mod write;
 

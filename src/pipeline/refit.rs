@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Part;
 use super::lines::Writer;
 use super::modes::{self, Modes, restore_motion_code};
-use super::part::{POINT_MM, coordinates, stated};
+use super::tool_path::{POINT_MM, coordinates, stated};
 use crate::cli::CarrierArgs;
 
 /// How the points of a compensated program carry their time.

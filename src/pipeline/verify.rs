@@ -5,7 +5,7 @@ use gcode::{Move, MoveKind, Options, PathMode};
 use machine::ProgramWords;
 use motion::Vec3;
 
-use super::part::coordinates;
+use super::tool_path::coordinates;
 use super::{Part, Refitted};
 
 /// Rounding of written coordinates, mm, with five decimals or more; fewer round more.
