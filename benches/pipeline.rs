@@ -11,11 +11,11 @@ use datasets::Log;
 use machine::{Machine, MachineSpec};
 use motion::curves::library;
 use motion::{DesiredPath, PlanSettings, Trajectory, plan_curve};
-use precomp::input::Frame;
-use precomp::learning::{self, Settings};
-use precomp::pipeline::{Carrier, Part, RefitSettings, refit, verify};
-use precomp::recording::{TRAVEL_MM, record};
-use precomp::training_run::{self, TrainSettings, Trained};
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::model_based_ilc::Settings;
+use pipeline::refit::{RefitSettings, TimeEncoding, refit, verify};
+use pipeline::training::{TrainSettings, Trained};
+use pipeline::{Input, Part, ReadSettings, SILENT, Setup, model_based_ilc};
 use training::Recipe;
 
 /// A dense program of 20,000 lines.
@@ -54,10 +54,11 @@ fn benches(c: &mut Criterion) {
     let logs = record(&spec, SECONDS, TRAVEL_MM, 1).expect("records");
     for name in ["linear", "staged"] {
         let trained = train(&logs, &spec, name);
+        let input = Input::path("crown", desired.clone(), Some(spec.limits()));
         let mut model = trained.bundle.machine().expect("a machine");
         group.bench_function(format!("predict, {name}"), |b| b.iter(|| model.run(black_box(desired.trajectory()))));
         group.bench_function(format!("compensate, {name}"), |b| {
-            b.iter(|| learning::compensate_with(&trained.bundle, &spec.limits(), &desired, None, &Settings::default()));
+            b.iter(|| model_based_ilc(&input, &trained.bundle, &Settings::default(), SILENT));
         });
     }
     group.finish();
@@ -68,7 +69,7 @@ const SECONDS: f64 = 30.0;
 
 fn train(logs: &[Log], spec: &MachineSpec, recipe: &str) -> Trained {
     let settings = TrainSettings::of(Recipe::builtin(recipe).expect("built in"), 1);
-    training_run::train(logs, Some(spec), &settings).expect("trains")
+    pipeline::training::train(logs, Some(spec), &settings, SILENT).expect("trains")
 }
 
 /// Words of five axes in inverse time, 2.5 ms a line, behind an approach: loops of the table with the tool leaning.
@@ -87,20 +88,10 @@ fn five_axis_program(lines: usize, approach: &str) -> Vec<u8> {
 /// The walk of a dense program of five axes, in lines a second: read and planned, learned on the model, written and read again.
 fn five_axes(c: &mut Criterion) {
     let spec = MachineSpec::builtin("bc").expect("built in");
-    let frame = Frame::of(&spec).expect("kinematics");
-    let settings = PlanSettings { period_s: frame.period_s, corner_tolerance_mm: 0.002, ..PlanSettings::default() };
+    let setup = Setup::new(&spec, None).expect("kinematics");
+    let settings = ReadSettings { at_zero: true, ..ReadSettings::default() };
     let lines = 20_000;
-    let of = |bytes: &[u8]| {
-        Part::read(
-            "dense.nc",
-            gcode::parse(bytes.to_vec()),
-            None,
-            &precomp::pipeline::WorkOffsets::default().or_zero(),
-            &frame,
-            &settings,
-        )
-        .expect("is planned")
-    };
+    let of = |bytes: &[u8]| Input::from(Part::read("dense.nc", bytes, &setup, &settings).expect("is planned"));
     let timed = five_axis_program(lines, "G0 Z0");
     let read = || of(&timed);
     let mut group = c.benchmark_group("five axes");
@@ -108,11 +99,12 @@ fn five_axes(c: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("read and plan", |b| b.iter(read));
 
-    let part = read();
-    println!("{} samples of {lines} lines", part.plan.samples.len());
-    let carrier = Carrier::Keep;
-    let written = RefitSettings { carrier, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
-    let write = |part: &Part, reference: &Trajectory| {
+    let input = read();
+    println!("{} samples of {lines} lines", input.trajectory().len());
+    let encoding = TimeEncoding::Keep;
+    let written = RefitSettings { encoding, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
+    let write = |input: &Input, reference: &Trajectory| {
+        let part = input.program().expect("a program");
         let refitted = refit(part, reference, &written).expect("fits");
         let bytes = gcode::edit(&part.program, &refitted.edits).expect("edits");
         verify(part, &refitted, bytes.clone(), &part.options, 0.1, written.decimals).expect("passes");
@@ -122,19 +114,15 @@ fn five_axes(c: &mut Criterion) {
     for name in ["linear", "staged"] {
         let bundle = train(&logs, &spec, name).bundle;
         let settings = Settings { written: Some(written), ..Settings::default() };
-        let learn = |part: &Part| {
-            learning::compensate_with(&bundle, &frame.limits, &part.plan.desired, Some(part), &settings)
-                .expect("learns")
-                .reference
-        };
-        group.bench_function(format!("learn, {name}"), |b| b.iter(|| learn(&part)));
-        let reference = learn(&part);
-        group.bench_function(format!("write and verify, {name}"), |b| b.iter(|| write(&part, &reference)));
+        let learn = |input: &Input| model_based_ilc(input, &bundle, &settings, SILENT).expect("learns").reference;
+        group.bench_function(format!("learn, {name}"), |b| b.iter(|| learn(&input)));
+        let reference = learn(&input);
+        group.bench_function(format!("write and verify, {name}"), |b| b.iter(|| write(&input, &reference)));
         // As the command does it, among the threads that share the work.
         for (times, bytes) in [("all times stated", &timed), ("the approach's not", &five_axis_program(lines, "G1 Z0 F600"))] {
             let walk = || {
-                let part = of(bytes);
-                write(&part, &learn(&part))
+                let input = of(bytes);
+                write(&input, &learn(&input))
             };
             group.bench_function(format!("bytes to bytes, {name}, {times}"), |b| b.iter(|| rayon::scope(|_| walk())));
         }

@@ -4,8 +4,8 @@ use std::path::{Component, Path, PathBuf};
 
 use anyhow::Result;
 
-use crate::input::CURVE;
 use crate::output::Usage;
+use crate::read::CURVE;
 
 /// What a command reads and writes, each with the option that names it.
 #[derive(Debug, Default)]

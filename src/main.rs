@@ -1,7 +1,18 @@
-//! The `precomp` command.
+//! The `precomp` command: arguments, files, printing, progress and the report around the library [`pipeline`].
+
+mod args;
+mod cli;
+mod commands;
+mod files;
+mod output;
+mod output_format;
+mod print;
+mod progress;
+mod read;
+mod report;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    precomp::cli::main()
+    cli::main()
 }

@@ -5,18 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
-use motion::AxisKind;
 use serde_json::Value;
 
-/// Why a command ended with status 1: input or model not fit for the job.
+/// The exit status where input or model are not fit for the job.
+pub const REFUSED: u8 = 1;
+
+/// Why a command ended with that status, where the library has no error of its own for it.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Refusal(pub String);
-
-impl Refusal {
-    /// The exit status.
-    pub const CODE: u8 = 1;
-}
 
 /// Why a command ended with status 2: an error in its use.
 #[derive(Debug, thiserror::Error)]
@@ -133,19 +130,6 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table.to_string()
-}
-
-/// Micrometres of a length in mm, as printed.
-pub fn um(value_mm: f64) -> String {
-    format!("{:.3}", value_mm * 1e3)
-}
-
-/// How programs and tables state positions of an axis: what its mm or rad are multiplied by, and the unit.
-pub fn in_programs(kind: AxisKind) -> (f64, &'static str) {
-    match kind {
-        AxisKind::Linear => (1.0, "mm"),
-        AxisKind::Rotary => (1.0_f64.to_degrees(), "deg"),
-    }
 }
 
 #[cfg(test)]

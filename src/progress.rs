@@ -1,16 +1,17 @@
 //! Progress: a bar on a terminal, a line now and then elsewhere.
 
 use std::io::IsTerminal;
+use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use pipeline::Event;
+use pipeline::progress::Job;
+use pipeline::units::um;
 
-use crate::learning::Forecast;
-use crate::output::um;
-
-/// Shows how far a long job is.
-pub struct Progress {
+/// Shows one job, or one series of forecasts.
+struct Bar {
     bar: Option<ProgressBar>,
     what: String,
     total: u64,
@@ -21,9 +22,9 @@ pub struct Progress {
 /// Time between two lines where there is no terminal.
 const TELL_EVERY: Duration = Duration::from_secs(15);
 
-impl Progress {
+impl Bar {
     /// Progress of a job of `total` steps.
-    pub fn new(what: &str, total: u64) -> Self {
+    fn new(what: &str, total: u64) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(total);
             if let Ok(style) = ProgressStyle::with_template("{msg:28} {bar:30} {pos}/{len} {eta}") {
@@ -35,14 +36,9 @@ impl Progress {
         Self { bar, what: what.to_owned(), total, done: 0, told: Instant::now() }
     }
 
-    /// One step more; `note` says how it went.
-    pub fn step(&mut self, note: &str) {
-        self.done += 1;
-        self.at(note);
-    }
-
-    /// What the job is at within a step.
-    pub fn at(&mut self, note: &str) {
+    /// So many steps are done; `note` says what was done last.
+    fn show(&mut self, done: u64, note: &str) {
+        self.done = done;
         match &self.bar {
             Some(bar) => {
                 bar.set_message(format!("{} {note}", self.what));
@@ -57,32 +53,52 @@ impl Progress {
     }
 }
 
-/// Shows how far learning is, by the forecasts that it reports; a series of its own for a program that is planned anew.
-pub struct LearningProgress(Mutex<Option<Progress>>);
+/// Shows how far the library is with a long job.
+#[derive(Default)]
+pub struct Shown(Mutex<Option<(What, Bar)>>);
 
-impl LearningProgress {
-    /// Nothing is shown before the first forecast.
-    pub fn new() -> Self {
-        Self(Mutex::new(None))
-    }
+/// What a bar is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum What {
+    Learning,
+    Job(Job),
+}
 
-    /// One forecast more.
-    pub fn show(&self, forecast: Forecast) {
+impl Shown {
+    /// Shows an event, and goes on.
+    pub fn event(&self, event: Event<'_>) -> ControlFlow<()> {
         // A thread that panicked while it showed something leaves nothing that matters.
-        let mut progress = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if forecast.number == 1 || progress.is_none() {
-            let told = progress.take().map(|before| before.told);
-            let mut series = Progress::new("learning", forecast.most as u64);
-            series.told = told.unwrap_or(series.told);
-            *progress = Some(series);
+        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (what, title, of, begins) = match event {
+            Event::Forecast { number, most, .. } => (What::Learning, "learning", most, number == 1),
+            Event::Step { job, of, .. } => (What::Job(job), title(job), of, false),
+        };
+        if begins || shown.as_ref().is_none_or(|(known, _)| *known != what) {
+            let told = shown.take().map(|(_, before)| before.told);
+            let mut bar = Bar::new(title, of as u64);
+            bar.told = told.unwrap_or(bar.told);
+            *shown = Some((what, bar));
         }
-        if let Some(progress) = progress.as_mut() {
-            progress.step(&format!("{} µm", um(forecast.cost_mm)));
+        if let Some((_, bar)) = shown.as_mut() {
+            match event {
+                Event::Forecast { number, cost_mm, .. } => bar.show(number as u64, &format!("{} µm", um(cost_mm))),
+                Event::Step { done, note, .. } => bar.show(done as u64, note),
+            }
         }
+        ControlFlow::Continue(())
     }
 }
 
-impl Drop for Progress {
+fn title(job: Job) -> &'static str {
+    match job {
+        Job::Training => "training",
+        Job::TuningIlc => "tuning ILC",
+        Job::Comparing => "comparing",
+        Job::ComparingPrograms => "comparing programs",
+    }
+}
+
+impl Drop for Bar {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -96,14 +112,15 @@ mod tests {
 
     #[test]
     fn a_second_series_goes_on_from_the_first() {
-        let shown = LearningProgress::new();
+        let shown = Shown::default();
         let begun = Instant::now() - TELL_EVERY / 2;
-        shown.show(Forecast { number: 1, most: 5, cost_mm: 2e-3 });
-        shown.0.lock().unwrap().as_mut().unwrap().told = begun;
-        shown.show(Forecast { number: 2, most: 5, cost_mm: 1e-3 });
-        shown.show(Forecast { number: 1, most: 13, cost_mm: 1e-3 });
+        let forecast = |number, most| shown.event(Event::Forecast { number, most, cost_mm: 1e-3 });
+        assert_eq!(forecast(1, 5), ControlFlow::Continue(()));
+        shown.0.lock().unwrap().as_mut().unwrap().1.told = begun;
+        let _ = forecast(2, 5);
+        let _ = forecast(1, 13);
         let progress = shown.0.lock().unwrap();
-        let progress = progress.as_ref().unwrap();
-        assert_eq!((progress.done, progress.total, progress.told), (1, 13, begun));
+        let (_, bar) = progress.as_ref().unwrap();
+        assert_eq!((bar.done, bar.total, bar.told), (1, 13, begun));
     }
 }

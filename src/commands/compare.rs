@@ -5,14 +5,17 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use machine::SimulationOptions;
+use pipeline::compare::{CompareSettings, PathComparison, Plant, UNSEEN, UNSEEN_TURNED, compare, compare_programs};
+use pipeline::model_based_ilc::Settings;
+use pipeline::{Event, Input, Setup};
 
 use super::simulate::SensorName;
-use crate::cli::{Common, MachineArgs, ProgramArgs, parse_positive};
-use crate::comparison::{self, CompareSettings, PathComparison, Plant, UNSEEN, UNSEEN_TURNED};
+use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, parse_positive};
 use crate::files::Files;
-use crate::input::{self, Frame, Input};
-use crate::learning::{LawName, Settings};
 use crate::output::{Outputs, Printer};
+use crate::print::comparison as print;
+use crate::progress::Shown;
+use crate::read;
 use crate::report::{PathReport, Series, report_page};
 
 /// Compare first runs with iterative learning control, on a simulated or learned machine and paths that training never saw
@@ -51,8 +54,8 @@ pub struct Compare {
     #[arg(long, value_name = "HZ", value_parser = parse_positive)]
     low_pass: Option<f64>,
     /// How the first run is learned on the model
-    #[arg(long, value_enum, default_value_t = Settings::default().law)]
-    law: LawName,
+    #[arg(long, value_enum, default_value = "virtual")]
+    law: LawArg,
     /// Compare the same curves as G-code programs too, in a second table (built-in curves only)
     #[arg(long)]
     programs: bool,
@@ -78,22 +81,46 @@ impl Compare {
     }
 
     pub fn run(&self) -> Result<()> {
-        let learned = self.on.as_deref().map(input::model).transpose()?;
-        let spec = match &learned {
-            Some(learned) => input::machine_of(learned)?,
-            None => input::machine(&self.machine.machine)?,
+        let learned = self.on.as_deref().map(read::model).transpose()?;
+        let machine = match &learned {
+            Some(learned) => pipeline::machine_of(learned)?,
+            None => read::machine(&self.machine.machine)?,
         };
-        let frame = Frame::of(&spec)?;
-        let bundle = self.model.as_deref().map(input::model).transpose()?;
-        let inputs: Vec<PathBuf> = if self.inputs.is_empty() {
-            let unseen = if frame.kinematics.turns() { &UNSEEN_TURNED[..] } else { &UNSEEN[..] };
-            unseen.iter().map(|name| PathBuf::from(format!("curve:{name}"))).collect()
-        } else {
-            self.inputs.clone()
-        };
-        let paths: Vec<Input> =
-            inputs.iter().map(|path| Input::read(path, &frame, &self.program.placed())).collect::<Result<_>>()?;
-        let settings = CompareSettings {
+        let setup = Setup::new(&machine, None)?;
+        let model = self.model.as_deref().map(read::model).transpose()?;
+        let (paths, settings) = (self.paths(&setup)?, self.settings());
+        let plant = learned.as_ref().map_or(Plant::Simulated(&machine), Plant::Learned);
+        let shown = Shown::default();
+        let progress = |event: Event<'_>| shown.event(event);
+        let results = compare(&paths, plant, model.as_ref(), &settings, &progress)?;
+        let printer = Printer::new(self.common.json.as_deref());
+        let on = if learned.is_some() { "learned" } else { "simulated" };
+        printer.line(format!("{on} machine `{}`", machine.name));
+        printer.line(print::render(&results, &settings));
+        let mut figures = print::json(&results, &settings);
+        if self.programs {
+            let curves: Vec<&str> = paths.iter().filter(|path| path.desired().curve().is_some()).map(Input::name).collect();
+            let (programs, tuned) = compare_programs(&curves, plant, model.as_ref(), &settings, &results.tuned, &progress)?;
+            printer.line(print::render_programs(&programs, &tuned, &settings));
+            figures["programs"] = print::programs_json(&programs, &tuned, &settings);
+        }
+        let mut outputs = Outputs::default();
+        if let Some(report) = &self.report {
+            outputs.add(report, report_page("Comparison", &report_of(&results.paths)?)?);
+            printer.line(format!("report in {}", report.display()));
+        }
+        outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// The paths that are named, else the unseen curves.
+    fn paths(&self, setup: &Setup) -> Result<Vec<Input>> {
+        let unseen = unseen(setup).iter().map(|name| PathBuf::from(format!("curve:{name}")));
+        let named = if self.inputs.is_empty() { unseen.collect() } else { self.inputs.clone() };
+        named.iter().map(|path| read::input(path, setup, &self.program.simulated(), self.program.feed)).collect()
+    }
+
+    fn settings(&self) -> CompareSettings {
+        CompareSettings {
             seeds: self.seeds,
             ilc_runs: self.runs,
             ilc_gain: self.gain,
@@ -103,30 +130,15 @@ impl Compare {
                 noise_scale: self.noise,
                 ..SimulationOptions::default()
             },
-            learning: Settings { law: self.law, iterations: self.iterations, ..Settings::default() },
+            learning: Settings { law: self.law.into(), iterations: self.iterations, ..Settings::default() },
             seed: self.common.seed,
-        };
-        let plant = learned.as_ref().map_or(Plant::Simulated(&spec), Plant::Learned);
-        let results = comparison::compare(&paths, plant, bundle.as_ref(), &settings)?;
-        let printer = Printer::new(self.common.json.as_deref());
-        let on = if learned.is_some() { "learned" } else { "simulated" };
-        printer.line(format!("{on} machine `{}`", spec.name));
-        printer.line(comparison::render(&results, &settings));
-        let mut outputs = Outputs::default();
-        let mut figures = comparison::json(&results, &settings);
-        if self.programs {
-            let curves: Vec<&str> =
-                paths.iter().filter(|path| path.desired.curve().is_some()).map(|path| path.name.as_str()).collect();
-            let (programs, tuned) = comparison::compare_programs(&curves, plant, bundle.as_ref(), &settings, &results.tuned)?;
-            printer.line(comparison::render_programs(&programs, &tuned, &settings));
-            figures["programs"] = comparison::programs_json(&programs, &tuned, &settings);
         }
-        if let Some(report) = &self.report {
-            outputs.add(report, report_page("Comparison", &report_of(&results.paths)?)?);
-            printer.line(format!("report in {}", report.display()));
-        }
-        outputs.write(self.common.json.as_deref(), &figures)
     }
+}
+
+/// The curves that no training saw, for a machine.
+pub fn unseen(setup: &Setup) -> &'static [&'static str] {
+    if setup.kinematics.turns() { &UNSEEN_TURNED } else { &UNSEEN }
 }
 
 /// Pictures of every path.
@@ -134,8 +146,11 @@ pub fn report_of(results: &[PathComparison]) -> Result<Vec<PathReport>> {
     results
         .iter()
         .map(|result| {
-            let series =
-                result.runs.iter().map(|(name, actual)| Series::of(name, &result.desired, actual)).collect::<Result<Vec<_>>>()?;
+            let series = result
+                .runs
+                .iter()
+                .map(|(name, actual)| Series::of_path(name, &result.desired, actual))
+                .collect::<Result<Vec<_>>>()?;
             Ok(PathReport::new(&result.name, &result.desired, series))
         })
         .collect()

@@ -6,17 +6,21 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use datasets::Log;
+use machine::MachineSpec;
+use pipeline::compare::{CompareSettings, FEED_MM_S, Plant, compare, compare_programs};
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::training::{TrainSettings, Trained, train};
+use pipeline::{Event, Input, Setup};
 use serde_json::json;
 
-use super::compare::report_of;
-use crate::cli::{Common, MachineArgs};
-use crate::comparison::{self, CompareSettings, FEED_MM_S, Plant, UNSEEN, UNSEEN_TURNED};
+use super::compare::{report_of, unseen};
+use crate::args::{Common, MachineArgs};
 use crate::files::Files;
-use crate::input::{self, Frame, Input};
 use crate::output::{Outputs, Printer};
-use crate::recording::{TRAVEL_MM, record};
+use crate::print;
+use crate::progress::Shown;
+use crate::read;
 use crate::report::report_page;
-use crate::training_run::{self, TrainSettings};
 
 /// The whole story on a simulated machine: excite, train, compensate unseen curves, compare with learning on the machine
 #[derive(Debug, Args)]
@@ -56,40 +60,45 @@ impl Demo {
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let started = Instant::now();
-        let spec = input::machine(&self.machine.machine)?;
-        let frame = Frame::of(&spec)?;
-        let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
+        let machine = read::machine(&self.machine.machine)?;
+        let setup = Setup::new(&machine, None)?;
+        let logs = record(&machine, self.seconds, TRAVEL_MM, self.common.seed)?;
         let samples: usize = logs.iter().map(Log::len).sum();
-        printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", spec.name, logs.len()));
-        let settings = TrainSettings::of(input::recipe(&self.predictor)?, self.common.seed);
-        let trained = training_run::train(&logs, Some(&spec), &settings)?;
-        printer.line(format!("2. trained in {:.1} s", trained.seconds));
-        printer.line(trained.table());
-        let model = self.out.join(MODEL);
+        printer.line(format!("1. excited the machine `{}`: {} runs, {samples} samples", machine.name, logs.len()));
+        let (trained, trained_s) = self.train(&logs, &machine)?;
+        printer.line(format!("2. trained in {trained_s:.1} s"));
+        printer.line(print::training::held_out(&trained.bundle));
+        let unseen = unseen(&setup);
+        printer.line(format!("3. compensated {} curves that training never saw, and ran them", unseen.len()));
+        let paths: Vec<Input> =
+            unseen.iter().map(|name| Input::curve(name, FEED_MM_S, &setup)).collect::<pipeline::Result<_>>()?;
+        let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
+        let (plant, shown) = (Plant::Simulated(&machine), Shown::default());
+        let progress = |event: Event<'_>| shown.event(event);
+        let results = compare(&paths, plant, Some(&trained.bundle), &settings, &progress)?;
+        printer.line(print::comparison::render(&results, &settings));
+        printer.line("4. the same curves as G-code programs of short lines, whose time the control plans itself");
+        let (programs, tuned) = compare_programs(unseen, plant, Some(&trained.bundle), &settings, &results.tuned, &progress)?;
+        printer.line(print::comparison::render_programs(&programs, &tuned, &settings));
+
+        let (model, report) = (self.out.join(MODEL), self.out.join(REPORT));
         let mut outputs = Outputs::default();
         outputs.add(&model, trained.bundle.to_bytes()?);
-        let unseen = if frame.kinematics.turns() { &UNSEEN_TURNED[..] } else { &UNSEEN[..] };
-        printer.line(format!("3. compensated {} curves that training never saw, and ran them", unseen.len()));
-        let paths: Vec<Input> = unseen.iter().map(|name| Input::curve(name, FEED_MM_S, &frame)).collect::<Result<_>>()?;
-        let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
-        let plant = Plant::Simulated(&spec);
-        let results = comparison::compare(&paths, plant, Some(&trained.bundle), &settings)?;
-        printer.line(comparison::render(&results, &settings));
-        printer.line("4. the same curves as G-code programs of short lines, whose time the control plans itself");
-        let (programs, tuned) = comparison::compare_programs(unseen, plant, Some(&trained.bundle), &settings, &results.tuned)?;
-        printer.line(comparison::render_programs(&programs, &tuned, &settings));
-        let report = self.out.join(REPORT);
         outputs.add(&report, report_page("precomp demo", &report_of(&results.paths)?)?);
-        printer.line(format!(
-            "model in {}, report in {}; {:.0} s in all",
-            model.display(),
-            report.display(),
-            started.elapsed().as_secs_f64()
-        ));
-        let mut figures = comparison::json(&results, &settings);
-        figures["programs"] = comparison::programs_json(&programs, &tuned, &settings);
-        figures["train"] = trained.json();
-        figures["seconds"] = json!(started.elapsed().as_secs_f64());
+        let seconds = started.elapsed().as_secs_f64();
+        printer.line(format!("model in {}, report in {}; {seconds:.0} s in all", model.display(), report.display()));
+        let mut figures = print::comparison::json(&results, &settings);
+        figures["programs"] = print::comparison::programs_json(&programs, &tuned, &settings);
+        figures["train"] = print::training::json(&trained, trained_s);
+        figures["seconds"] = json!(seconds);
         outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// The model, and the time that training took, s.
+    fn train(&self, logs: &[Log], machine: &MachineSpec) -> Result<(Trained, f64)> {
+        let (started, shown) = (Instant::now(), Shown::default());
+        let settings = TrainSettings::of(read::recipe(&self.predictor)?, self.common.seed);
+        let trained = train(logs, Some(machine), &settings, &|event| shown.event(event))?;
+        Ok((trained, started.elapsed().as_secs_f64()))
     }
 }

@@ -8,15 +8,15 @@ use datasets::{ExcitationPlan, excite, reference_content};
 use machine::ProgramWords;
 use models::Coverage;
 use motion::{Trajectory, poses_of};
-use serde_json::json;
+use pipeline::Setup;
+use pipeline::excitation::{Style, program, travel};
+use pipeline::units::in_programs;
+use serde_json::{Map, Value, json};
 
-use crate::cli::{CarrierArgs, Common, MachineArgs, parse_positive};
-use crate::excitation::{Style, program};
+use crate::args::{Common, MachineArgs, OutputArgs, parse_positive};
 use crate::files::Files;
-use crate::input;
-use crate::output::{Outputs, Printer, in_programs};
-use crate::pipeline::{Carried, RefitSettings};
-use crate::recording::travel;
+use crate::output::{Outputs, Printer};
+use crate::read;
 
 /// Share of an axis's travel that is enough to be silent about.
 const COVERED: f64 = 0.9;
@@ -47,14 +47,14 @@ pub struct Excite {
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
     turn: f64,
     #[command(flatten)]
-    carrier: CarrierArgs,
+    output: OutputArgs,
 }
 
 impl Excite {
     pub fn files(&self) -> Files {
         let files = Files::of(self.common.json.as_deref())
             .reads_machine(&*self.machine.machine)
-            .reads_controller(self.carrier.controller.as_deref())
+            .reads_controller(self.output.controller.as_deref())
             .writes_in("-o", &*self.out);
         let names = ExcitationPlan::of_seconds(self.seconds).names();
         names
@@ -64,55 +64,58 @@ impl Excite {
     }
 
     pub fn run(&self) -> Result<()> {
-        let spec = self.carrier.on(input::machine(&self.machine.machine)?)?;
-        let frame = input::Frame::of(&spec)?;
+        let machine = read::machine(&self.machine.machine)?;
+        let setup = self.output.setup(&machine)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        let travel = travel(&spec, self.travel, self.turn.to_radians());
-        let runs = excite(&plan, &frame.limits, frame.kinematics.axes(), &travel, frame.period_s, self.common.seed)?;
+        let travel = travel(&machine, self.travel, self.turn.to_radians());
+        let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let printer = Printer::new(self.common.json.as_deref());
-        let mut seconds = 0.0;
-        let mut names = Vec::new();
         let mut outputs = Outputs::default();
-        let carrier = Carried::of(&self.carrier, &spec).program_carrier();
-        let spacing_s = self.carrier.spacing.map(|spacing_ms| spacing_ms * 1e-3);
-        let style = Style::of(&RefitSettings::of(carrier, &self.carrier, &spec), spacing_s, frame.dialect, &spec);
+        let spacing_s = self.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
+        let style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));
             outputs.add(&table, reference_content(&table, reference)?);
-            let program = program(name, number, &in_words(reference, &frame)?, &style)?;
+            let program = program(name, number, &in_words(reference, &setup)?, &style)?;
             outputs.add(&self.out.join(format!("{name}.nc")), program);
-            seconds += reference.duration_s();
-            names.push(name.clone());
         }
-        if frame.dialect.is_none() {
+        if setup.dialect.is_none() {
             printer.line("note: no dialect is stated; programs use words that most controls share (--controller, or dialect in [controller])");
         }
-        printer.line(format!("for the machine `{}`: {} runs, {seconds:.1} s, in {}", spec.name, runs.len(), self.out.display()));
-        let (mut covered, mut enough) = (serde_json::Map::new(), true);
-        for (index, (axis, &(lowest, highest))) in frame.kinematics.axes().iter().zip(&travel).enumerate() {
-            let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());
-            let (low, high) = Coverage::of(positions, frame.period_s).position;
-            let (scale, unit) = in_programs(axis.kind);
-            let [from, to, lowest_shown, highest_shown] = [low, high, lowest, highest].map(|position| position * scale);
-            printer.line(format!("{}: {from:.1} to {to:.1} of {lowest_shown:.1} to {highest_shown:.1} {unit}", axis.name));
-            enough &= high - low >= COVERED * (highest - lowest);
-            covered.insert(axis.name.clone(), json!([low, high]));
-        }
-        if !enough {
-            printer
-                .line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
-        }
+        let seconds: f64 = runs.iter().map(|(_, reference)| reference.duration_s()).sum();
+        let (name, folder) = (&machine.name, self.out.display());
+        printer.line(format!("for the machine `{name}`: {} runs, {seconds:.1} s, in {folder}", runs.len()));
+        let covered = say_covered(&printer, &setup, &travel, &runs);
+        let names: Vec<&str> = runs.iter().map(|(name, _)| name.as_str()).collect();
         outputs.write(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
     }
 }
 
+/// Says how far every axis goes of what it may, and returns it by axis.
+fn say_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &[(String, Trajectory)]) -> Map<String, Value> {
+    let (mut covered, mut enough) = (Map::new(), true);
+    for (index, (axis, &(lowest, highest))) in setup.kinematics.axes().iter().zip(travel).enumerate() {
+        let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());
+        let (low, high) = Coverage::of(positions, setup.period_s).position;
+        let (scale, unit) = in_programs(axis.kind);
+        let [from, to, lowest_shown, highest_shown] = [low, high, lowest, highest].map(|position| position * scale);
+        printer.line(format!("{}: {from:.1} to {to:.1} of {lowest_shown:.1} to {highest_shown:.1} {unit}", axis.name));
+        enough &= high - low >= COVERED * (highest - lowest);
+        covered.insert(axis.name.clone(), json!([low, high]));
+    }
+    if !enough {
+        printer.line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
+    }
+    covered
+}
+
 /// The positions that the words of a program have to state: on a control whose words are the tool tip's, those of the tip.
-fn in_words(reference: &Trajectory, frame: &input::Frame) -> Result<Trajectory> {
-    if frame.words == ProgramWords::Axes {
+fn in_words(reference: &Trajectory, setup: &Setup) -> Result<Trajectory> {
+    if setup.words == ProgramWords::Axes {
         return Ok(reference.clone());
     }
     let mut columns = reference.columns().to_vec();
-    for (k, pose) in poses_of(reference, frame.kinematics.as_ref())?.iter().enumerate() {
+    for (k, pose) in poses_of(reference, setup.kinematics.as_ref())?.iter().enumerate() {
         for (slot, name) in ["x", "y", "z"].iter().enumerate() {
             if let Some(axis) = reference.axes().iter().position(|axis| axis.name == *name) {
                 columns[axis][k] = pose.tip[slot];

@@ -6,15 +6,19 @@ use anyhow::Result;
 use clap::Args;
 use datasets::Log;
 use machine::Machine;
+use models::{AxisManifest, Bundle};
+use motion::{Axis, Trajectory};
+use pipeline::statistics::rms_max;
+use pipeline::units::ErrorUnit;
+use pipeline::{Expectation, PositionTerms, Setup, machine_for};
 use serde_json::json;
 
-use crate::cli::{Common, ProgramArgs};
-use crate::expectation::Expectation;
+use crate::args::{Common, ProgramArgs};
 use crate::files::Files;
-use crate::left_out::{self, LeftOut};
 use crate::output::{Outputs, Printer, table};
-use crate::units::ErrorUnit;
-use crate::{evaluate, input, travel};
+use crate::print::compensation as print;
+use crate::print::figures::{contour_json, in_words, orientation_json, tracking_json};
+use crate::read;
 
 /// Forecast the tracking and contour error of a path
 #[derive(Debug, Args)]
@@ -43,51 +47,48 @@ impl Predict {
     }
 
     pub fn run(&self) -> Result<()> {
-        let bundle = input::model(&self.model)?;
-        let frame = input::Frame::of(&input::machine_of(&bundle)?)?;
-        let path = input::Input::read(&self.input, &frame, &self.program)?;
-        let reference = path.desired.trajectory();
-        let actual = left_out::machine_for(&bundle, path.part.as_ref())?.run(reference)?;
-        let figures = evaluate::figures(&path.desired, path.part.as_ref(), &actual)?;
-        let errors = reference.tracking_error(&actual)?;
+        let model = read::model(&self.model)?;
+        let setup = Setup::of_model(&model)?;
+        let input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
+        let reference = input.trajectory();
+        let actual = machine_for(&model, input.part())?.run(reference)?;
+        let figures = input.figures(&actual)?;
+        let terms = PositionTerms::of(&model, &input)?;
+        let expected = Expectation::of(&model, &input, reference, &actual)?;
+
         let printer = Printer::new(self.common.json.as_deref());
-        let left_out = LeftOut::of(&bundle, &path)?;
-        left_out.iter().filter_map(LeftOut::in_words).chain(travel::unchecked(&path, &frame)).for_each(|line| printer.line(line));
-        printer.line(format!("{}: {:.2} s; predicted {}", path.name, reference.duration_s(), evaluate::in_words(&figures)));
-        let expected = Expectation::of(&bundle, &path.desired, path.part.as_ref(), reference, &actual)?;
+        print::say_unknown(&printer, &input, &setup, terms.as_ref());
+        printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), in_words(&figures)));
         if let Some(expected) = &expected {
-            printer.line(format!(
-                "expected on the machine, the model's own error included: {}, nine runs in ten",
-                expected.in_words()
-            ));
+            print::say_expectation(&printer, expected);
         }
-        let rows: Vec<Vec<String>> = reference
-            .axes()
-            .iter()
-            .zip(&errors)
-            .zip(&bundle.manifest.axes)
-            .map(|((axis, error), known)| {
-                let (rms, max) = evaluate::rms_max(error);
-                let unit = ErrorUnit::from(axis);
-                let known = format!("±{}", unit.number(2.0 * known.held_out.rms));
-                vec![unit.label(&axis.name), unit.number(rms), unit.number(max), known]
-            })
-            .collect();
-        printer.line(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows));
+        printer.line(errors(&model, reference, &actual)?);
         let mut outputs = Outputs::default();
         if let Some(out) = &self.out {
-            outputs.add_log(out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+            outputs.add_log(out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
         }
         outputs.write(
             self.common.json.as_deref(),
             &json!({
-                "contour_um": evaluate::contour_json(&figures.tip),
-                "expected_contour_um": expected.map(|expected| expected.json()),
-                "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
-                "tracking_um": evaluate::tracking_json(reference, &actual)?,
-                "left_out": left_out.map(|left_out| left_out.json()),
+                "contour_um": contour_json(&figures.tip),
+                "expected_contour_um": expected.as_ref().map(print::expectation_json),
+                "orientation_urad": orientation_json(figures.orientation.as_ref()),
+                "tracking_um": tracking_json(reference, &actual)?,
+                "left_out": terms.as_ref().map(print::position_terms_json),
             }),
         )
     }
+}
+
+/// The tracking error of every axis, and how well it is known.
+fn errors(model: &Bundle, reference: &Trajectory, actual: &Trajectory) -> Result<String> {
+    let errors = reference.tracking_error(actual)?;
+    let row = |((axis, error), known): ((&Axis, &Vec<f64>), &AxisManifest)| {
+        let ((rms, max), unit) = (rms_max(error), ErrorUnit::from(axis));
+        let known = format!("±{}", unit.number(2.0 * known.held_out.rms));
+        vec![unit.label(&axis.name), unit.number(rms), unit.number(max), known]
+    };
+    let rows: Vec<Vec<String>> = reference.axes().iter().zip(&errors).zip(&model.manifest.axes).map(row).collect();
+    Ok(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows))
 }

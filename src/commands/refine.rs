@@ -4,18 +4,19 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, LowPass};
+use datasets::Log;
+use pipeline::refine::{LOW_PASS_HZ, RefineLaw, RefineSettings, refine_from_log};
+use pipeline::units::um;
+use pipeline::{Input, Setup};
 use serde_json::json;
 
-use crate::cli::{CarrierArgs, Common, LogArgs, ProgramArgs, parse_not_negative};
-use crate::evaluate;
+use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, parse_not_negative};
 use crate::files::Files;
-use crate::input::{self, Frame, Input};
-use crate::learning::{FADE_S, shift_bound};
-use crate::measurement::{in_path_time, match_run, without_approach};
-use crate::output::{Outputs, Printer, Refusal, um};
-use crate::pipeline::{Carried, RowsWritten, write_out};
+use crate::output::{Outputs, Printer, Refusal};
+use crate::output_format;
+use crate::print::compensation::{setpoints, setpoints_json};
+use crate::print::figures::{contour_json, in_words, orientation_json};
+use crate::read;
 
 /// The next program from the last run's log: iterative learning control on a real machine, one command a run
 ///
@@ -46,10 +47,10 @@ pub struct Refine {
     #[command(flatten)]
     program: ProgramArgs,
     #[command(flatten)]
-    carrier: CarrierArgs,
+    output: OutputArgs,
     /// What is learned
-    #[arg(long, value_enum, default_value_t = RefineLaw::Spatial)]
-    law: RefineLaw,
+    #[arg(long, value_enum, default_value = "spatial")]
+    law: LawArg,
     /// Learning gain; 1/RUN when left out, which averages the noise of the runs away
     #[arg(long, value_name = "Q")]
     gain: Option<f64>,
@@ -57,7 +58,7 @@ pub struct Refine {
     #[arg(long, value_name = "RUN", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     run: u32,
     /// Cut-off of the zero-phase low-pass on the update, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 100.0)]
+    #[arg(long, value_name = "HZ", default_value_t = LOW_PASS_HZ)]
     low_pass: f64,
     /// Largest shift of the tool tip, mm: the length of the vector. That of the last run and twice its largest error when left out, from 0.1 to 1 mm
     #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
@@ -68,7 +69,7 @@ pub struct Refine {
 
 /// What is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum RefineLaw {
+enum LawArg {
     /// The contour error (Papers A and B)
     Spatial,
     /// The tracking error
@@ -82,69 +83,73 @@ impl Refine {
             .reads_logs("--log", [&self.log])
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
-            .reads_controller(self.carrier.controller.as_deref())
+            .reads_controller(self.output.controller.as_deref())
             .writes("-o", &*self.out)
     }
 
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
-        let log = input::log_to_measure(&self.log, &self.columns, &printer)?;
-        let bundle = self.model.as_deref().map(input::model).transpose()?;
-        let machine = input::real_machine(self.machine.as_deref(), self.model.as_deref().zip(bundle.as_ref()))?;
-        let Some((spec, which)) = machine else {
-            return Err(input::machine_wanted(
+        let log = read::log_to_measure(&self.log, &self.columns, &printer)?;
+        let setup = Setup { period_s: log.period_s(), ..self.setup(&printer)? };
+        let format = self.output.settings(&setup);
+        let mut input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
+        output_format::check(&format, &input, &self.out)?;
+        if let Some(part) = input.part_mut() {
+            format.prepare(part);
+        }
+        check_axes(&input, &log)?;
+
+        let (refined, matched) = refine_from_log(&input, &log, &self.settings())?;
+        let before = &refined.before;
+        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, in_words(before), um(before.tip.p95_mm)));
+        let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
+        printer.line(format!(
+            "largest shift {} µm; the program of run {} is {}",
+            um(output.largest_shift_mm),
+            self.run + 1,
+            self.out.display()
+        ));
+        output.setpoints.iter().flat_map(setpoints).for_each(|line| printer.line(line));
+        let figures = json!({
+            "run": self.run,
+            "contour_um": contour_json(&before.tip),
+            "orientation_urad": orientation_json(before.orientation.as_ref()),
+            "largest_shift_um": output.largest_shift_mm * 1e3,
+            "rows": output.setpoints.as_ref().map(setpoints_json),
+            "offset_mm": matched.offset.as_slice(),
+        });
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, output.content);
+        outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// The machine that made the log, with its control.
+    fn setup(&self, printer: &Printer) -> Result<Setup> {
+        let model = self.model.as_deref().map(read::model).transpose()?;
+        let machine = read::real_machine(self.machine.as_deref(), self.model.as_deref().zip(model.as_ref()))?;
+        let Some((machine, which)) = machine else {
+            return Err(read::machine_wanted(
                 "the next program is planned and bounded by the limits of the machine that runs it",
             ));
         };
         printer.line(format!("planned for the {which}"));
-        let spec = self.carrier.on(spec)?;
-        let frame = Frame { period_s: log.period_s(), ..Frame::of(&spec)? };
-        let mut path = Input::read(&self.input, &frame, &self.program)?;
-        let carried = Carried::of(&self.carrier, &spec);
-        carried.check(&path, &self.out)?;
-        path.part.iter_mut().for_each(|part| carried.tell(part, &self.carrier, &spec));
-        let desired = &path.desired;
-        desired.trajectory().check_axes(log.axes()).map_err(|error| {
-            Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine"))
-        })?;
-
-        let (log, _) = without_approach(&log, desired)?;
-        let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
-        let (reference, actual) = in_path_time(desired, &log, &matched)?;
-        let before = evaluate::figures(desired, path.part.as_ref(), &actual)?;
-
-        let low_pass = LowPass::new(self.low_pass, log.period_s())?;
-        let gain = Gain::Constant(self.gain.unwrap_or(1.0 / f64::from(self.run)));
-        let mut law: Box<dyn CompensationLaw> = match self.law {
-            RefineLaw::Spatial => Box::new(SpatialIlc::new(gain, low_pass)?),
-            RefineLaw::Tracking => Box::new(TrackingIlc::new(gain, low_pass)),
-        };
-        let weights = path.part.as_ref().map(|part| part.weights(FADE_S)).unwrap_or_default();
-        let max_shift = self.max_shift.unwrap_or_else(|| shift_bound(path.largest_shift(&reference), before.tip.max_mm));
-        let guard = Guard { max_shift, limits: Some(frame.limits.clone()), weights, ..Guard::default() };
-        let next = guard.apply(desired, &law.update(desired, &reference, &actual)?)?;
-
-        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, evaluate::in_words(&before), um(before.tip.p95_mm)));
-        let written = write_out(&path, &next, carried, &spec, &self.carrier, max_shift, &self.out)?;
-        let mut outputs = Outputs::default();
-        outputs.add(&self.out, written.content);
-        printer.line(format!(
-            "largest shift {} µm; the program of run {} is {}",
-            um(written.largest_shift_mm),
-            self.run + 1,
-            self.out.display()
-        ));
-        written.rows.iter().flat_map(RowsWritten::in_words).for_each(|line| printer.line(line));
-        outputs.write(
-            self.common.json.as_deref(),
-            &json!({
-                "run": self.run,
-                "contour_um": evaluate::contour_json(&before.tip),
-                "orientation_urad": evaluate::orientation_json(before.orientation.as_ref()),
-                "largest_shift_um": written.largest_shift_mm * 1e3,
-                "rows": written.rows.map(|rows| rows.json()),
-                "offset_mm": matched.offset.as_slice(),
-            }),
-        )
+        self.output.setup(&machine)
     }
+
+    fn settings(&self) -> RefineSettings {
+        let settings = RefineSettings::of_run(self.run);
+        let law = match self.law {
+            LawArg::Spatial => RefineLaw::Spatial,
+            LawArg::Tracking => RefineLaw::Tracking,
+        };
+        let gain = self.gain.unwrap_or(settings.gain);
+        RefineSettings { law, gain, low_pass_hz: self.low_pass, max_shift: self.max_shift, ..settings }
+    }
+}
+
+/// Refuses a log with other axes than the path.
+fn check_axes(input: &Input, log: &Log) -> Result<()> {
+    input.trajectory().check_axes(log.axes()).map_err(|error| {
+        Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine")).into()
+    })
 }

@@ -1,18 +1,20 @@
 //! `precomp simulate`: run a path on the simulated machine.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
-use machine::{Machine, Sensor, SimulationOptions};
+use machine::{Machine, Sensor, SimulatedMachine, SimulationOptions};
+use pipeline::Setup;
+use pipeline::statistics::figures_along;
 use serde_json::json;
 
-use crate::cli::{Common, MachineArgs, ProgramArgs};
-use crate::evaluate;
+use crate::args::{Common, MachineArgs, ProgramArgs};
 use crate::files::Files;
-use crate::input;
 use crate::output::{Outputs, Printer};
+use crate::print::figures::{contour_json, in_words, orientation_json, tracking_json};
+use crate::read;
 
 /// Run a program, reference or test curve on the simulated machine and write the log
 #[derive(Debug, Args)]
@@ -71,36 +73,36 @@ impl Simulate {
     }
 
     pub fn run(&self) -> Result<()> {
-        let spec = input::machine(&self.machine.machine)?;
-        let frame = input::Frame::of(&spec)?;
-        let program = self.program.placed();
-        let path = input::Input::read(&self.input, &frame, &program)?;
+        let machine = read::machine(&self.machine.machine)?;
+        let setup = Setup::new(&machine, None)?;
+        let read = |path: &Path| read::input(path, &setup, &self.program.simulated(), self.program.feed);
+        let input = read(&self.input)?;
         let options =
             SimulationOptions { sensor: self.sensor.map(Into::into), noise_scale: self.noise, ..SimulationOptions::default() };
-        let mut machine = input::simulated(&spec, self.common.seed)?.with_options(options)?;
-        let reference = path.desired.trajectory();
-        let actual = machine.run(reference)?;
-        let against = self.against.as_ref().map(|against| input::Input::read(against, &frame, &program)).transpose()?;
-        let needed = against.as_ref().unwrap_or(&path);
-        let figures = evaluate::figures_along(&needed.desired, needed.part.as_ref(), reference, &actual)?;
+        let mut simulated = SimulatedMachine::new(&machine, self.common.seed)?.with_options(options)?;
+        let reference = input.trajectory();
+        let actual = simulated.run(reference)?;
+        let against = self.against.as_deref().map(read).transpose()?;
+        let needed = against.as_ref().unwrap_or(&input);
+        let figures = figures_along(needed.desired(), needed.part(), reference, &actual)?;
         let mut outputs = Outputs::default();
-        outputs.add_log(&self.out, &Log::new(path.name.clone(), reference.clone(), actual.clone())?)?;
+        outputs.add_log(&self.out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
         let printer = Printer::new(self.common.json.as_deref());
         printer.line(format!(
             "{} on the machine `{}`: {:.2} s; {}; log in {}",
-            path.name,
-            spec.name,
+            input.name(),
+            machine.name,
             reference.duration_s(),
-            evaluate::in_words(&figures),
+            in_words(&figures),
             self.out.display()
         ));
         outputs.write(
             self.common.json.as_deref(),
             &json!({
                 "seconds": reference.duration_s(),
-                "contour_um": evaluate::contour_json(&figures.tip),
-                "orientation_urad": evaluate::orientation_json(figures.orientation.as_ref()),
-                "tracking_um": evaluate::tracking_json(reference, &actual)?,
+                "contour_um": contour_json(&figures.tip),
+                "orientation_urad": orientation_json(figures.orientation.as_ref()),
+                "tracking_um": tracking_json(reference, &actual)?,
             }),
         )
     }

@@ -1,18 +1,20 @@
 //! `precomp train`: learn a machine from its logs.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, Severity};
 use models::FeatureSet;
+use pipeline::training::{self, TrainSettings, Trained};
 
-use crate::adaptation;
-use crate::cli::{Common, LogArgs};
+use crate::args::{Common, LogArgs};
 use crate::files::Files;
-use crate::input;
-use crate::output::{Outputs, Printer, Refusal, table};
-use crate::training_run::{self, TrainSettings};
+use crate::output::{Outputs, Printer, Refusal};
+use crate::print::training as print;
+use crate::progress::Shown;
+use crate::read;
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
 ///
@@ -87,11 +89,33 @@ impl Train {
 
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
-        let spec = self.machine.as_deref().map(input::machine).transpose()?;
+        let machine = self.machine.as_deref().map(read::machine).transpose()?;
+        let (logs, mut warnings) = self.logs()?;
+        warnings.iter().for_each(|warning| printer.line(warning));
+        if let Some(model) = &self.from {
+            return self.adapt(model, &logs, &warnings, &printer);
+        }
+        let (started, shown) = (Instant::now(), Shown::default());
+        let trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
+        let seconds = started.elapsed().as_secs_f64();
+        say(&printer, &trained);
+        let doubts: Vec<String> = trained.doubts()?.iter().map(ToString::to_string).collect();
+        doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
+        warnings.extend(doubts);
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, trained.bundle.to_bytes()?);
+        printer.line(format!("trained in {seconds:.1} s; model in {}", self.out.display()));
+        let mut figures = print::json(&trained, seconds);
+        figures["warnings"] = serde_json::json!(warnings);
+        outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// The logs, those that continue one another joined, and what was found in them.
+    fn logs(&self) -> Result<(Vec<Log>, Vec<String>)> {
         let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
         let mut warnings = Vec::new();
         for path in &self.logs {
-            let (log, report) = input::log(path, &self.columns)?;
+            let (log, report) = read::log(path, &self.columns)?;
             if let Some(reason) = report.of(Severity::Refuse).next() {
                 return Err(Refusal(format!("{}: {reason}", path.display())).into());
             }
@@ -100,88 +124,38 @@ impl Train {
         }
         let (logs, joined) = datasets::joined(logs);
         warnings.extend(joined.iter().map(ToString::to_string));
-        warnings.extend(
-            training_run::check(&logs).findings.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string),
-        );
-        for warning in &warnings {
-            printer.line(warning);
-        }
-        if let Some(model) = &self.from {
-            return self.adapt(model, &logs, &warnings, &printer);
-        }
-        let settings = TrainSettings {
-            recipe: input::recipe(&self.predictor)?.with_features(self.features.into()),
+        let found = training::check(&logs).findings;
+        warnings.extend(found.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
+        Ok((logs, warnings))
+    }
+
+    fn settings(&self) -> Result<TrainSettings> {
+        Ok(TrainSettings {
+            recipe: read::recipe(&self.predictor)?.with_features(self.features.into()),
             held_out: self.held_out,
             seed: self.common.seed,
             checkpoints: self.checkpoints.clone(),
-        };
-        let trained = training_run::train(&logs, spec.as_ref(), &settings)?;
-        printer.line(trained.table());
-        for note in &trained.notes {
-            printer.line(note);
-        }
-        if spec.is_none() {
-            printer.line("note: no --machine was given; the model takes speed and acceleration limits from what the log reached");
-        }
-        let lags: Vec<String> = trained
-            .bundle
-            .manifest
-            .axes
-            .iter()
-            .zip(&trained.lags_s)
-            .filter_map(|(axis, lag)| Some(format!("{} {:.3} ms", axis.name, (*lag)? * 1e3)))
-            .collect();
-        printer.line(format!(
-            "lag behind the command: {}; all axes together {:.3} ms",
-            lags.join(", "),
-            trained.bundle.manifest.common_delay_s * 1e3
-        ));
-        for axis in &trained.bundle.manifest.axes {
-            let c = &axis.coverage;
-            printer.line(format!(
-                "coverage of {}: position {:.3} to {:.3}, speed to {:.2}, acceleration to {:.1}, {} reversals, {} starts, {:.1} s at rest",
-                axis.name, c.position.0, c.position.1, c.velocity, c.acceleration, c.reversals, c.starts, c.dwell_s
-            ));
-        }
-        let doubts = trained.doubts()?;
-        doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
-        warnings.extend(doubts);
-        let mut outputs = Outputs::default();
-        outputs.add(&self.out, trained.bundle.to_bytes()?);
-        printer.line(format!("trained in {:.1} s; model in {}", trained.seconds, self.out.display()));
-        let mut figures = trained.json();
-        figures["warnings"] = serde_json::json!(warnings);
-        outputs.write(self.common.json.as_deref(), &figures)
+        })
     }
 
     fn adapt(&self, model: &Path, logs: &[Log], warnings: &[String], printer: &Printer) -> Result<()> {
-        let adapted = adaptation::adapt(&input::model(model)?, logs, self.common.seed)?;
-        let rows: Vec<Vec<String>> = adapted
-            .axes
-            .iter()
-            .map(|axis| {
-                let verdict = if axis.taken { "adapted" } else { "kept as it was" };
-                let unit = axis.unit;
-                vec![unit.label(&axis.name), unit.number(axis.before), unit.number(axis.held_out), verdict.to_owned()]
-            })
-            .collect();
-        printer.line(table(&["axis", "error before RMS", "adapted, held out RMS", ""], &rows));
+        let started = Instant::now();
+        let adapted = training::adapt(&read::model(model)?, logs, self.common.seed)?;
+        let seconds = started.elapsed().as_secs_f64();
+        printer.line(print::adapted(&adapted));
         let mut outputs = Outputs::default();
         outputs.add(&self.out, adapted.bundle.to_bytes()?);
-        printer.line(format!("adapted in {:.1} s; model in {}", adapted.seconds, self.out.display()));
-        let axes: serde_json::Map<String, serde_json::Value> = adapted
-            .axes
-            .iter()
-            .map(|axis| {
-                let figures = serde_json::json!({
-                    axis.unit.key("before_rms"): axis.unit.value(axis.before),
-                    axis.unit.key("held_out_rms"): axis.unit.value(axis.held_out),
-                    "adapted": axis.taken,
-                });
-                (axis.name.clone(), figures)
-            })
-            .collect();
-        let figures = serde_json::json!({ "seconds": adapted.seconds, "axes": axes, "warnings": warnings });
-        outputs.write(self.common.json.as_deref(), &figures)
+        printer.line(format!("adapted in {seconds:.1} s; model in {}", self.out.display()));
+        outputs.write(self.common.json.as_deref(), &print::adapted_json(&adapted, seconds, warnings))
     }
+}
+
+fn say(printer: &Printer, trained: &Trained) {
+    printer.line(print::held_out(&trained.bundle));
+    trained.notes.iter().for_each(|note| printer.line(note));
+    if trained.bundle.manifest.limits_from_log {
+        printer.line("note: no --machine was given; the model takes speed and acceleration limits from what the log reached");
+    }
+    printer.line(print::lags(trained));
+    print::coverage(&trained.bundle).iter().for_each(|line| printer.line(line));
 }

@@ -6,11 +6,11 @@ use anyhow::Result;
 use minijinja::{Environment, context};
 use motion::contour::{ContourError, ContourSummary};
 use motion::{DesiredPath, Trajectory, Vec3};
+use pipeline::statistics::{self, COUNTED};
+use pipeline::units::um;
+use pipeline::{Input, Part};
 use serde::Serialize;
 
-use crate::evaluate;
-use crate::output::um;
-use crate::pipeline::Part;
 use draw::{Chart, PathDrawing};
 
 /// One run of a path.
@@ -23,22 +23,26 @@ pub struct Series {
 }
 
 impl Series {
-    /// The run `actual` of `desired`.
-    ///
-    /// # Errors
-    /// When the two do not match.
-    pub fn of(name: &str, desired: &DesiredPath, actual: &Trajectory) -> Result<Self> {
-        Self::of_program(name, desired, None, actual)
-    }
-
-    /// The run `actual` of `desired`, which was planned from `part`: only what counts there is shown ([`evaluate::counts`]).
+    /// The run `actual` of `input`: only what counts there is shown ([`statistics::counts`]).
     ///
     /// # Errors
     /// When the two do not match, or nothing counts.
-    pub fn of_program(name: &str, desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Self> {
-        let mut errors = evaluate::contour_errors(desired, actual)?;
-        let figures = evaluate::summary_of_feed_moves(part, errors.iter().copied().enumerate())?;
-        for (_, error) in errors.iter_mut().enumerate().filter(|(k, _)| !evaluate::counts(part, *k)) {
+    pub fn of(name: &str, input: &Input, actual: &Trajectory) -> Result<Self> {
+        Self::with(name, input.desired(), input.part(), actual)
+    }
+
+    /// As [`Series::of`], of a path that no program states.
+    ///
+    /// # Errors
+    /// As [`Series::of`].
+    pub fn of_path(name: &str, desired: &DesiredPath, actual: &Trajectory) -> Result<Self> {
+        Self::with(name, desired, None, actual)
+    }
+
+    fn with(name: &str, desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Self> {
+        let mut errors = statistics::contour_errors(desired, actual)?;
+        let figures = statistics::summary_of_feed_moves(part, errors.iter().copied().enumerate())?;
+        for (_, error) in errors.iter_mut().enumerate().filter(|(k, _)| !statistics::counts(part, *k)) {
             (error.magnitude_mm, error.vector) = (0.0, Vec3::zeros());
         }
         Ok(Self { name: name.to_owned(), errors, figures })
@@ -101,6 +105,6 @@ pub fn report_page(title: &str, paths: &[PathReport]) -> Result<String> {
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
     Ok(environment.get_template("report.html")?.render(
-        context! { title => title, counted => evaluate::COUNTED, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
+        context! { title => title, counted => COUNTED, paths => minijinja::Value::from(minijinja::value::Serde(paths)), version => env!("CARGO_PKG_VERSION") },
     )?)
 }

@@ -3,12 +3,6 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard};
-use machine::{MachineSpec, SimulatedMachine};
-use motion::contour::MovingWindow;
-use precomp::input::Frame;
-use precomp::programmed::{Pairing, Programmed};
 use serde_json::Value;
 
 use crate::common::Folder;
@@ -180,29 +174,4 @@ fn what_the_machine_cannot_reach_is_refused_with_its_line() {
     assert!(said.contains("part.nc:4:") && said.contains("axis `b`") && said.contains("110"), "{said}");
     let said = run("G21 G90 G94\nG43.4 H1\nG0 X0 Y0 Z0 B0 C0\nG1 X10 F1000\nG1 X12 B-130\n");
     assert!(said.contains("part.nc:5:") && said.contains("axis `b`"), "{said}");
-}
-
-/// Paper C, table II's order: where a control plans every program's time anew, learning in space ends below learning in time.
-#[test]
-fn spatial_learning_beats_tracking_where_programs_are_planned_anew() {
-    let spec = MachineSpec::builtin("bc").unwrap();
-    let butterfly = Programmed::curve("saddle-butterfly", 50.0, 0.2, &Frame::of(&spec).unwrap()).unwrap();
-    let mut machine = SimulatedMachine::new(&spec, 1001).unwrap();
-    let mut learned = |law: &mut dyn CompensationLaw, pairing| {
-        let runs = butterfly.learn(&mut machine, law, pairing, 5, &Guard::default()).unwrap();
-        // Nothing is learned before the first run: its program is the original.
-        assert_eq!(&runs[0].command, butterfly.part().plan.desired.trajectory());
-        let figures = [0, 5].map(|run| runs[run].figures.tip);
-        println!("{}, {pairing:?}: {figures:?}", law.name());
-        figures
-    };
-    let gain = Gain::Constant(0.5);
-    let mut spatial = SpatialIlc::new(gain, None).unwrap().with_estimator(Box::new(MovingWindow::default()));
-    let [first, spatial] = learned(&mut spatial, Pairing::Place);
-    assert!(spatial.rms_mm < 0.1 * first.rms_mm && spatial.max_mm < 0.3 * first.max_mm);
-    for (pairing, worse) in [(Pairing::Place, 1.0), (Pairing::Time, 2.0)] {
-        let [_, tracking] = learned(&mut TrackingIlc::new(gain, None), pairing);
-        assert!(worse * spatial.rms_mm < tracking.rms_mm, "{pairing:?}");
-        assert!(worse * spatial.max_mm < tracking.max_mm, "{pairing:?}");
-    }
 }

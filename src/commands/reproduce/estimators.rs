@@ -3,14 +3,15 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use machine::{AxisSpec, LinearAxis, Machine, MachineSpec};
+use machine::{AxisSpec, LinearAxis, Machine, MachineSpec, SimulatedMachine};
 use motion::Vec3;
 use motion::contour::{ContourEstimator, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
+use pipeline::{Input, Setup};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::input::{self, Frame, Input};
 use crate::output::{Printer, table};
+use crate::read;
 
 /// A setting in which the estimators are compared.
 struct Setting {
@@ -39,12 +40,12 @@ impl Reproduce {
     pub(super) fn table_1(&self, printer: &Printer) -> Result<Vec<Value>> {
         let mut tables = Vec::new();
         for setting in &SETTINGS {
-            let spec = trailing(input::machine(&self.machine.machine)?, setting.lag_ms);
-            let path = Input::curve("flat-flower", setting.feed_mm_s, &Frame::of(&spec)?)?;
-            let actual = input::simulated(&spec, self.common.seed)?.run(path.desired.trajectory())?;
-            let actual = path.desired.tips_of(&actual)?;
-            let desired = path.desired.tips();
-            let Some(curve) = path.desired.curve() else { anyhow::bail!("the flower is analytic") };
+            let spec = trailing(read::machine(&self.machine.machine)?, setting.lag_ms);
+            let path = Input::curve("flat-flower", setting.feed_mm_s, &Setup::new(&spec, None)?)?;
+            let actual = SimulatedMachine::new(&spec, self.common.seed)?.run(path.trajectory())?;
+            let actual = path.desired().tips_of(&actual)?;
+            let desired = path.desired().tips();
+            let Some(curve) = path.desired().curve() else { anyhow::bail!("the flower is analytic") };
             for (rate_hz, stride) in setting.rates {
                 let thin = |points: &[Vec3]| -> Vec<Vec3> { points.iter().copied().step_by(*stride).collect() };
                 let (from, to) = (thin(&actual), thin(&desired));

@@ -3,19 +3,20 @@
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc};
 use compensation::{Guard, StopRule, learn};
-use machine::{Machine, MachineSpec};
+use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::contour::{PAPER_B_RATIO, PAPER_B_SUPPORT, corner_flags, stretches};
 use motion::curves::library;
 use motion::{DesiredPath, Piece, ToolPath};
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::model_based_ilc::Settings;
+use pipeline::training::{TrainSettings, train};
+use pipeline::units::um;
+use pipeline::{Input, SILENT, Setup, model_based_ilc};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::evaluate;
-use crate::input::{self, Frame};
-use crate::learning::{self, Settings};
-use crate::output::{Printer, table, um};
-use crate::recording::{TRAVEL_MM, record};
-use crate::training_run::{self, TrainSettings};
+use crate::output::{Printer, table};
+use crate::read;
 
 /// Distance of the program's points, mm, among which corners are looked for.
 const SPACING_MM: f64 = 0.1;
@@ -42,31 +43,33 @@ struct Row {
 
 impl Reproduce {
     pub(super) fn feed(&self, printer: &Printer) -> Result<Vec<Value>> {
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = read::machine(&self.machine.machine)?;
         let (corners, ellipse) = (corner_ranges("five-petals")?, corner_ranges("ellipse")?);
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
-        let settings = TrainSettings::of(input::recipe("staged")?, self.common.seed);
-        let bundle = training_run::train(&logs, Some(&spec), &settings)?.bundle;
-        let limits = Frame::of(&spec)?.limits;
+        let settings = TrainSettings::of(read::recipe("staged")?, self.common.seed);
+        let bundle = train(&logs, Some(&spec), &settings, SILENT)?.bundle;
+        let limits = Setup::new(&spec, None)?.limits;
         let mut rows = Vec::new();
         for (feed, corner, printed) in ROWS {
-            let desired = planned(&spec, feed / 60.0, corner.map(|corner| corner / 60.0), &corners)?;
+            let planned = planned(&spec, feed / 60.0, corner.map(|corner| corner / 60.0), &corners)?;
+            let input = Input::path("five-petals", planned, Some(limits.clone()));
+            let desired = input.desired();
             // Noise of its own: the training logs are drawn with the first seed.
-            let mut machine = input::simulated(&spec, self.common.seed.wrapping_add(1000))?;
+            let mut machine = SimulatedMachine::new(&spec, self.common.seed.wrapping_add(1000))?;
             let mut law = SpatialIlc::new(Gain::Constant(0.8), None)?;
             let stop = StopRule::after(RUNS);
-            let learned = learn(&mut machine, &mut law, &desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+            let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
             let max = |round: Option<&compensation::Round>| -> Result<f64> {
-                round.map_or(Ok(f64::NAN), |round| Ok(evaluate::contour(&desired, None, &round.actual)?.max_mm))
+                round.map_or(Ok(f64::NAN), |round| Ok(input.figures(&round.actual)?.tip.max_mm))
             };
-            let first = learning::compensate_with(&bundle, &limits, &desired, None, &Settings::default())?;
+            let first = model_based_ilc(&input, &bundle, &Settings::default(), SILENT)?;
             let compensated = machine.run(&first.reference)?;
             rows.push(Row {
                 name: corner.map_or(format!("{feed}"), |corner| format!("{feed}, corners {corner}")),
                 printed,
                 first_max: max(learned.rounds.first())?,
                 converged_max: max(learned.last())?,
-                compensated_max: evaluate::contour(&desired, None, &compensated)?.max_mm,
+                compensated_max: input.figures(&compensated)?.tip.max_mm,
                 seconds: desired.trajectory().duration_s(),
             });
         }
@@ -100,7 +103,7 @@ fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
 /// The flower at one feed, its corners at another.
 fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners: &[(f64, f64)]) -> Result<DesiredPath> {
     let curve = library::by_name("five-petals")?;
-    let frame = Frame::of(spec)?;
+    let setup = Setup::new(spec, None)?;
     let (mut at, end) = curve.domain();
     let mut path = ToolPath::default();
     let mut stretch = |from: f64, to: f64, feed_mm_s: f64| {
@@ -114,8 +117,8 @@ fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners
         at = *to;
     }
     stretch(at, end, feed_mm_s);
-    let settings = frame.plan_settings();
-    Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired)
+    let settings = setup.plan_settings();
+    Ok(motion::plan(&path, &setup.kinematics, &setup.limits, &settings)?.desired)
 }
 
 fn say(printer: &Printer, rows: &[Row], corners: usize, ellipse: usize) -> Value {

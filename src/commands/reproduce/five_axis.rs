@@ -6,22 +6,23 @@
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
-use machine::{Machine, MachineSpec, SimulatedMachine};
+use machine::{Machine, MachineError, MachineSpec, SimulatedMachine};
 use models::Bundle;
-use motion::DesiredPath;
 use motion::contour::MovingWindow;
+use pipeline::compare::floor;
+use pipeline::control::{MOVE_POINTS, Pairing, curve_program, learn_program, run_program};
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::model_based_ilc::Settings;
+use pipeline::statistics::Figures;
+use pipeline::training::{TrainSettings, train};
+use pipeline::units::um;
+use pipeline::{Input, SILENT, Setup, model_based_ilc};
 use serde_json::{Value, json};
 use training::Recipe;
 
 use super::Reproduce;
-use crate::comparison::floor;
-use crate::evaluate::{self, Figures};
-use crate::input::{self, Frame, Input};
-use crate::learning::{self, Settings};
-use crate::output::{Printer, table, um};
-use crate::programmed::{MOVE_POINTS, Pairing, Programmed};
-use crate::recording::{TRAVEL_MM, record};
-use crate::training_run::{TrainSettings, train};
+use crate::output::{Printer, table};
+use crate::read;
 
 /// The paper's learning rate.
 const ALPHA: f64 = 0.5;
@@ -116,37 +117,38 @@ fn tracking(low_pass: Option<LowPass>) -> Box<dyn CompensationLaw> {
 impl Reproduce {
     /// Paper C's two paths on the machine `bc`, unless another five-axis machine is named.
     pub(super) fn five_axis(&self, printer: &Printer) -> Result<Vec<Value>> {
-        let named = input::machine(&self.machine.machine)?;
+        let named = read::machine(&self.machine.machine)?;
         let spec = if named.kinematics()?.turns() { named } else { MachineSpec::builtin("bc")? };
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let recipe = Recipe::builtin("staged")?;
-        let trained = train(&logs, Some(&spec), &TrainSettings::of(recipe, self.common.seed))?;
-        let frame = Frame::of(&spec)?;
+        let trained = train(&logs, Some(&spec), &TrainSettings::of(recipe, self.common.seed), SILENT)?;
+        let setup = Setup::new(&spec, None)?;
         let mut rows = Vec::new();
         for (table, curve, feed_mm_min, runs) in PATHS {
             let feed_mm_s = feed_mm_min / 60.0;
-            let desired = Input::curve(curve, feed_mm_s, &frame)?.desired;
-            let programmed = Programmed::curve(curve, feed_mm_s, SPACING_MM, &frame)?;
+            let samples = Input::curve(curve, feed_mm_s, &setup)?;
+            let program = Input::from(curve_program(curve, feed_mm_s, SPACING_MM, &setup)?);
             let found = [
-                (Given::Samples, self.on_samples(&spec, &trained.bundle, &desired, runs)?),
-                (Given::Programs, self.on_programs(&spec, &trained.bundle, &programmed, runs)?),
+                (Given::Samples, self.on_samples(&spec, &trained.bundle, &samples, runs)?),
+                (Given::Programs, self.on_programs(&spec, &trained.bundle, &program, runs)?),
             ];
             for (given, found) in found {
                 let row = |(method, runs, figures)| Row { table, curve, feed_mm_min, given, method, runs, figures };
                 rows.extend(found.means().map(row));
             }
         }
-        Ok(say(printer, &rows, frame.period_s))
+        Ok(say(printer, &rows, setup.period_s))
     }
 
     /// One machine a seed.
-    fn machines(&self, spec: &MachineSpec) -> impl Iterator<Item = Result<SimulatedMachine>> {
-        (1..=self.seeds).map(|seed| input::simulated(spec, self.common.seed.wrapping_add(1000 * seed)))
+    fn machines(&self, spec: &MachineSpec) -> impl Iterator<Item = Result<SimulatedMachine, MachineError>> {
+        (1..=self.seeds).map(|seed| SimulatedMachine::new(spec, self.common.seed.wrapping_add(1000 * seed)))
     }
 
-    fn on_samples(&self, spec: &MachineSpec, bundle: &Bundle, desired: &DesiredPath, runs: usize) -> Result<Found> {
+    fn on_samples(&self, spec: &MachineSpec, bundle: &Bundle, input: &Input, runs: usize) -> Result<Found> {
+        let desired = input.desired();
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
-        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, None, &Settings::default())?.reference;
+        let first_run = model_based_ilc(input, bundle, &Settings::default(), SILENT)?.reference;
         let mut found = Found::default();
         for machine in self.machines(spec) {
             let mut machine = machine?;
@@ -156,26 +158,26 @@ impl Reproduce {
                 (TRACKING, tracking(None)),
                 (TRACKING_FILTERED, tracking(low_pass)),
             ];
-            found.push(UNCOMPENSATED, 0, evaluate::figures(desired, None, &machine.run(desired.trajectory())?)?);
+            found.push(UNCOMPENSATED, 0, input.figures(&machine.run(desired.trajectory())?)?);
             for (method, mut law) in laws {
                 let stop = StopRule::after(runs);
                 let learned = learn(&mut machine, law.as_mut(), desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
                 if let Some(last) = learned.last() {
-                    found.push(method, runs, evaluate::figures(desired, None, &last.actual)?);
+                    found.push(method, runs, input.figures(&last.actual)?);
                 }
             }
-            found.push(FIRST_RUN, 0, evaluate::figures(desired, None, &machine.run(&first_run)?)?);
+            found.push(FIRST_RUN, 0, input.figures(&machine.run(&first_run)?)?);
             found.push(FLOOR, 0, floor(&mut machine, desired)?);
         }
         Ok(found)
     }
 
-    fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, programmed: &Programmed, runs: usize) -> Result<Found> {
-        let part = programmed.part();
+    fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, program: &Input, runs: usize) -> Result<Found> {
+        let part = program.program()?;
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
         let settings = Settings { written: Some(MOVE_POINTS), ..Settings::default() };
-        let first_run = learning::compensate_with(bundle, &spec.limits(), desired, Some(part), &settings)?.reference;
+        let first_run = model_based_ilc(program, bundle, &settings, SILENT)?.reference;
         let mut found = Found::default();
         for machine in self.machines(spec) {
             let mut machine = machine?;
@@ -187,13 +189,13 @@ impl Reproduce {
                 (OWN, tracking(None), Pairing::Place),
                 (OWN_FILTERED, tracking(low_pass), Pairing::Place),
             ];
-            found.push(UNCOMPENSATED, 0, programmed.run(&mut machine, desired.trajectory())?.figures);
+            found.push(UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory())?.figures);
             for (method, mut law, pairing) in laws {
-                if let Some(last) = programmed.learn(&mut machine, law.as_mut(), pairing, runs, &Guard::default())?.last() {
+                if let Some(last) = learn_program(part, &mut machine, law.as_mut(), pairing, runs, &Guard::default())?.last() {
                     found.push(method, runs, last.figures);
                 }
             }
-            found.push(FIRST_RUN, 0, programmed.run(&mut machine, &first_run)?.figures);
+            found.push(FIRST_RUN, 0, run_program(part, &mut machine, &first_run)?.figures);
         }
         Ok(found)
     }

@@ -12,7 +12,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use crate::cli::{Common, MachineArgs};
+use crate::args::{Common, MachineArgs};
 use crate::files::Files;
 use crate::output::{Printer, write_json};
 

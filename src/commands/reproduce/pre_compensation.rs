@@ -1,14 +1,16 @@
 //! Paper D, tables V and VI: contour error before and after pre-compensation, beside converged ILC.
 
 use anyhow::Result;
+use pipeline::compare::{CompareSettings, FEED_MM_S, Ilc, Method, PAPER_D, PathComparison, Plant, Tuned, compare_tuned};
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::training::{TrainSettings, train};
+use pipeline::units::um;
+use pipeline::{Input, SILENT, Setup};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::comparison::{self, CompareSettings, FEED_MM_S, Ilc, Method, PAPER_D, PathComparison, Plant, Tuned};
-use crate::input::{self, Frame, Input};
-use crate::output::{Printer, table, um};
-use crate::recording::{TRAVEL_MM, record};
-use crate::training_run::{self, TrainSettings};
+use crate::output::{Printer, table};
+use crate::read;
 
 /// RMS and MAX, µm, as printed.
 type Printed = Option<(f64, f64)>;
@@ -23,16 +25,17 @@ const PRINTED: [[Printed; 3]; 4] = [
 
 impl Reproduce {
     pub(super) fn table_5(&self, printer: &Printer) -> Result<Vec<Value>> {
-        let spec = input::machine(&self.machine.machine)?;
-        let frame = Frame::of(&spec)?;
+        let spec = read::machine(&self.machine.machine)?;
+        let setup = Setup::new(&spec, None)?;
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
-        let paths: Vec<Input> = PAPER_D.iter().map(|name| Input::curve(name, FEED_MM_S, &frame)).collect::<Result<_>>()?;
+        let paths: Vec<Input> =
+            PAPER_D.iter().map(|name| Input::curve(name, FEED_MM_S, &setup)).collect::<pipeline::Result<_>>()?;
         let settings = CompareSettings { seeds: self.seeds, seed: self.common.seed, ..CompareSettings::default() };
-        let tuned = Tuned::on(Plant::Simulated(&spec), &[Ilc::Spatial], &frame, &settings)?;
+        let tuned = Tuned::on(Plant::Simulated(&spec), &[Ilc::Spatial], &setup, &settings, SILENT)?;
         let compared = |predictor: &str| -> Result<Vec<PathComparison>> {
-            let train = TrainSettings::of(input::recipe(predictor)?, self.common.seed);
-            let bundle = training_run::train(&logs, Some(&spec), &train)?.bundle;
-            comparison::compare_tuned(&paths, Plant::Simulated(&spec), Some(&bundle), &settings, &tuned)
+            let train_settings = TrainSettings::of(read::recipe(predictor)?, self.common.seed);
+            let bundle = train(&logs, Some(&spec), &train_settings, SILENT)?.bundle;
+            Ok(compare_tuned(&paths, Plant::Simulated(&spec), Some(&bundle), &settings, &tuned, SILENT)?)
         };
         let by_lstm = compared(self.network("lstm"))?;
         let by_staged = compared("staged")?;

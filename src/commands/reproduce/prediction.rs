@@ -2,18 +2,20 @@
 
 use anyhow::{Context, Result};
 use datasets::Log;
-use machine::{Machine, MachineSpec};
+use machine::{Machine, MachineSpec, SimulatedMachine};
 use models::{Bundle, FeatureSet};
 use motion::Trajectory;
+use pipeline::compare::PAPER_D;
+use pipeline::excitation::{TRAVEL_MM, record};
+use pipeline::statistics::{contour_errors, rms_max};
+use pipeline::training::{TrainSettings, train};
+use pipeline::units::um;
+use pipeline::{Input, SILENT, Setup};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::comparison::PAPER_D;
-use crate::evaluate::{contour_errors, rms_max};
-use crate::input::{self, Frame, Input};
-use crate::output::{Printer, table, um};
-use crate::recording::{TRAVEL_MM, record};
-use crate::training_run::{self, TrainSettings};
+use crate::output::{Printer, table};
+use crate::read;
 
 /// RMS and MAX, mm.
 type Figures = (f64, f64);
@@ -68,7 +70,7 @@ impl Reproduce {
             [(0.504, 4.424), (0.617, 4.346), (0.721, 4.905), (0.524, 3.644)],
             [(0.396, 3.104), (0.479, 4.051), (0.434, 3.543), (0.365, 2.640)],
         ];
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = read::machine(&self.machine.machine)?;
         let mut rows: Vec<Row> = Vec::new();
         for (title, predictor) in [("LSTM", self.network("lstm")), ("staged", "staged")] {
             let mut sums = [[(0.0, 0.0); 4]; 4];
@@ -106,15 +108,15 @@ impl Reproduce {
 
     /// Prediction error of the X axis of the butterfly: mean RMS and MAX over the seeds.
     fn butterfly_x(&self, predictor: &str, features: FeatureSet) -> Result<Figures> {
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = read::machine(&self.machine.machine)?;
         let mut mean = (0.0, 0.0);
         for seed in self.seeds_used() {
             let logs =
                 record(&spec, self.seconds, TRAVEL_MM, seed)?.iter().map(|log| only(log, 0)).collect::<Result<Vec<_>>>()?;
             let bundle = trained(&logs, &spec, predictor, features, seed)?;
-            let path = Input::curve("butterfly", 80.0, &Frame::of(&spec)?)?;
-            let actual = input::simulated(&spec, seed.wrapping_add(500))?.run(path.desired.trajectory())?;
-            let run = only(&Log::new("butterfly", path.desired.trajectory().clone(), actual)?, 0)?;
+            let path = Input::curve("butterfly", 80.0, &Setup::new(&spec, None)?)?;
+            let actual = SimulatedMachine::new(&spec, seed.wrapping_add(500))?.run(path.trajectory())?;
+            let run = only(&Log::new("butterfly", path.trajectory().clone(), actual)?, 0)?;
             let (rms, max) = rms_max(&misses(&bundle, &run)?[0]);
             mean = (mean.0 + rms / self.seeds as f64, mean.1 + max / self.seeds as f64);
         }
@@ -123,16 +125,16 @@ impl Reproduce {
 
     /// Prediction errors of x, y, z and of the contour error, on one curve.
     fn predicted(&self, spec: &MachineSpec, bundle: &Bundle, curve: &str, seed: u64) -> Result<[Figures; 4]> {
-        let path = Input::curve(curve, 80.0, &Frame::of(spec)?)?;
-        let reference = path.desired.trajectory();
-        let actual = input::simulated(spec, seed.wrapping_add(500))?.run(reference)?;
+        let path = Input::curve(curve, 80.0, &Setup::new(spec, None)?)?;
+        let reference = path.trajectory();
+        let actual = SimulatedMachine::new(spec, seed.wrapping_add(500))?.run(reference)?;
         let run = Log::new(curve, reference.clone(), actual)?;
         let mut figures = [(0.0, 0.0); 4];
         for (figures, misses) in figures.iter_mut().zip(misses(bundle, &run)?) {
             *figures = rms_max(&misses);
         }
-        let measured = contour_errors(&path.desired, &run.actual)?;
-        let expected = contour_errors(&path.desired, &bundle.machine()?.run(reference)?)?;
+        let measured = contour_errors(path.desired(), &run.actual)?;
+        let expected = contour_errors(path.desired(), &bundle.machine()?.run(reference)?)?;
         let off: Vec<f64> = measured.iter().zip(&expected).map(|(m, e)| (m.vector - e.vector).norm()).collect();
         figures[3] = rms_max(&off);
         Ok(figures)
@@ -140,10 +142,10 @@ impl Reproduce {
 }
 
 fn trained(logs: &[Log], spec: &MachineSpec, predictor: &str, features: FeatureSet, seed: u64) -> Result<Bundle> {
-    let settings = TrainSettings::of(input::recipe(predictor)?.with_features(features), seed);
+    let settings = TrainSettings::of(read::recipe(predictor)?.with_features(features), seed);
     // The machine's description has all axes, whatever the log's.
     let spec = (logs.first().is_some_and(|log| log.axes().len() == spec.axes.len())).then_some(spec);
-    Ok(training_run::train(logs, spec, &settings)?.bundle)
+    Ok(train(logs, spec, &settings, SILENT)?.bundle)
 }
 
 /// The log of one axis.

@@ -2,15 +2,16 @@
 
 use anyhow::Result;
 use compensation::{Guard, ImpulseResponse, StopRule, learn};
-use machine::MachineSpec;
+use machine::{MachineSpec, SimulatedMachine};
 use motion::{DesiredPath, Trajectory};
+use pipeline::model_based_ilc::{PROBE, RESPONSE_S, norm_optimal};
+use pipeline::units::um;
+use pipeline::{Setup, statistics};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::evaluate;
-use crate::input::{self, Frame};
-use crate::learning::{PROBE, RESPONSE_S, norm_optimal};
-use crate::output::{Printer, table, um};
+use crate::output::{Printer, table};
+use crate::read;
 
 /// Samples of the scan, as in the paper.
 const SAMPLES: usize = 1050;
@@ -35,7 +36,7 @@ struct Row {
 
 impl Reproduce {
     pub(super) fn raster(&self, printer: &Printer) -> Result<Vec<Value>> {
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = read::machine(&self.machine.machine)?;
         let desired = raster(&spec)?;
         let mut rows = Vec::new();
         for a in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -49,7 +50,7 @@ impl Reproduce {
     }
 
     fn scan(&self, spec: &MachineSpec, desired: &DesiredPath, seed: u64, row: &mut Row) -> Result<()> {
-        let mut machine = input::simulated(spec, seed)?;
+        let mut machine = SimulatedMachine::new(spec, seed)?;
         let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
         let mut law = norm_optimal(row.a, responses)?;
         row.permitted += law.permitted_model_error(desired)? / self.seeds as f64;
@@ -57,7 +58,7 @@ impl Reproduce {
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
         let share = 1.0 / (CONVERGED as f64 * self.seeds as f64);
         for round in learned.rounds.iter().rev().take(CONVERGED) {
-            row.contour_rms += share * evaluate::contour(desired, None, &round.actual)?.rms_mm;
+            row.contour_rms += share * statistics::contour(desired, None, &round.actual)?.rms_mm;
             row.across_rms += share * across(desired.trajectory(), &round.actual)?;
             row.axis_rms += share * rms(desired.trajectory(), &round.actual)?;
             row.effort_rms += share * rms(&round.reference, desired.trajectory())?;
@@ -87,8 +88,8 @@ fn across(desired: &Trajectory, actual: &Trajectory) -> Result<f64> {
 
 /// Lines to and fro at one speed, with instant turns, which no axis can follow.
 fn raster(spec: &MachineSpec) -> Result<DesiredPath> {
-    let frame = Frame::of(spec)?;
-    let step_mm = 40.0 * frame.period_s;
+    let setup = Setup::new(spec, None)?;
+    let step_mm = 40.0 * setup.period_s;
     let (mut points, mut at, mut direction) = (vec![[0.0, 0.0]; REST], [0.0, 0.0], 1.0);
     'scan: loop {
         for (axis, length) in [(0, LINE_MM * direction), (1, SPACING_MM)] {
@@ -107,7 +108,7 @@ fn raster(spec: &MachineSpec) -> Result<DesiredPath> {
     let columns = (0..spec.motion_axes().len())
         .map(|axis| points.iter().map(|point| point.get(axis).copied().unwrap_or(0.0)).collect())
         .collect();
-    Ok(DesiredPath::new(Trajectory::new(frame.period_s, spec.motion_axes(), columns)?, frame.kinematics)?)
+    Ok(DesiredPath::new(Trajectory::new(setup.period_s, spec.motion_axes(), columns)?, setup.kinematics)?)
 }
 
 fn say(printer: &Printer, rows: &[Row]) -> Value {

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, Guard, StopRule, learn};
-use machine::{Machine, MachineSpec};
+use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::curves::Line;
 use motion::{DesiredPath, Piece, ToolPath, Trajectory, Vec3};
+use pipeline::control::in_step;
+use pipeline::units::um;
+use pipeline::{Input, Setup, statistics};
 use serde_json::{Value, json};
 
 use super::Reproduce;
-use crate::evaluate;
-use crate::input::{self, Frame, Input};
-use crate::output::{Printer, table, um};
-use crate::programmed::in_step;
+use crate::output::{Printer, table};
+use crate::read;
 
 /// 1000 mm/min.
 const FEED_MM_S: f64 = 1000.0 / 60.0;
@@ -31,29 +32,37 @@ type Runs = Vec<(f64, f64)>;
 
 impl Reproduce {
     pub(super) fn spatial(&self, printer: &Printer) -> Result<Vec<Value>> {
-        let spec = input::machine(&self.machine.machine)?;
+        let spec = read::machine(&self.machine.machine)?;
         let mut rows: Vec<(String, Option<[f64; 4]>, Runs)> = Vec::new();
         for (curve, updates, printed) in CURVES {
-            let desired = Input::curve(curve, FEED_MM_S, &Frame::of(&spec)?)?.desired;
+            let desired = Input::curve(curve, FEED_MM_S, &Setup::new(&spec, None)?)?;
             for gain in GAINS {
                 let printed = (gain == 0.8).then_some(printed);
-                rows.push((format!("{curve}, spatial, Q = {gain}"), printed, self.learned(&spec, &desired, gain, updates)?));
+                rows.push((
+                    format!("{curve}, spatial, Q = {gain}"),
+                    printed,
+                    self.learned(&spec, desired.desired(), gain, updates)?,
+                ));
             }
         }
-        let desired = Input::curve("ellipse", FEED_MM_S, &Frame::of(&spec)?)?.desired;
+        let desired = Input::curve("ellipse", FEED_MM_S, &Setup::new(&spec, None)?)?;
         let laws: [(&str, Box<dyn CompensationLaw>); 2] = [
             ("spatial", Box::new(SpatialIlc::new(Gain::Constant(0.8), None)?)),
             ("tracking error", Box::new(TrackingIlc::new(Gain::Constant(0.8), None))),
         ];
         for (name, mut law) in laws {
             let printed = (name != "spatial").then_some([6.0, f64::NAN, 170.0, f64::NAN]);
-            rows.push((format!("ellipse, feed planned anew, {name}"), printed, self.replanned(&spec, &desired, law.as_mut())?));
+            rows.push((
+                format!("ellipse, feed planned anew, {name}"),
+                printed,
+                self.replanned(&spec, desired.desired(), law.as_mut())?,
+            ));
         }
         Ok(vec![say(printer, &rows)])
     }
 
     fn learned(&self, spec: &MachineSpec, desired: &DesiredPath, gain: f64, updates: usize) -> Result<Runs> {
-        let mut machine = input::simulated(spec, self.common.seed)?;
+        let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
         let stop = StopRule::after(updates);
         let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
@@ -62,11 +71,11 @@ impl Reproduce {
 
     /// Each run's reference is a program through the shifted points, whose time the control plans itself.
     fn replanned(&self, spec: &MachineSpec, desired: &DesiredPath, law: &mut dyn CompensationLaw) -> Result<Runs> {
-        let mut machine = input::simulated(spec, self.common.seed)?;
+        let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut points = desired.trajectory().clone();
         let mut runs = Runs::new();
         for _ in 0..=REPLANNED_RUNS {
-            let command = planned(&desired.tips_of(&points)?, &Frame::of(spec)?)?;
+            let command = planned(&desired.tips_of(&points)?, &Setup::new(spec, None)?)?;
             let actual = machine.run(&command)?;
             // The law sees the run sample by sample beside the points, as if it had kept their time.
             let actual = in_step(&actual, points.len())?;
@@ -78,18 +87,18 @@ impl Reproduce {
 }
 
 fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
-    let figures = evaluate::contour(desired, None, actual)?;
+    let figures = statistics::contour(desired, None, actual)?;
     Ok((figures.rms_mm, figures.max_mm))
 }
 
 /// Straight lines through the points at the programmed feed.
-fn planned(points: &[Vec3], frame: &Frame) -> Result<Trajectory> {
+fn planned(points: &[Vec3], setup: &Setup) -> Result<Trajectory> {
     let mut path = ToolPath::default();
     for pair in points.windows(2).filter(|pair| (pair[1] - pair[0]).norm() > 1e-6) {
         path.push(Piece::whole(Arc::new(Line { start: pair[0], end: pair[1] }), FEED_MM_S));
     }
-    let settings = frame.plan_settings();
-    Ok(motion::plan(&path, &frame.kinematics, &frame.limits, &settings)?.desired.trajectory().clone())
+    let settings = setup.plan_settings();
+    Ok(motion::plan(&path, &setup.kinematics, &setup.limits, &settings)?.desired.trajectory().clone())
 }
 
 fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {

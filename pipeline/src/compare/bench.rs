@@ -1,0 +1,156 @@
+//! Every method on one path.
+
+use machine::{Machine, SimulatedMachine, SimulationOptions};
+use models::staged::StagedPredictor;
+use models::{AxisPredictor, Bundle, LearnedMachine};
+use motion::Trajectory;
+use rayon::prelude::*;
+
+use super::floor::floor_runs;
+use super::method::{Ilc, Method};
+use super::plant::Plant;
+use super::results::{Measured, PathComparison};
+use super::settings::CompareSettings;
+use super::tuning::{Tuned, ilc_guard, probe, run_ilc};
+use crate::error::Result;
+use crate::input::Input;
+use crate::model_based_ilc::{LawName, Settings, model_based_ilc, on_learned_machine, on_machine};
+use crate::progress::{SILENT, Steps};
+use crate::refine::{RefineSettings, refine};
+
+/// What every path is measured with.
+pub(super) struct Bench<'a> {
+    pub(super) plant: Plant<'a>,
+    pub(super) bundle: Option<&'a Bundle>,
+    pub(super) settings: &'a CompareSettings,
+    pub(super) tuned: &'a Tuned,
+    pub(super) steps: Steps<'a>,
+}
+
+/// What one seed's machine made of a path.
+#[derive(Default)]
+struct Seed {
+    measured: Vec<(Method, Measured)>,
+    ilc_rms: Vec<f64>,
+    runs: Vec<(&'static str, Trajectory)>,
+}
+
+impl Bench<'_> {
+    pub(super) fn path(&self, path: &Input) -> Result<PathComparison> {
+        let references = self.references(path)?;
+        let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.seed(path, &references, seed));
+        let mut result = PathComparison::empty(path.name(), path.desired());
+        for (index, seed) in seeds.collect::<Result<Vec<_>>>()?.into_iter().enumerate() {
+            for (method, measured) in seed.measured {
+                result.push(method, &measured);
+            }
+            result.ilc_rms.resize(seed.ilc_rms.len(), 0.0);
+            for (sum, rms) in result.ilc_rms.iter_mut().zip(seed.ilc_rms) {
+                *sum += rms / self.settings.seeds as f64;
+            }
+            if index == 0 {
+                result.runs = seed.runs;
+            }
+        }
+        result.insert_best_ilc();
+        Ok(result)
+    }
+
+    /// The references that are known before the machine runs.
+    fn references(&self, path: &Input) -> Result<Vec<(Method, Trajectory)>> {
+        let mut references = vec![(Method::Uncompensated, path.trajectory().clone())];
+        let Some(bundle) = self.bundle else { return Ok(references) };
+        let given = &self.settings.learning;
+        if let (Plant::Simulated(spec), None) = (self.plant, path.part()) {
+            let quiet = SimulationOptions { noise_scale: 0.0, ..self.settings.simulation };
+            let mut machine = SimulatedMachine::new(spec, 0)?.with_options(quiet)?;
+            references.push((Method::PerfectModel, on_machine(&mut machine, path, given)?));
+        }
+        let learned = |law: LawName| -> Result<Trajectory> {
+            self.steps.at(&format!("{}: learning on the model", path.name()))?;
+            let settings = Settings { law, ..*given };
+            Ok(model_based_ilc(path, bundle, &settings, SILENT)?.reference)
+        };
+        if let Some(mut linear) = linear_machine(bundle)? {
+            let inverse = on_learned_machine(path, &mut linear, &bundle.coverage(), given, 0.0, SILENT)?;
+            references.push((Method::LinearInverse, inverse.reference));
+        }
+        references.push((Method::OneShot, learned(LawName::OneShot)?));
+        references.push((Method::FirstRun, learned(given.law)?));
+        Ok(references)
+    }
+
+    /// Every method on the machine of one noise seed.
+    fn seed(&self, path: &Input, references: &[(Method, Trajectory)], index: u64) -> Result<Seed> {
+        let desired = path.desired();
+        let mut machine = self.plant.machine(self.settings.noise_seed(index), self.settings.simulation)?;
+        let machine = machine.as_mut();
+        let mut seed = Seed::default();
+        let mut uncompensated = None;
+        for (method, reference) in references {
+            let actual = machine.run(reference)?;
+            seed.measured.push((*method, Measured::of(path, &actual)?));
+            if *method == Method::FirstRun {
+                let refined = self.refined(path, reference, &actual)?;
+                seed.measured.push((Method::Refined, Measured::of(path, &machine.run(&refined)?)?));
+            }
+            if PICTURED.contains(method) {
+                seed.runs.push((method.name(), actual.clone()));
+            }
+            if *method == Method::Uncompensated {
+                uncompensated = Some(actual);
+            }
+        }
+        let uncompensated = uncompensated.unwrap_or_else(|| desired.trajectory().clone());
+        self.learning_laws(path, machine, &uncompensated, &mut seed)?;
+        for figures in floor_runs(machine, desired, path.part())? {
+            seed.measured.push((Method::Floor, Measured { figures, max_sample: 0, seconds: None }));
+        }
+        self.steps.step(path.name())?;
+        Ok(seed)
+    }
+
+    /// Every law that learns on the machine.
+    fn learning_laws(&self, path: &Input, machine: &mut dyn Machine, uncompensated: &Trajectory, seed: &mut Seed) -> Result<()> {
+        let desired = path.desired();
+        let responses = probe(machine, desired)?;
+        for law in self.plant.laws()? {
+            let Some(settings) = self.tuned.of(law) else { continue };
+            self.steps.at(&format!("{}: {}", path.name(), law.name()))?;
+            let guard = ilc_guard(desired, uncompensated, settings)?;
+            let mut learner = settings.law(law, desired.trajectory().period_s(), &responses)?;
+            let runs = run_ilc(machine, learner.as_mut(), desired, &guard, self.settings.ilc_runs)?;
+            let Some(last) = runs.last() else { continue };
+            seed.measured.push((Method::Ilc(law), Measured::of(path, last)?));
+            if law == Ilc::Spatial {
+                let rms = |actual: &Trajectory| Ok(path.figures(actual)?.tip.rms_mm);
+                seed.ilc_rms = runs.iter().map(rms).collect::<Result<_>>()?;
+                seed.runs.push((law.name(), last.clone()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The reference of the second run, as `precomp refine --run 2` makes it of the first run's log.
+    pub(super) fn refined(&self, path: &Input, reference: &Trajectory, actual: &Trajectory) -> Result<Trajectory> {
+        let Settings { max_shift, max_turn_rad, .. } = self.settings.learning;
+        let settings = RefineSettings { max_shift, max_turn_rad, ..RefineSettings::of_run(2) };
+        Ok(refine(path, reference, actual, &settings)?.reference)
+    }
+}
+
+/// Methods whose runs are kept for pictures, beside spatial ILC.
+const PICTURED: [Method; 2] = [Method::Uncompensated, Method::FirstRun];
+
+/// The machine as the first, linear stage of a staged model sees it.
+fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
+    let mut linear: Vec<Box<dyn AxisPredictor>> = Vec::new();
+    for predictor in bundle.predictors()? {
+        if predictor.kind() != models::staged::KIND {
+            return Ok(None);
+        }
+        let staged = StagedPredictor::from_saved(&predictor.save())?;
+        linear.push(Box::new(StagedPredictor::new(staged.period_s(), staged.passes()[..1].to_vec())?));
+    }
+    Ok(Some(LearnedMachine::new(bundle.manifest.period_s, bundle.axes(), linear)?))
+}

@@ -1,0 +1,140 @@
+//! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
+
+mod bench;
+mod floor;
+mod method;
+mod plant;
+mod programs;
+mod results;
+mod settings;
+mod tuning;
+
+use models::Bundle;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::input::Input;
+use crate::progress::{Job, Progress, Steps};
+
+use bench::Bench;
+
+pub use floor::floor;
+pub use method::{Ilc, Method};
+pub use plant::Plant;
+pub use programs::compare_programs;
+pub use results::{BestIlc, Figures, PathComparison, gap, mean, spread};
+pub use settings::{CompareSettings, FEED_MM_S, PAPER_D, UNSEEN, UNSEEN_TURNED};
+pub use tuning::{LawSettings, Tuned};
+
+/// The comparison of all paths.
+#[derive(Debug)]
+pub struct Comparison {
+    /// One entry a path.
+    pub paths: Vec<PathComparison>,
+    /// The settings that every ILC got.
+    pub tuned: Tuned,
+}
+
+/// Measures every method on `paths`, run on `plant`; with a model also the methods that need one. ILC is tuned on the machine before.
+///
+/// # Errors
+/// When a path does not fit machine or model, or ILC cannot be tuned.
+pub fn compare(
+    paths: &[Input],
+    plant: Plant<'_>,
+    bundle: Option<&Bundle>,
+    settings: &CompareSettings,
+    progress: Progress<'_>,
+) -> Result<Comparison> {
+    let tuned = Tuned::on(plant, &plant.laws()?, &plant.setup()?, settings, progress)?;
+    let paths = compare_tuned(paths, plant, bundle, settings, &tuned, progress)?;
+    Ok(Comparison { paths, tuned })
+}
+
+/// As [`compare`], with the settings of every ILC given.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_tuned(
+    paths: &[Input],
+    plant: Plant<'_>,
+    bundle: Option<&Bundle>,
+    settings: &CompareSettings,
+    tuned: &Tuned,
+    progress: Progress<'_>,
+) -> Result<Vec<PathComparison>> {
+    let steps = Steps::new(progress, Job::Comparing, paths.len() * settings.seeds as usize);
+    let bench = Bench { plant, bundle, settings, tuned, steps };
+    paths.par_iter().map(|path| bench.path(path)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use machine::MachineSpec;
+
+    use super::*;
+    use crate::model_based_ilc::Settings;
+    use crate::progress::SILENT;
+    use crate::setup::Setup;
+
+    fn path(figures: &[(Method, f64, f64)]) -> PathComparison {
+        let spec = MachineSpec::builtin("ballscrew").unwrap();
+        let desired = Input::curve("circle", FEED_MM_S, &Setup::new(&spec, None).unwrap()).unwrap();
+        let mut result = PathComparison::empty("circle", desired.desired());
+        for (method, rms, max) in figures {
+            let figures = Figures { rms: vec![*rms], max: vec![*max], max_sample: vec![7], ..Figures::default() };
+            result.methods.push((*method, figures));
+        }
+        result.insert_best_ilc();
+        result
+    }
+
+    #[test]
+    fn the_best_ilc_is_the_lowest_figure_by_figure() {
+        let result = path(&[
+            (Method::FirstRun, 0.25, 0.9),
+            (Method::Ilc(Ilc::Spatial), 0.26, 1.2),
+            (Method::Ilc(Ilc::Tracking), 0.30, 0.8),
+            (Method::Floor, 0.2, 0.7),
+        ]);
+        assert_eq!(result.best_ilc(), Some(BestIlc { rms: Ilc::Spatial, max: Ilc::Tracking }));
+        assert_eq!(result.of(Method::BestIlc).unwrap().mean(), (0.26, 0.8));
+        assert_eq!(result.methods[3].0, Method::BestIlc);
+        let (rms, max) = result.gap();
+        assert!((rms.unwrap() - 0.05 / 0.06).abs() < 1e-12 && (max.unwrap() - 2.0).abs() < 1e-12);
+        // No gap is told where ILC is not above the floor.
+        let below = path(&[(Method::FirstRun, 0.25, 0.9), (Method::Ilc(Ilc::Spatial), 0.2, 0.6), (Method::Floor, 0.2, 0.7)]);
+        assert_eq!(below.gap(), (None, None));
+    }
+
+    #[test]
+    fn the_refined_reference_is_guarded_as_refine_does() {
+        let spec = MachineSpec::builtin("ballscrew").unwrap();
+        let path = Input::curve("circle", FEED_MM_S, &Setup::new(&spec, None).unwrap()).unwrap();
+        let desired = path.desired();
+        let bound = 2e-3;
+        let learning = Settings { max_shift: Some(bound), ..Settings::default() };
+        let settings = CompareSettings { learning, ilc_gain: Some(0.8), ilc_low_pass_hz: Some(100.0), ..Default::default() };
+        let plant = Plant::Simulated(&spec);
+        let tuned = Tuned::on(plant, &[], &plant.setup().unwrap(), &settings, SILENT).unwrap();
+        let steps = Steps::new(SILENT, Job::Comparing, 1);
+        let bench = Bench { plant, bundle: None, settings: &settings, tuned: &tuned, steps };
+        // An axis that stands 1 mm off asks for half of that.
+        let columns = desired.trajectory().columns().iter().map(|column| column.iter().map(|x| x + 1.0).collect());
+        let actual = desired.trajectory().with_columns(columns.collect()).unwrap();
+        let next = bench.refined(&path, desired.trajectory(), &actual).unwrap();
+        let largest = path.largest_shift(&next);
+        assert!(largest > 0.5 * bound && largest <= bound + 1e-12, "{largest}");
+    }
+
+    #[test]
+    fn training_tuning_and_every_compared_seed_have_noise_of_their_own() {
+        let settings = CompareSettings { seeds: 20, ..CompareSettings::default() };
+        let mut seeds: Vec<u64> = (0..settings.seeds).map(|index| settings.noise_seed(index)).collect();
+        seeds.extend([settings.seed, settings.seed + tuning::TUNING_SEED, settings.seed + programs::TUNING_SEED]);
+        let count = seeds.len();
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), count);
+    }
+}

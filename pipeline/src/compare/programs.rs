@@ -1,0 +1,133 @@
+//! The same curves as G-code programs, which is what users run: every reference is written as a program whose time the control plans itself.
+
+use machine::Machine;
+use models::Bundle;
+use motion::Trajectory;
+use rayon::prelude::*;
+
+use super::bench::Bench;
+use super::floor::floor_runs;
+use super::method::{Ilc, Method};
+use super::plant::Plant;
+use super::results::{Measured, PathComparison};
+use super::settings::{CompareSettings, FEED_MM_S};
+use super::tuning::{LawSettings, Tuned, ilc_guard};
+use crate::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program, learn_program, run_program};
+use crate::error::{Error, Result};
+use crate::input::Input;
+use crate::model_based_ilc::{Settings, model_based_ilc};
+use crate::part::Part;
+use crate::progress::{Job, Progress, SILENT, Steps};
+use crate::setup::Setup;
+
+/// Length of a program's lines, mm: as a CAM system writes a finishing path.
+const SPACING_MM: f64 = 0.5;
+/// Laws that learn programs: the control plans the time anew, at which tracking laws diverge (Paper A; `precomp reproduce spatial`), and
+/// norm-optimal ones need a reference that keeps its time.
+const LAWS: [Ilc; 2] = [Ilc::Spatial, Ilc::SpatialDecreasing];
+/// Cut-offs that are tried, Hz: a control slows down for what is learned above them.
+const CUT_OFFS_HZ: [f64; 3] = [20.0, 40.0, 80.0];
+/// The curve on which they are tried; no table holds it.
+const TUNING_CURVE: &str = "polygon-7";
+/// Distance of the tuning noise's seed from the first one.
+pub(super) const TUNING_SEED: u64 = 501;
+
+/// Measures the uncompensated program, the first run, every ILC and the floor on built-in curves as programs of short lines at 80 mm/s.
+///
+/// Gains are those of `tuned`; the cut-off of every law is the one of `CUT_OFFS_HZ`, or of `tuned`, with the lowest RMS in the last run on
+/// the program of another curve with another noise seed.
+///
+/// # Errors
+/// When a curve cannot be planned on the machine, or a program not be written.
+pub fn compare_programs(
+    names: &[&str],
+    plant: Plant<'_>,
+    bundle: Option<&Bundle>,
+    settings: &CompareSettings,
+    tuned: &Tuned,
+    progress: Progress<'_>,
+) -> Result<(Vec<PathComparison>, Tuned)> {
+    let setup = plant.setup()?;
+    let tuning = curve_program(TUNING_CURVE, FEED_MM_S, SPACING_MM, &setup)?;
+    let trial = |law: &Ilc| -> Result<Option<(Ilc, LawSettings)>> {
+        let Some(own) = tuned.of(*law) else { return Ok(None) };
+        let tried = CUT_OFFS_HZ.into_iter().filter(|_| settings.ilc_low_pass_hz.is_none()).chain(own.low_pass_hz());
+        let tried: Vec<LawSettings> = tried.map(|hz| own.for_programs(hz)).collect();
+        let cost = |one: &LawSettings| -> Result<f64> {
+            let mut machine = plant.machine(settings.seed.wrapping_add(TUNING_SEED), settings.simulation)?;
+            let run = learned(&tuning, machine.as_mut(), settings.ilc_runs, *law, *one);
+            // A law whose program cannot be planned any more has diverged.
+            Ok(run.map_or(f64::INFINITY, |run| run.figures.judged_mm()))
+        };
+        let costs: Vec<f64> = tried.par_iter().map(cost).collect::<Result<_>>()?;
+        let best = costs.iter().zip(&tried).min_by(|one, other| one.0.total_cmp(other.0));
+        Ok(best.map(|(_, settings)| (*law, *settings)))
+    };
+    let chosen: Vec<Option<(Ilc, LawSettings)>> = LAWS.par_iter().map(trial).collect::<Result<_>>()?;
+    let chosen = Tuned { laws: chosen.into_iter().flatten().collect(), searched: tuned.searched };
+    let steps = Steps::new(progress, Job::ComparingPrograms, names.len() * settings.seeds as usize);
+    let bench = Bench { plant, bundle, settings, tuned: &chosen, steps };
+    let results = names.par_iter().map(|name| bench.program(name, &setup)).collect::<Result<_>>()?;
+    Ok((results, chosen))
+}
+
+/// The last run of `law` on a program.
+fn learned(part: &Part, machine: &mut dyn Machine, updates: usize, law: Ilc, settings: LawSettings) -> Result<ProgramRun> {
+    let desired = &part.plan.desired;
+    let uncompensated = machine.run(desired.trajectory())?;
+    let guard = ilc_guard(desired, &uncompensated, settings)?;
+    let mut learner = settings.law(law, desired.trajectory().period_s(), &[])?;
+    let runs = learn_program(part, machine, learner.as_mut(), Pairing::Place, updates, &guard)?;
+    runs.into_iter().next_back().ok_or(Error::NoRun(law.name()))
+}
+
+impl Bench<'_> {
+    /// Every method on the program of a curve.
+    fn program(&self, name: &str, setup: &Setup) -> Result<PathComparison> {
+        let program = Input::from(curve_program(name, FEED_MM_S, SPACING_MM, setup)?);
+        let desired = program.desired();
+        let mut references = vec![(Method::Uncompensated, desired.trajectory().clone())];
+        if let Some(bundle) = self.bundle {
+            let settings = Settings { written: Some(MOVE_POINTS), ..self.settings.learning };
+            self.steps.at(&format!("{name}: learning on the model"))?;
+            let first = model_based_ilc(&program, bundle, &settings, SILENT)?;
+            references.push((Method::FirstRun, first.reference));
+        }
+        let mut result = PathComparison::empty(name, desired);
+        let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.program_seed(program.program()?, &references, seed));
+        for (method, measured) in seeds.collect::<Result<Vec<_>>>()?.into_iter().flatten() {
+            result.push(method, &measured);
+        }
+        result.insert_best_ilc();
+        Ok(result)
+    }
+
+    fn program_seed(&self, part: &Part, references: &[(Method, Trajectory)], index: u64) -> Result<Vec<(Method, Measured)>> {
+        let mut machine = self.plant.machine(self.settings.noise_seed(index), self.settings.simulation)?;
+        let mut measured = Vec::new();
+        for (method, reference) in references {
+            measured.push((*method, Measured::of_program(part, &run_program(part, machine.as_mut(), reference)?)));
+        }
+        for law in LAWS {
+            let Some(settings) = self.tuned.of(law) else { continue };
+            self.steps.at(&format!("{}: {}", part.name, law.name()))?;
+            let run = learned(part, machine.as_mut(), self.settings.ilc_runs, law, settings)?;
+            measured.push((Method::Ilc(law), Measured::of_program(part, &run)));
+        }
+        for figures in floor_runs(machine.as_mut(), &part.plan.desired, Some(part))? {
+            measured.push((Method::Floor, Measured { figures, max_sample: 0, seconds: None }));
+        }
+        self.steps.step(&part.name)?;
+        Ok(measured)
+    }
+}
+
+impl Measured {
+    /// A run of a program in the time that the control planned.
+    fn of_program(part: &Part, ProgramRun { run, figures }: &ProgramRun) -> Self {
+        let place = |k: usize| run.places[k].round() as usize;
+        let mut counted = (0..run.places.len()).map(place).filter(|sample| part.feeds_at(*sample));
+        let max_sample = counted.nth(figures.tip.max_at).unwrap_or_default();
+        Self { figures: *figures, max_sample, seconds: Some(run.command.duration_s()) }
+    }
+}

@@ -1,0 +1,188 @@
+//! What the methods made of the paths.
+
+use motion::{DesiredPath, Trajectory};
+
+use super::method::{Ilc, Method};
+use crate::error::Result;
+use crate::input::Input;
+use crate::statistics;
+
+/// What one method makes of one path, one entry a seed.
+#[derive(Debug, Clone, Default)]
+pub struct Figures {
+    /// Root mean square of the tip's contour error over the samples of a run, mm.
+    pub rms: Vec<f64>,
+    /// Largest, mm.
+    pub max: Vec<f64>,
+    /// The sample of the path at which it lies.
+    pub max_sample: Vec<usize>,
+    /// RMS of the tool's direction, rad; empty where it does not turn.
+    pub turn_rms: Vec<f64>,
+    /// Largest, rad.
+    pub turn_max: Vec<f64>,
+    /// How long the run takes, s; of programs only.
+    pub seconds: Vec<f64>,
+}
+
+impl Figures {
+    pub(super) fn push(&mut self, run: &Measured) {
+        self.rms.push(run.figures.tip.rms_mm);
+        self.max.push(run.figures.tip.max_mm);
+        self.max_sample.push(run.max_sample);
+        if let Some(orientation) = &run.figures.orientation {
+            self.turn_rms.push(orientation.rms_rad);
+            self.turn_max.push(orientation.max_rad);
+        }
+        self.seconds.extend(run.seconds);
+    }
+
+    /// Mean RMS and mean MAX of the tip over the seeds, mm.
+    #[must_use]
+    pub fn mean(&self) -> (f64, f64) {
+        (mean(&self.rms), mean(&self.max))
+    }
+
+    /// Mean RMS and mean MAX of the tool's direction over the seeds, rad, where it turns.
+    #[must_use]
+    pub fn mean_turn(&self) -> Option<(f64, f64)> {
+        (!self.turn_rms.is_empty()).then(|| (mean(&self.turn_rms), mean(&self.turn_max)))
+    }
+
+    /// The sample of the path at which the largest error of all seeds lies.
+    #[must_use]
+    pub fn worst_sample(&self) -> Option<usize> {
+        let worst = self.max.iter().zip(&self.max_sample).max_by(|one, other| one.0.total_cmp(other.0));
+        worst.map(|(_, sample)| *sample)
+    }
+}
+
+/// The mean; 0 of nothing.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The standard deviation; 0 of fewer than two.
+#[must_use]
+pub fn spread(values: &[f64]) -> f64 {
+    let m = mean(values);
+    (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (values.len().max(2) - 1) as f64).sqrt()
+}
+
+/// The figures of one run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measured {
+    pub(super) figures: statistics::Figures,
+    pub(super) max_sample: usize,
+    pub(super) seconds: Option<f64>,
+}
+
+impl Measured {
+    /// A run of a path in the path's own time.
+    pub(super) fn of(path: &Input, actual: &Trajectory) -> Result<Self> {
+        let figures = path.figures(actual)?;
+        // Only the samples of feed moves count in a program.
+        let counts = |k: &usize| path.part().is_none_or(|part| part.feeds_at(*k));
+        let max_sample = (0..path.trajectory().len()).filter(counts).nth(figures.tip.max_at).unwrap_or_default();
+        Ok(Self { figures, max_sample, seconds: None })
+    }
+}
+
+/// Everything measured on one path.
+#[derive(Debug)]
+pub struct PathComparison {
+    /// Name of the path.
+    pub name: String,
+    /// Method and figures, in the order of the table.
+    pub methods: Vec<(Method, Figures)>,
+    /// RMS of every run of spatial ILC, mean over the seeds; the first run is uncompensated.
+    pub ilc_rms: Vec<f64>,
+    /// The path.
+    pub desired: DesiredPath,
+    /// Runs of the first seed, for pictures: name and actual positions.
+    pub runs: Vec<(&'static str, Trajectory)>,
+}
+
+/// The laws that have the lowest figures on a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BestIlc {
+    /// Of the lowest RMS.
+    pub rms: Ilc,
+    /// Of the lowest MAX.
+    pub max: Ilc,
+}
+
+impl PathComparison {
+    pub(super) fn empty(name: &str, desired: &DesiredPath) -> Self {
+        Self { name: name.to_owned(), methods: Vec::new(), ilc_rms: Vec::new(), desired: desired.clone(), runs: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, method: Method, measured: &Measured) {
+        match self.methods.iter_mut().find(|(known, _)| *known == method) {
+            Some((_, all)) => all.push(measured),
+            None => {
+                let mut all = Figures::default();
+                all.push(measured);
+                self.methods.push((method, all));
+            }
+        }
+    }
+
+    /// Puts the best ILC behind the last ILC: every figure is that of the law in which it is lowest.
+    pub(super) fn insert_best_ilc(&mut self) {
+        let Some(best) = self.best_ilc() else { return };
+        let (Some(by_rms), Some(by_max)) = (self.of(Method::Ilc(best.rms)), self.of(Method::Ilc(best.max))) else { return };
+        let (mut figures, lowest_max) = (by_rms.clone(), by_max.clone());
+        (figures.max, figures.max_sample) = (lowest_max.max, lowest_max.max_sample);
+        let turning = |of: fn(&Figures) -> &Vec<f64>| {
+            let all = self.laws().map(|(_, figures)| of(figures)).filter(|values| !values.is_empty());
+            all.min_by(|one, other| mean(one).total_cmp(&mean(other))).cloned().unwrap_or_default()
+        };
+        let (turn_rms, turn_max) = (turning(|figures| &figures.turn_rms), turning(|figures| &figures.turn_max));
+        let after = self.methods.iter().rposition(|(method, _)| matches!(method, Method::Ilc(_))).map_or(0, |at| at + 1);
+        self.methods.insert(after, (Method::BestIlc, Figures { turn_rms, turn_max, ..figures }));
+    }
+
+    pub(super) fn laws(&self) -> impl Iterator<Item = (Ilc, &Figures)> {
+        self.methods.iter().filter_map(|(method, figures)| match method {
+            Method::Ilc(law) => Some((*law, figures)),
+            _ => None,
+        })
+    }
+
+    /// The laws with the lowest mean RMS and the lowest mean MAX over the seeds.
+    #[must_use]
+    pub fn best_ilc(&self) -> Option<BestIlc> {
+        let lowest =
+            |of: fn(&Figures) -> f64| self.laws().min_by(|one, other| of(one.1).total_cmp(&of(other.1))).map(|(law, _)| law);
+        Some(BestIlc { rms: lowest(|figures| figures.mean().0)?, max: lowest(|figures| figures.mean().1)? })
+    }
+
+    /// Figures of a method, where it was measured.
+    #[must_use]
+    pub fn of(&self, method: Method) -> Option<&Figures> {
+        self.methods.iter().find(|(known, _)| *known == method).map(|(_, figures)| figures)
+    }
+
+    /// `(first run − floor)/(best ILC − floor)` of RMS and of MAX: below 1 the first run is better than every ILC. `None` where ILC is not above
+    /// the floor.
+    #[must_use]
+    pub fn gap(&self) -> (Option<f64>, Option<f64>) {
+        gap(std::slice::from_ref(self))
+    }
+}
+
+/// The gap of the means over `results`, of RMS and of MAX, as [`PathComparison::gap`].
+#[must_use]
+pub fn gap(results: &[PathComparison]) -> (Option<f64>, Option<f64>) {
+    let over = |method: Method, of: fn((f64, f64)) -> f64| -> Option<f64> {
+        let all: Option<Vec<f64>> = results.iter().map(|result| Some(of(result.of(method)?.mean()))).collect();
+        all.filter(|all| !all.is_empty()).map(|all| mean(&all))
+    };
+    let share = |of: fn((f64, f64)) -> f64| -> Option<f64> {
+        let floor = over(Method::Floor, of)?;
+        let opponent = over(Method::BestIlc, of)? - floor;
+        (opponent > 0.0).then_some((over(Method::FirstRun, of)? - floor) / opponent)
+    };
+    (share(|figures| figures.0), share(|figures| figures.1))
+}

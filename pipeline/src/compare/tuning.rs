@@ -1,0 +1,340 @@
+//! The settings of every ILC law, chosen for each machine on a curve and a noise seed of their own.
+//!
+//! The rule: every law runs on [`tuning_curve`] on the machine that is compared, with another noise seed. Every other cut-off with every window
+//! at stops and turns (or every other weight `R`) is tried; from the best one the search goes to better neighbours (cut-off, gain, window; or `R`, `S`) until
+//! there is none. Better is a lower RMS over the last runs. So a law that diverges is never taken where a lower cut-off converges.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
+use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
+use machine::Machine;
+use motion::contour::Exact;
+use motion::curves::{Curve, OnSaddle, library};
+use motion::{AxisKind, DesiredPath, Trajectory, plan_curve_on, poses_of};
+use rayon::prelude::*;
+
+use super::method::Ilc;
+use super::plant::Plant;
+use super::settings::{CompareSettings, FEED_MM_S};
+use crate::error::{Error, Result};
+use crate::model_based_ilc::{PROBE, RESPONSE_S};
+use crate::progress::{Job, Progress, Steps};
+use crate::setup::Setup;
+use crate::statistics;
+
+/// Settings of one law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LawSettings {
+    /// Of a law with gain and low-pass.
+    Filtered {
+        /// Learning gain.
+        gain: Gain,
+        /// Cut-off of the zero-phase low-pass on every update, Hz.
+        low_pass_hz: f64,
+        /// Time around stops and sharp turns in which a spatial law takes the tracking error, s; 0 for nowhere.
+        window_s: f64,
+    },
+    /// Of a norm-optimal law: its weights `S` and `R`.
+    NormOptimal {
+        /// Weight of the shift.
+        s: f64,
+        /// Weight of a shift's change from run to run.
+        r: f64,
+    },
+}
+
+/// Cut-offs that are tried, Hz: from below the bandwidth of a slow servo to above that of a fast one.
+const CUT_OFFS_HZ: [f64; 7] = [8.0, 12.0, 20.0, 35.0, 60.0, 100.0, 150.0];
+/// Gains that are tried. The papers use 0.8; a lower one learns less of the noise, a higher one converges in fewer runs.
+const GAINS: [f64; 3] = [0.5, 0.8, 1.0];
+/// Times around stops and turns that are tried, s: none, position loops of 100 and 40 1/s.
+const WINDOWS_S: [f64; 3] = [0.0, 0.01, 0.025];
+/// Weights that are tried, `S` and `R`. Paper E prints 1e-3 for both; `R` damps noise as a lower gain does.
+const WEIGHTS_S: [f64; 3] = [1e-3, 1e-2, 1e-1];
+const WEIGHTS_R: [f64; 3] = [1e-3, 0.3, 1.0];
+/// Gain at which the search starts, and the window where nothing is tuned: 0.8 and 10 ms, as the papers and the first run have.
+const START_GAIN: usize = 1;
+const START_WINDOW: usize = 1;
+
+/// Distance of the tuning noise's seed from the first one; those of the compared runs are 1000 apart.
+pub(super) const TUNING_SEED: u64 = 500;
+/// Points of the tuning curve, their spread in mm, and its seed: some seconds of motion from rest to rest. No reported curve has so few points.
+const TUNING_POINTS: usize = 6;
+const TUNING_SIGMA_MM: f64 = 8.0;
+const TUNING_CURVE_SEED: u64 = 901;
+/// Runs at the end over which a setting is judged.
+const JUDGED_RUNS: usize = 3;
+/// A law diverges when its error is so many times that of the uncompensated run, or its last run's so many times that of its best one: noise
+/// alone changes the RMS of a run by less than a tenth.
+const DIVERGED: f64 = 2.0;
+const RISEN: f64 = 1.25;
+
+/// The settings of every law on one machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tuned {
+    /// Every law with its settings.
+    pub laws: Vec<(Ilc, LawSettings)>,
+    /// Whether they were searched for on the machine, or given.
+    pub searched: bool,
+}
+
+impl Tuned {
+    /// The settings of `law`.
+    #[must_use]
+    pub fn of(&self, law: Ilc) -> Option<LawSettings> {
+        self.laws.iter().find(|(known, _)| *known == law).map(|(_, settings)| *settings)
+    }
+
+    /// Searches for the best settings of every law on `plant`; where gain and cut-off are both given takes them, with Paper E's weights.
+    ///
+    /// # Errors
+    /// When the tuning curve cannot be planned, or the machine does not run it.
+    pub fn on(plant: Plant<'_>, laws: &[Ilc], setup: &Setup, settings: &CompareSettings, progress: Progress<'_>) -> Result<Self> {
+        let grid = Grid::of(settings.ilc_gain, settings.ilc_low_pass_hz);
+        if settings.ilc_gain.is_some() && settings.ilc_low_pass_hz.is_some() {
+            let given = |law: &Ilc| (*law, Candidate([0, 0, START_WINDOW]).settings(*law, &grid));
+            return Ok(Self { laws: laws.iter().map(given).collect(), searched: false });
+        }
+        let desired = tuning_curve(setup).map_err(|error| Error::TuningCurve(Box::new(error)))?;
+        let trial = Trial { plant, desired, settings, grid };
+        let steps = Steps::new(progress, Job::TuningIlc, laws.len());
+        let tuned = |law: &Ilc| {
+            let best = trial.best(*law)?.settings(*law, &trial.grid);
+            steps.step(law.name())?;
+            Ok((*law, best))
+        };
+        let laws = laws.par_iter().map(tuned);
+        Ok(Self { laws: laws.collect::<Result<_>>()?, searched: true })
+    }
+}
+
+impl LawSettings {
+    /// The law with these settings; norm-optimal ones with the machine's `responses`.
+    ///
+    /// # Errors
+    /// When a setting is out of its range.
+    pub fn law(self, law: Ilc, period_s: f64, responses: &[ImpulseResponse]) -> Result<Box<dyn CompensationLaw>> {
+        Ok(match self {
+            Self::NormOptimal { s, r } => {
+                let a = if law == Ilc::CrossCoupled { 1.0 } else { 0.0 };
+                Box::new(NormOptimalIlc::new(NormOptimalSettings { a, s, r }, responses.to_vec())?)
+            }
+            Self::Filtered { gain, low_pass_hz, window_s } if law.is_spatial() => {
+                let spatial = SpatialIlc::new(gain, LowPass::new(low_pass_hz, period_s)?)?;
+                let spatial = spatial.with_estimator(Box::new(Exact::default()));
+                Box::new(if window_s > 0.0 { spatial.with_tracking_in_turns(window_s) } else { spatial })
+            }
+            Self::Filtered { gain, low_pass_hz, .. } => Box::new(TrackingIlc::new(gain, LowPass::new(low_pass_hz, period_s)?)),
+        })
+    }
+
+    /// The same for programs, with another cut-off and without a window: the control takes a shift along the path for another place at which it
+    /// slows down.
+    #[must_use]
+    pub fn for_programs(self, low_pass_hz: f64) -> Self {
+        match self {
+            Self::Filtered { gain, .. } => Self::Filtered { gain, low_pass_hz, window_s: 0.0 },
+            weights => weights,
+        }
+    }
+
+    /// Cut-off of the low-pass, Hz, where there is one.
+    #[must_use]
+    pub fn low_pass_hz(self) -> Option<f64> {
+        match self {
+            Self::Filtered { low_pass_hz, .. } => Some(low_pass_hz),
+            Self::NormOptimal { .. } => None,
+        }
+    }
+}
+
+/// Values that are tried.
+struct Grid {
+    gains: Vec<f64>,
+    cut_offs_hz: Vec<f64>,
+}
+
+impl Grid {
+    fn of(gain: Option<f64>, low_pass_hz: Option<f64>) -> Self {
+        Self {
+            gains: gain.map_or(GAINS.to_vec(), |gain| vec![gain]),
+            cut_offs_hz: low_pass_hz.map_or(CUT_OFFS_HZ.to_vec(), |hz| vec![hz]),
+        }
+    }
+
+    /// Number of values along each of a law's coordinates: cut-off, gain, window; or `R`, `S`.
+    fn sizes(&self, law: Ilc) -> [usize; 3] {
+        if law.is_norm_optimal() {
+            return [WEIGHTS_R.len(), WEIGHTS_S.len(), 1];
+        }
+        let gains = if law.is_decreasing() { 1 } else { self.gains.len() };
+        [self.cut_offs_hz.len(), gains, if law.is_spatial() { WINDOWS_S.len() } else { 1 }]
+    }
+}
+
+/// A point of the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate([usize; 3]);
+
+impl Candidate {
+    fn settings(self, law: Ilc, grid: &Grid) -> LawSettings {
+        let [first, second, third] = self.0;
+        if law.is_norm_optimal() {
+            return LawSettings::NormOptimal { s: WEIGHTS_S[second], r: WEIGHTS_R[first] };
+        }
+        let gain = if law.is_decreasing() { Gain::Decreasing } else { Gain::Constant(grid.gains[second]) };
+        LawSettings::Filtered { gain, low_pass_hz: grid.cut_offs_hz[first], window_s: WINDOWS_S[third] }
+    }
+
+    /// The points one step away along one coordinate.
+    fn neighbours(self, sizes: [usize; 3]) -> Vec<Self> {
+        let mut found = Vec::new();
+        for (coordinate, size) in sizes.into_iter().enumerate() {
+            let at = self.0[coordinate];
+            for next in [at.checked_sub(1), Some(at + 1).filter(|next| *next < size)].into_iter().flatten() {
+                let mut point = self.0;
+                point[coordinate] = next;
+                found.push(Self(point));
+            }
+        }
+        found
+    }
+}
+
+/// The machine and curve on which settings are tried.
+struct Trial<'a> {
+    plant: Plant<'a>,
+    desired: DesiredPath,
+    settings: &'a CompareSettings,
+    grid: Grid,
+}
+
+impl Trial<'_> {
+    /// The best point of a law's grid: all values of the first coordinate, then downhill.
+    fn best(&self, law: Ilc) -> Result<Candidate> {
+        let sizes = self.grid.sizes(law);
+        let second = if law.is_norm_optimal() { 0 } else { START_GAIN.min(sizes[1] - 1) };
+        let mut known: BTreeMap<Candidate, f64> = BTreeMap::new();
+        let every_other = (0..sizes[0]).skip(usize::from(sizes[0] > 1)).step_by(2);
+        let mut next: Vec<Candidate> =
+            every_other.flat_map(|first| (0..sizes[2]).map(move |third| Candidate([first, second, third]))).collect();
+        loop {
+            let costs = next.par_iter().map(|point| Ok((*point, self.cost(law, *point)?))).collect::<Result<Vec<_>>>()?;
+            known.extend(costs);
+            let best = known.iter().min_by(|one, other| one.1.total_cmp(other.1)).map(|(point, _)| *point);
+            let best = best.ok_or(Error::NoRun(law.name()))?;
+            next = best.neighbours(sizes).into_iter().filter(|point| !known.contains_key(point)).collect();
+            if next.is_empty() {
+                return Ok(best);
+            }
+        }
+    }
+
+    /// Mean cost of the last runs, mm; infinite of a law that diverges, or that drives the machine out of what it can do.
+    fn cost(&self, law: Ilc, point: Candidate) -> Result<f64> {
+        let desired = &self.desired;
+        let seed = self.settings.seed.wrapping_add(TUNING_SEED);
+        let mut machine = self.plant.machine(seed, self.settings.simulation)?;
+        let machine = machine.as_mut();
+        let uncompensated = machine.run(desired.trajectory())?;
+        let responses = if law.is_norm_optimal() { probe(machine, desired)? } else { Vec::new() };
+        let settings = point.settings(law, &self.grid);
+        let mut law = settings.law(law, desired.trajectory().period_s(), &responses)?;
+        let guard = ilc_guard(desired, &uncompensated, settings)?;
+        let most = DIVERGED * statistics::figures(desired, None, &uncompensated)?.judged_mm();
+        let mut reference = desired.trajectory().clone();
+        let mut actual = uncompensated;
+        let mut costs = Vec::new();
+        for _ in 0..self.settings.ilc_runs {
+            let Ok(next) = law.update(desired, &reference, &actual) else { return Ok(f64::INFINITY) };
+            reference = guard.apply(desired, &next)?;
+            let Ok(run) = machine.run(&reference) else { return Ok(f64::INFINITY) };
+            actual = run;
+            let cost = statistics::figures(desired, None, &actual)?.judged_mm();
+            if cost.is_nan() || cost > most {
+                return Ok(f64::INFINITY);
+            }
+            costs.push(cost);
+        }
+        let lowest = costs.iter().fold(f64::INFINITY, |low, cost| low.min(*cost));
+        if costs.last().is_some_and(|last| *last > RISEN * lowest) {
+            return Ok(f64::INFINITY);
+        }
+        let last = &costs[costs.len().saturating_sub(JUDGED_RUNS)..];
+        Ok(last.iter().sum::<f64>() / last.len().max(1) as f64)
+    }
+}
+
+/// The curve on which laws are tuned: a random NURBS that is reported nowhere; on a machine that turns the tool laid on the saddle.
+///
+/// # Errors
+/// When it cannot be planned on the machine.
+pub fn tuning_curve(setup: &Setup) -> Result<DesiredPath> {
+    let turns = setup.kinematics.turns();
+    let dimensions = if turns { 2 } else { setup.kinematics.axes().len().min(3) };
+    let nurbs = library::random_nurbs(TUNING_POINTS, TUNING_SIGMA_MM, dimensions, TUNING_CURVE_SEED)?;
+    let curve: Arc<dyn Curve> = if turns { Arc::new(OnSaddle(nurbs)) } else { Arc::new(nurbs) };
+    Ok(plan_curve_on(curve, FEED_MM_S, &setup.kinematics, &setup.limits, &setup.plan_settings())?)
+}
+
+/// Impulse responses of the machine on a path.
+///
+/// # Errors
+/// As [`ImpulseResponse::probe`].
+pub fn probe(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<Vec<ImpulseResponse>> {
+    Ok(ImpulseResponse::probe(machine, desired.trajectory(), PROBE, RESPONSE_S)?)
+}
+
+/// Factor on the uncompensated run's error up to which ILC may move the reference: a law that learns the whole lag away needs all of it.
+const SHIFT_OF_ERROR: f64 = 2.0;
+
+/// The guard of a learning law: it may take the machine's whole lag away, and its correction moves at stops for as long as the law looks.
+///
+/// # Errors
+/// When the run does not have the path's axes.
+pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: LawSettings) -> Result<Guard> {
+    let poses = poses_of(uncompensated, desired.kinematics().as_ref())?;
+    let (mut tip_mm, mut turn_rad) = (0.0_f64, 0.0_f64);
+    for (wanted, actual) in desired.poses().iter().zip(&poses) {
+        tip_mm = tip_mm.max((wanted.tip - actual.tip).norm());
+        turn_rad = turn_rad.max(wanted.angle_to(actual));
+    }
+    let errors = desired.trajectory().tracking_error(uncompensated)?;
+    for (axis, error) in desired.trajectory().axes().iter().zip(errors) {
+        let largest = error.iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+        match axis.kind {
+            AxisKind::Linear => tip_mm = tip_mm.max(largest),
+            AxisKind::Rotary => turn_rad = turn_rad.max(largest),
+        }
+    }
+    let default = Guard::default();
+    let settle_s = match settings {
+        // In the default's ratio to the window that the first run has.
+        LawSettings::Filtered { window_s, .. } => (window_s / WINDOWS_S[START_WINDOW] * default.settle_s).max(default.settle_s),
+        LawSettings::NormOptimal { .. } => default.settle_s,
+    };
+    Ok(Guard {
+        max_shift: default.max_shift.max(SHIFT_OF_ERROR * tip_mm),
+        max_turn_rad: default.max_turn_rad.max(SHIFT_OF_ERROR * turn_rad),
+        settle_s,
+        ..default
+    })
+}
+
+/// Runs `law` on the machine: the actual positions of every run, the uncompensated one first.
+///
+/// # Errors
+/// When the machine refuses a reference.
+pub fn run_ilc(
+    machine: &mut dyn Machine,
+    law: &mut dyn CompensationLaw,
+    desired: &DesiredPath,
+    guard: &Guard,
+    runs: usize,
+) -> Result<Vec<Trajectory>> {
+    // Never stops early: the last run counts, whatever the noise of the one before.
+    let learned = learn(machine, law, desired, None, guard, &StopRule::after(runs), &mut |_, _| 0.0)?;
+    Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
+}

@@ -1,0 +1,70 @@
+//! A curve as a program of short lines, as a CAM system writes a finishing path.
+
+use gcode::{Dialect, Options, Units, format_angle, format_coordinate, format_number};
+use machine::ProgramWords;
+use motion::{DesiredPath, Vec6};
+
+use crate::error::Result;
+use crate::input::Input;
+use crate::part::{Part, WorkOffsets, stated};
+use crate::refit::DECIMALS;
+use crate::setup::Setup;
+
+/// A built-in curve as short lines in words of the tool tip at one feed, planned for the setup.
+///
+/// # Errors
+/// When there is no such curve, or the machine cannot run it.
+pub fn curve_program(name: &str, feed_mm_s: f64, spacing_mm: f64, setup: &Setup) -> Result<Part> {
+    let curve = Input::curve(name, feed_mm_s, setup)?;
+    let program = gcode::parse(short_lines(curve.desired(), feed_mm_s, spacing_mm)?);
+    let options = Options::from(Dialect::Fanuc);
+    Part::planned(name, program, options, &WorkOffsets::default().or_zero(), setup, &setup.plan_settings())
+}
+
+/// A program through the path's places at least `spacing_mm` apart, its ends included.
+fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
+    let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\n");
+    let kinematics = path.kinematics().as_ref();
+    if kinematics.turns() {
+        text.push_str("G43.4 H1\n");
+    }
+    for (number, point) in points(path, spacing_mm).into_iter().enumerate() {
+        match number {
+            0 => text.push_str("G0"),
+            1 => text += &format!("G1F{}", format_number(feed_mm_s * 60.0, DECIMALS)?),
+            _ => {}
+        }
+        for axis in kinematics.axes() {
+            let Some(slot) = axis.slot() else { continue };
+            let value = match slot {
+                0..3 => format_coordinate(point[slot], Units::Mm, DECIMALS)?,
+                _ => format_angle(point[slot], DECIMALS)?,
+            };
+            text += &format!("{}{value}", axis.name.to_uppercase());
+        }
+        text.push('\n');
+    }
+    text.push_str("M30\n");
+    Ok(text)
+}
+
+/// Tip and rotary axes at the path's first sample, at every one `spacing_mm` after the one before, and at its last.
+fn points(path: &DesiredPath, spacing_mm: f64) -> Vec<Vec6> {
+    let (trajectory, kinematics) = (path.trajectory(), path.kinematics().as_ref());
+    let at = |k: usize| stated(&trajectory.at(k).collect::<Vec<f64>>(), kinematics, ProgramWords::Tip);
+    let apart = |a: &Vec6, b: &Vec6, least_mm: f64| (b - a).fixed_rows::<3>(0).norm() >= least_mm;
+    let mut points: Vec<Vec6> = Vec::new();
+    for point in (0..trajectory.len()).map(at) {
+        if points.last().is_none_or(|before| apart(before, &point, spacing_mm)) {
+            points.push(point);
+        }
+    }
+    // No line at the end is much shorter than the others.
+    if let Some(end) = trajectory.len().checked_sub(1).map(at) {
+        if points.len() > 1 && !points.last().is_none_or(|before| apart(before, &end, 0.5 * spacing_mm)) {
+            points.pop();
+        }
+        points.push(end);
+    }
+    points
+}

@@ -1,0 +1,385 @@
+//! An excitation run as a part program, in the words of the control that is to run it.
+
+use gcode::{Dialect, Feed, MoveKind, Options, append_number, format_number};
+use motion::{AxisKind, Trajectory};
+
+use crate::error::{Error, ProgramFault};
+use crate::refit::{RefitSettings, TimeEncoding};
+use crate::setup::Setup;
+use crate::units::in_programs;
+
+/// Feed of the way down to the first point, mm/min: slow enough to be stopped by hand.
+const PLUNGE_MM_MIN: f64 = 600.0;
+/// Wait before and after the motion, s: every axis is at rest when the run begins.
+const WAIT_S: f64 = 0.5;
+/// Path tolerance on LinuxCNC where the machine file states none, mm: that of the built-in profile.
+const PATH_TOLERANCE_MM: f64 = 0.001;
+/// Longest time between points on LinuxCNC unless one is asked for, s: under its path tolerance, points every 8 ms, the spacing of
+/// compensated programs, make the motion of a run of 7 s last 10.1 s, those every 4 ms 7.6 s (`excite --controller linuxcnc`, `simulate 01-full.nc`).
+const LINUXCNC_SPACING_S: f64 = 0.004;
+/// Decimals of feeds and of inverse times.
+const FEED_DECIMALS: usize = 4;
+/// Difference of the program's whole time from the run's that its rounding may make, as a share.
+const TIME_SHARE: f64 = 0.01;
+/// Number of the first program, where programs have one: below the range that machine builders protect.
+const FIRST_NUMBER: usize = 7001;
+
+/// How the control reads programs.
+#[derive(Debug, Clone)]
+pub struct Style {
+    /// What is written; where the machine file does not say, words that most controls share.
+    pub dialect: Option<Dialect>,
+    /// How lines carry their time; `Keep` is a feed a minute on every line.
+    pub encoding: TimeEncoding,
+    /// Decimals of coordinates, mm and degrees.
+    pub decimals: usize,
+    /// Time between points, s.
+    pub spacing_s: f64,
+    /// `G64 P…`, mm, where the control knows it.
+    pub path_tolerance_mm: Option<f64>,
+    /// Name of the machine.
+    pub machine: String,
+    /// Feed of the first way down, mm/min.
+    plunge_mm_min: f64,
+}
+
+impl Style {
+    /// As `settings`, from the machine's profile, say; `spacing_s` is the time between points that the user asked for. Inverse time on a control whose dialect is not stated becomes a feed on every line.
+    #[must_use]
+    pub fn of(settings: &RefitSettings, spacing_s: Option<f64>, setup: &Setup) -> Self {
+        let dialect = setup.dialect;
+        let encoding = match settings.encoding {
+            TimeEncoding::G93 if dialect.is_some() => TimeEncoding::G93,
+            _ => TimeEncoding::G94,
+        };
+        let of_linuxcnc = dialect == Some(Dialect::LinuxCnc);
+        let axes = setup.kinematics.axes().iter().zip(&setup.limits.axes);
+        let z_mm_s = axes.filter(|(axis, _)| axis.name == "z").map(|(_, limits)| limits.velocity).next().unwrap_or(f64::INFINITY);
+        Self {
+            dialect,
+            encoding,
+            decimals: settings.decimals,
+            spacing_s: spacing_s.unwrap_or(settings.spacing_s.min(if of_linuxcnc { LINUXCNC_SPACING_S } else { f64::INFINITY })),
+            path_tolerance_mm: of_linuxcnc.then(|| settings.path_tolerance_mm.unwrap_or(PATH_TOLERANCE_MM)),
+            machine: setup.name.clone(),
+            plunge_mm_min: PLUNGE_MM_MIN.min(0.5 * 60.0 * z_mm_s),
+        }
+    }
+
+    /// A wait. Where the dialect is not known it is in seconds: a control that counts milliseconds then waits too short, not for minutes.
+    fn dwell(&self, seconds: f64) -> Result<String, ProgramFault> {
+        Ok(match self.dialect {
+            Some(Dialect::Fanuc) => format!("G4 P{:.0}", seconds * 1e3),
+            _ => format!("G4 P{}", format_number(seconds, 4)?),
+        })
+    }
+
+    fn options(&self, program: &gcode::Program) -> Options {
+        self.dialect.unwrap_or_else(|| Dialect::detect(program)).into()
+    }
+}
+
+/// A program of short lines: `reference` holds the positions that its words state, mm and rad; `number` counts the runs from 0.
+///
+/// The tool is lifted to the highest Z of the run first, then moved over the first point, then lowered at a feed. The text is read again
+/// and compared with `reference`.
+///
+/// # Errors
+/// When a position cannot be written, or what was written does not lead where it should.
+pub fn program(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, Error> {
+    written(name, number, reference, style).map_err(|source| Error::Excitation { run: name.to_owned(), source })
+}
+
+fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, ProgramFault> {
+    let mut lines = Lines { reference, style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
+    lines.motion()?;
+    let mut text = String::from("%\n");
+    if style.dialect == Some(Dialect::Fanuc) {
+        text += &format!("O{}\n", FIRST_NUMBER + number);
+    }
+    for line in header(name, reference, style, lines.feeds()) {
+        let plain: String = line.chars().map(|c| if c.is_ascii() && !"()%;".contains(c) { c } else { ' ' }).collect();
+        text += &format!("({})\n", plain.to_ascii_uppercase());
+    }
+    text += &lines.text;
+    text += if style.dialect == Some(Dialect::Fanuc) { "M30\n%\n" } else { "M2\n%\n" };
+    check(&text, reference, &lines.ends, style)?;
+    Ok(text)
+}
+
+/// What an operator has to know before the start, a line each.
+fn header(name: &str, reference: &Trajectory, style: &Style, feeds: Option<(f64, f64)>) -> Vec<String> {
+    let mut lines = vec![
+        format!("precomp excitation {name} for machine {}", style.machine),
+        "Run from a clear start: no tool, no part".to_owned(),
+    ];
+    for (axis, column) in reference.axes().iter().zip(reference.columns()) {
+        let (scale, unit) = in_programs(axis.kind);
+        let [low, high] = extent(column).map(|position| position * scale);
+        lines.push(format!("{} {low:.3} to {high:.3} {unit}", axis.name));
+    }
+    lines.push("Origin: the active work offset, G54. Coordinates are machine coordinates where all offsets are zero,".to_owned());
+    lines.push("else machine coordinates shifted by them. The axes move within these ranges about that origin".to_owned());
+    if let Some((slowest, fastest)) = feeds {
+        lines.push(format!("Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s", reference.duration_s()));
+    }
+    lines
+}
+
+fn extent(column: &[f64]) -> [f64; 2] {
+    [column.iter().copied().fold(f64::INFINITY, f64::min), column.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+/// A line's end as written, and its time.
+struct End {
+    /// As read back, in the order of the reference's axes, mm and rad.
+    at: Vec<f64>,
+    /// Speed of the linear axes, mm/min.
+    feed_mm_min: f64,
+    seconds: f64,
+}
+
+/// The motion in the making.
+struct Lines<'a> {
+    reference: &'a Trajectory,
+    style: &'a Style,
+    text: String,
+    /// The words of the place that was written last.
+    words: Vec<String>,
+    /// That place as read back, mm and rad.
+    at: Vec<f64>,
+    ends: Vec<End>,
+}
+
+impl Lines<'_> {
+    fn motion(&mut self) -> Result<(), ProgramFault> {
+        let Style { encoding, spacing_s, path_tolerance_mm, .. } = *self.style;
+        let period_s = self.reference.period_s();
+        self.text += "G21 G90 G17 G40 G49 G80 G94";
+        if let Some(tolerance_mm) = path_tolerance_mm {
+            self.text += &format!(" G64 P{} Q0", format_number(tolerance_mm, 6)?);
+        }
+        self.text.push('\n');
+        self.approach()?;
+        self.text += &format!("{}\n", self.style.dwell(WAIT_S)?);
+        if encoding == TimeEncoding::G93 {
+            self.text += "G93\n";
+        }
+        let stride = ((spacing_s / period_s).round() as usize).max(1);
+        let last = self.reference.len().saturating_sub(1);
+        let (mut from, mut waited) = (0, 0);
+        for k in (stride..last).step_by(stride).chain([last]) {
+            let (words, at) = self.place(k)?;
+            if words == self.words {
+                waited += k - from;
+            } else {
+                self.wait(waited as f64 * period_s)?;
+                waited = 0;
+                self.line(words, at, (k - from) as f64 * period_s)?;
+            }
+            from = k;
+        }
+        if encoding == TimeEncoding::G93 {
+            self.text += "G94\n";
+        }
+        self.text += &format!("{}\n", self.style.dwell(WAIT_S)?);
+        Ok(())
+    }
+
+    /// Up, over the first point, down.
+    fn approach(&mut self) -> Result<(), ProgramFault> {
+        let (words, at) = self.place(0)?;
+        let z = self.reference.axes().iter().position(|axis| axis.name == "z");
+        if let Some(z) = z {
+            let [_, highest] = extent(&self.reference.columns()[z]);
+            self.text += &format!("G0 Z{}\n", format_number(highest, self.style.decimals)?);
+        }
+        let others: Vec<&str> = (0..words.len()).filter(|axis| Some(*axis) != z).map(|axis| words[axis].as_str()).collect();
+        if !others.is_empty() {
+            self.text += &format!("G0 {}\n", others.join(" "));
+        }
+        if let Some(z) = z {
+            self.text += &format!("G1 {} F{}\n", words[z], format_number(self.style.plunge_mm_min, FEED_DECIMALS)?);
+        }
+        (self.words, self.at) = (words, at);
+        Ok(())
+    }
+
+    /// Words of a sample, one an axis, and where they lead when read back.
+    fn place(&self, sample: usize) -> Result<(Vec<String>, Vec<f64>), ProgramFault> {
+        let axes = self.reference.axes().iter().zip(self.reference.at(sample));
+        axes.map(|(axis, position)| {
+            let (scale, _) = in_programs(axis.kind);
+            let mut word = axis.name.to_ascii_uppercase();
+            let read = append_number(&mut word, position * scale, self.style.decimals)?;
+            Ok((word, read / scale))
+        })
+        .collect::<Result<Vec<_>, ProgramFault>>()
+        .map(|places| places.into_iter().unzip())
+    }
+
+    fn wait(&mut self, seconds: f64) -> Result<(), ProgramFault> {
+        if seconds > 0.0 {
+            self.text += &format!("{}\n", self.style.dwell(seconds)?);
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, words: Vec<String>, at: Vec<f64>, seconds: f64) -> Result<(), ProgramFault> {
+        let way = |kind: AxisKind| {
+            let steps = self.reference.axes().iter().zip(at.iter().zip(&self.at)).filter(|(axis, _)| axis.kind == kind);
+            steps.map(|(_, (to, from))| (to - from).powi(2)).sum::<f64>().sqrt()
+        };
+        let (linear_mm, rotary_deg) = (way(AxisKind::Linear), way(AxisKind::Rotary).to_degrees());
+        // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
+        let length = if linear_mm > 0.0 { linear_mm } else { rotary_deg };
+        let feed = match self.style.encoding {
+            TimeEncoding::G93 => 60.0 / seconds,
+            TimeEncoding::G94 | TimeEncoding::Keep => (length / seconds * 60.0).max(1e-4),
+        };
+        // Words that lead nowhere would make a turn look like a move of the linear axes.
+        let moved: Vec<&str> = words.iter().zip(&self.words).filter(|(to, from)| to != from).map(|(to, _)| to.as_str()).collect();
+        self.text += &format!("G1 {} F{}\n", moved.join(" "), format_number(feed, FEED_DECIMALS)?);
+        self.ends.push(End { at: at.clone(), feed_mm_min: linear_mm / seconds * 60.0, seconds });
+        (self.words, self.at) = (words, at);
+        Ok(())
+    }
+
+    /// Slowest and fastest speed of the linear axes, mm/min; `None` where none of them moves.
+    fn feeds(&self) -> Option<(f64, f64)> {
+        let feeds: Vec<f64> = self.ends.iter().map(|end| end.feed_mm_min).filter(|feed| *feed > 0.0).collect();
+        (!feeds.is_empty()).then(|| extent(&feeds)).map(|[slowest, fastest]| (slowest, fastest))
+    }
+}
+
+/// Reads the program as its control does: every line ends where it should, and all of them together take the time that they should.
+fn check(text: &str, reference: &Trajectory, ends: &[End], style: &Style) -> Result<(), ProgramFault> {
+    let program = gcode::parse(text.as_bytes().to_vec());
+    let toolpath = gcode::interpret(&program, &style.options(&program))?;
+    let feeds: Vec<&gcode::Move> = toolpath.moves.iter().filter(|of| of.is_feed()).collect();
+    // The way down comes first.
+    let lines = feeds.get(feeds.len().saturating_sub(ends.len())..).unwrap_or_default();
+    if lines.len() != ends.len() {
+        return Err(ProgramFault::Lines { read: lines.len(), wanted: ends.len() });
+    }
+    let rounding = 0.51 * 0.1_f64.powi(i32::try_from(style.decimals).unwrap_or(i32::MAX)) + 1e-9;
+    let (mut read_s, mut wanted_s) = (0.0, 0.0);
+    for (line, end) in lines.iter().zip(ends) {
+        let (linear, rotary) = (line.end.nominal_mm(), line.end.nominal_rotary_rad());
+        let places = reference.axes().iter().zip(&end.at).filter_map(|(axis, wanted)| Some((axis.slot()?, wanted)));
+        for (slot, wanted) in places {
+            let read = if slot < 3 { linear[slot] } else { rotary[slot - 3] };
+            if (read - wanted).is_nan() || (read - wanted).abs() > rounding {
+                return Err(ProgramFault::Elsewhere { line: line.block as usize + 1, read, wanted: *wanted });
+            }
+        }
+        let length_mm = line.length_mm().unwrap_or(0.0);
+        let turned_rad = (0..3).map(|axis| (rotary[axis] - line.start.nominal_rotary_rad()[axis]).powi(2)).sum::<f64>().sqrt();
+        read_s += match line.feed {
+            Some(Feed::Linear { mm_s }) => length_mm / mm_s,
+            Some(Feed::Angular { rad_s }) => turned_rad / rad_s,
+            Some(Feed::Duration { seconds }) => seconds,
+            None => return Err(ProgramFault::NoFeed { line: line.block as usize + 1 }),
+        };
+        wanted_s += end.seconds;
+    }
+    if read_s.is_nan() || (read_s - wanted_s).abs() > TIME_SHARE * wanted_s {
+        return Err(ProgramFault::Time { read_s, wanted_s });
+    }
+    let waits = toolpath.moves.iter().filter_map(|of| match of.kind {
+        MoveKind::Dwell { seconds } => Some(seconds.unwrap_or(f64::INFINITY)),
+        _ => None,
+    });
+    let (waited_s, longest_s) = (waits.sum::<f64>(), reference.duration_s() + 2.0 * WAIT_S);
+    if waited_s.is_nan() || waited_s > longest_s {
+        return Err(ProgramFault::Waits { waited_s, longest_s });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use machine::MachineSpec;
+    use motion::Axis;
+
+    use super::*;
+    use crate::output::{OutputFormat, OutputSettings};
+
+    /// Down from above with a dwell half-way.
+    fn run() -> Trajectory {
+        let ease = |k: i32| (std::f64::consts::PI * f64::from(k.clamp(0, 100)) / 100.0).cos();
+        let columns = [(20.0, 0), (-5.0, 0), (24.0, 50), (0.4, 0)]
+            .map(|(size, late)| (0..260).map(|k| size * if k < 100 { ease(k - late) } else { ease(k - 60 - late) }).collect());
+        Trajectory::new(0.002, ["x", "y", "z", "c"].map(Axis::named).to_vec(), columns.to_vec()).unwrap()
+    }
+
+    fn style(controller: Option<&str>, format: Option<OutputFormat>) -> Style {
+        let profile = controller.map(|name| machine::ControllerSpec::builtin(name).unwrap());
+        let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), profile).unwrap();
+        Style::of(&OutputSettings::new(&setup, format, None, None).refit(), None, &setup)
+    }
+
+    fn written(controller: Option<&str>) -> String {
+        program("01-full", 0, &run(), &style(controller, None)).unwrap()
+    }
+
+    #[test]
+    fn every_control_gets_words_that_it_reads() {
+        for name in [None, Some("linuxcnc"), Some("fanuc"), Some("siemens"), Some("grbl"), Some("generic")] {
+            let text = written(name);
+            let linuxcnc = name == Some("linuxcnc");
+            assert_eq!((text.contains("G64 P"), text.contains("G93")), (linuxcnc, linuxcnc), "{name:?}");
+            assert_eq!((text.contains("\nO7001\n"), text.contains("G4 P500\n")), (name == Some("fanuc"), name == Some("fanuc")));
+            let decimals = text
+                .lines()
+                .filter(|line| line.starts_with("G1 "))
+                .flat_map(|line| line.split(' '))
+                .filter(|word| word.starts_with('X'))
+                .map(|word| word.split_once('.').map_or(0, |(_, digits)| digits.len()));
+            let most = match name {
+                Some("fanuc" | "grbl") => 4,
+                Some("generic") => 5,
+                _ => 6,
+            };
+            assert_eq!(decimals.max(), Some(most), "{name:?}");
+        }
+    }
+
+    #[test]
+    fn the_tool_is_lifted_first_and_lowered_at_a_feed() {
+        let text = written(Some("fanuc"));
+        let moves: Vec<&str> = text.lines().filter(|line| line.starts_with(['G']) && line[2..].starts_with(' ')).collect();
+        assert_eq!(&moves[..3], ["G0 Z24.", "G0 X20. Y-5. C22.9183", "G1 Z24. F600."], "{text}");
+        assert_eq!(text.matches("G0 ").count(), 2);
+    }
+
+    #[test]
+    fn the_header_says_what_will_move_and_how_far() {
+        let text = written(None);
+        for line in ["(RUN FROM A CLEAR START: NO TOOL, NO PART)", "(X -20.000 TO 20.000 MM)", "(C -22.918 TO 22.918 DEG)"] {
+            assert!(text.contains(line), "{text}");
+        }
+        assert!(
+            text.contains("FOR MACHINE BALLSCREW")
+                && text.contains("ACTIVE WORK OFFSET, G54")
+                && text.contains(" MM/MIN, 0.5 S)"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_program_that_reads_back_as_another_is_refused() {
+        let keep = OutputFormat::Program(TimeEncoding::Keep);
+        let style = Style { dialect: Some(Dialect::Fanuc), ..style(None, Some(keep)) };
+        let mut lines =
+            Lines { reference: &run(), style: &style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
+        lines.motion().unwrap();
+        assert!(check(&lines.text, &run(), &lines.ends, &style).is_ok());
+        let mended = lines.text.replacen("G4 P500", "G4 X500.", 1);
+        assert!(check(&mended, &run(), &lines.ends, &style).unwrap_err().to_string().contains("waits"));
+        let mended = lines.text.replace("G94", "G95 S100");
+        assert!(check(&mended, &run(), &lines.ends, &style).is_err());
+        lines.ends[7].at[1] += 1e-3;
+        assert!(check(&lines.text, &run(), &lines.ends, &style).unwrap_err().to_string().contains("leads to"));
+    }
+}

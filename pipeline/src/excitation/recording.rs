@@ -1,0 +1,52 @@
+//! Excitation runs, recorded on a simulated machine.
+
+use datasets::{ExcitationPlan, Log, excite};
+use machine::{AxisSpec, Machine, MachineSpec, SimulatedMachine};
+use motion::AxisKind;
+
+use crate::error::Result;
+use crate::setup::Setup;
+
+/// Travel of the demo's and the tables' excitation: the axes keep within ± this, mm.
+pub const TRAVEL_MM: f64 = 60.0;
+
+/// And its rotary axes within ± this, rad.
+pub const TURN_RAD: f64 = std::f64::consts::PI;
+/// Share of an axis's own travel that excitation uses: it stops short of the ends.
+const OF_TRAVEL: f64 = 0.9;
+
+/// Lowest and highest position of every axis during excitation: ± `travel_mm`, rotary axes ± `turn_rad`, within the axes' own travel.
+#[must_use]
+pub fn travel(spec: &MachineSpec, travel_mm: f64, turn_rad: f64) -> Vec<(f64, f64)> {
+    let of = |axis: &AxisSpec| {
+        let half = if axis.axis().kind == AxisKind::Rotary { turn_rad } else { travel_mm };
+        let [low, high] = axis.travel().unwrap_or([-half / OF_TRAVEL, half / OF_TRAVEL]);
+        let (middle, reach) = (f64::midpoint(low, high), 0.5 * OF_TRAVEL * (high - low));
+        (f64::max(middle - reach, -half), f64::min(middle + reach, half))
+    };
+    spec.axes
+        .iter()
+        .map(of)
+        // A travel that does not reach the wanted range is used as it is.
+        .zip(&spec.axes)
+        .map(|(range, axis)| if range.0 < range.1 { range } else { axis.travel().map_or(range, |[low, high]| (low, high)) })
+        .collect()
+}
+
+/// Runs about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log a run.
+///
+/// # Errors
+/// When the machine has no drives.
+pub fn record(spec: &MachineSpec, seconds: f64, travel_mm: f64, seed: u64) -> Result<Vec<Log>> {
+    let setup = Setup::new(spec, None)?;
+    let travel = travel(spec, travel_mm, TURN_RAD);
+    let plan = ExcitationPlan::of_seconds(seconds);
+    let mut machine = SimulatedMachine::new(spec, seed)?;
+    excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, seed)?
+        .into_iter()
+        .map(|(name, reference)| {
+            let actual = machine.run(&reference)?;
+            Ok(Log::new(name, reference, actual)?)
+        })
+        .collect()
+}

@@ -1,0 +1,36 @@
+#![doc = include_str!("../README.md")]
+#![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit)]
+
+pub mod compare;
+pub mod control;
+mod error;
+pub mod excitation;
+mod expectation;
+pub mod feed_adjustment;
+mod input;
+pub mod measure;
+pub mod model_based_ilc;
+mod output;
+pub mod part;
+mod position_terms;
+pub mod progress;
+mod recorded;
+pub mod refine;
+pub mod refit;
+pub mod setpoints;
+mod setup;
+pub mod statistics;
+pub mod training;
+pub mod travel;
+pub mod units;
+
+pub use error::{Error, ProgramFault, Result, VerifyError};
+pub use expectation::{Expectation, Expected};
+pub use input::{Input, TimedPath};
+pub use model_based_ilc::model_based_ilc;
+pub use output::{Output, OutputFormat, OutputSettings};
+pub use part::{Part, ReadSettings};
+pub use position_terms::{PositionTerms, machine_for};
+pub use progress::{Event, Progress, SILENT};
+pub use recorded::{Recorded, as_recorded};
+pub use setup::{Setup, machine_of};

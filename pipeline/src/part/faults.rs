@@ -1,0 +1,38 @@
+//! Faults of a program, shown at their lines.
+
+use gcode::{Diagnostic, Program, Severity, Toolpath};
+use motion::MotionError;
+
+use crate::error::Error;
+
+/// A fault of the plan, shown at the line that the path's piece stands for.
+pub(super) fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &Toolpath, program: &Program, name: &str) -> Error {
+    // A way that the program does not state leads to the move after it.
+    let owner = error.piece().and_then(|piece| owners[piece..].iter().flatten().next().copied());
+    let Some(owner) = owner else { return error.into() };
+    let what = match &error {
+        MotionError::UnreachableOnPath { what, .. } => format!("this move cannot be run on the machine: {what}"),
+        MotionError::Infeasible { what, .. } => format!("no feed holds the machine's limits in this move: {what}"),
+        other => other.to_string(),
+    };
+    on_move(toolpath, owner, program, name, what)
+}
+
+/// A fault of a move, with its line and a caret under its first word.
+pub(super) fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name: &str, what: String) -> Error {
+    let block = toolpath.moves[owner].block as usize;
+    let span = program.block_words(block).first().map_or(program.blocks()[block].span, |word| word.span);
+    let diagnostics = vec![Diagnostic::new(program, Severity::Error, span, what)];
+    let text = render(&diagnostics, program, name);
+    Error::Program { diagnostics, text }
+}
+
+/// The program's faults, those that refuse it first, each with its line and a caret under the word. The label of the first one is left to
+/// whoever shows the text, as for every other error.
+#[must_use]
+pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> String {
+    let (errors, others): (Vec<&Diagnostic>, Vec<_>) = diagnostics.iter().partition(|diagnostic| diagnostic.is_error());
+    let texts: Vec<String> = errors.into_iter().chain(others).map(|diagnostic| diagnostic.render(program, name)).collect();
+    let text = texts.join("\n");
+    text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
+}

@@ -1,0 +1,58 @@
+//! What of a program is left alone, and why.
+
+use std::collections::BTreeMap;
+
+use gcode::{Fixed, Move, MoveKind, Shiftable};
+
+use super::Part;
+
+impl Part {
+    /// Why moves that cut may not be compensated, each reason with the number of its moves; rapids and dwells are not counted.
+    #[must_use]
+    pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
+        let mut counts = BTreeMap::new();
+        let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
+        let why = |of: &Move| match (of.shiftable, of.kind) {
+            (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
+                Some("arcs at whose points the control would stop (G9, G61, G64 P0)")
+            }
+            _ => why_fixed(of),
+        };
+        for why in fixed.filter_map(why) {
+            *counts.entry(why).or_default() += 1;
+        }
+        counts
+    }
+
+    /// Share of the length of all feed moves that may not be compensated; turning alone has no length.
+    #[must_use]
+    pub fn fixed_share(&self) -> f64 {
+        let length = |of: &Move| of.length_mm().unwrap_or(0.0);
+        let feeds = || self.toolpath.moves.iter().filter(|of| of.is_feed());
+        let (all, fixed) =
+            (feeds().map(length).sum::<f64>(), feeds().filter(|of| !self.is_shiftable(of)).map(length).sum::<f64>());
+        if all > 0.0 { (fixed / all).max(0.0) } else { 0.0 }
+    }
+}
+
+/// Why a move that is not compensated is not; `None` where it does not cut.
+fn why_fixed(of: &Move) -> Option<&'static str> {
+    Some(match (of.shiftable, of.kind) {
+        (_, MoveKind::Rapid | MoveKind::Dwell { .. } | MoveKind::Home) => return None,
+        (_, MoveKind::Cycle(_)) | (Shiftable::No(Fixed::Cycle), _) => "in canned cycles",
+        (_, MoveKind::Thread | MoveKind::Probe) => "that follow the spindle or a probe",
+        (Shiftable::Yes, _) => {
+            "that turn axes, or are under tip control, whose effect on the tool the machine description does not state"
+        }
+        (Shiftable::No(fixed), _) => match fixed {
+            Fixed::CutterCompensation => "under cutter compensation (G41, G42)",
+            Fixed::MachineCoordinates => "in machine coordinates (G53)",
+            Fixed::ToolChange => "in blocks that change the tool",
+            Fixed::UnknownStart => "that start where the program does not say",
+            Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
+            Fixed::Unsplittable => "in blocks with words that act before and words that act after the motion",
+            Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
+            Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Threading | Fixed::Probing | Fixed::Dwell => "of another kind",
+        },
+    })
+}

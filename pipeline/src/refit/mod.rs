@@ -1,0 +1,101 @@
+//! The learned reference, written back into the program.
+//!
+//! Points of the original geometry are moved by the correction that holds at their time: the ends of all moves, and within arcs and
+//! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
+
+mod block_writer;
+mod modes;
+mod refitted;
+mod segment;
+mod settings;
+mod verify;
+
+use gcode::edit;
+use motion::{SHARE, Trajectory, Vec6};
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::part::{Part, stated};
+
+use modes::rounds_less;
+use segment::{Segment, piece_is_shiftable};
+
+pub use refitted::Refitted;
+pub use settings::{DECIMALS, RefitSettings, TimeEncoding};
+pub use verify::verify;
+
+/// Writes the correction `reference − desired` of `part`'s plan into its program.
+///
+/// Segments whose correction is zero keep every byte.
+///
+/// # Errors
+/// When a block cannot be split into several lines.
+pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
+    let shifts = shifts(part, reference)?;
+    let rounded = rounds_less(part, settings).then(|| places(part));
+    let tips = part.plan.desired.tips_of(reference)?;
+    let mut out = Refitted::default();
+    let pieces: Vec<usize> = (0..part.owners.len()).collect();
+    let runs = pieces.chunk_by(|a, b| {
+        let exact = |piece: usize| part.owners[piece].is_some_and(|owner| part.stops_exactly(&part.toolpath.moves[owner]));
+        piece_is_shiftable(part, *a) && piece_is_shiftable(part, *b) && exact(*a) == exact(*b)
+    });
+    let mut from = 0;
+    for run in runs {
+        let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece <= run[run.len() - 1]);
+        from = samples.end;
+        let refed = |piece: &usize| part.owners[*piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
+        if piece_is_shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.iter().any(refed)) {
+            let largest = samples.clone().map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
+            out.largest_shift_mm = out.largest_shift_mm.max(largest);
+            Segment { part, shifts: &shifts, rounded: rounded.as_deref(), settings }.write(run, &mut out)?;
+        }
+    }
+    Ok(out)
+}
+
+/// The planned path at every sample, in the program's coordinates: mm, rad.
+fn places(part: &Part) -> Vec<Vec6> {
+    let (path, kinematics) = (part.plan.desired.trajectory(), part.plan.desired.kinematics().as_ref());
+    let place = |k: usize| {
+        let (words, offset) = part.move_at(k).map_or((part.words, Vec6::zeros()), |index| {
+            let of = &part.toolpath.moves[index];
+            (part.words_of(of), part.offset_of(of))
+        });
+        stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words) - offset
+    };
+    (0..path.len()).map(place).collect()
+}
+
+/// The correction of every sample, in the coordinates of the words of its move: mm, rad.
+fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
+    let desired = &part.plan.desired;
+    let kinematics = desired.kinematics().as_ref();
+    if !kinematics.turns() {
+        let tips = desired.tips_of(reference)?;
+        let moved = tips.iter().zip(desired.poses()).map(|(tip, pose)| tip - pose.tip);
+        return Ok(moved.map(|d| Vec6::new(d.x, d.y, d.z, 0.0, 0.0, 0.0)).collect());
+    }
+    reference.check_matches(desired.trajectory())?;
+    let shift = |joints: &mut Vec<f64>, k: usize| {
+        let words = part.move_at(k).map_or(part.words, |index| part.words_of(&part.toolpath.moves[index]));
+        let mut stated = |of: &Trajectory| {
+            joints.clear();
+            joints.extend(of.at(k));
+            stated(joints, kinematics, words)
+        };
+        stated(reference) - stated(desired.trajectory())
+    };
+    Ok((0..reference.len()).into_par_iter().with_min_len(SHARE).map_init(Vec::new, shift).collect())
+}
+
+/// The bytes of `part` with the points of `reference`, read again and checked; and the largest correction of a point, mm.
+///
+/// # Errors
+/// When the program did not pass its check.
+pub fn write_program(part: &Part, reference: &Trajectory, settings: &RefitSettings, max_shift_mm: f64) -> Result<(Vec<u8>, f64)> {
+    let refitted = refit(part, reference, settings)?;
+    let bytes = edit(&part.program, &refitted.edits)?;
+    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)?;
+    Ok((bytes, refitted.largest_shift_mm))
+}

@@ -1,0 +1,69 @@
+//! How a compensated program is written.
+
+use machine::ControllerSpec;
+use serde::{Deserialize, Serialize};
+
+/// How the points of a compensated program carry their time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TimeEncoding {
+    /// Inverse time: `F` is one over the line's duration in minutes.
+    G93,
+    /// Units a minute, an `F` on every line.
+    G94,
+    /// The program's own feed words, unchanged.
+    Keep,
+}
+
+impl TimeEncoding {
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::G93 => "g93",
+            Self::G94 => "g94",
+            Self::Keep => "keep",
+        }
+    }
+}
+
+/// How a program is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefitSettings {
+    /// How points carry their time.
+    pub encoding: TimeEncoding,
+    /// Decimals of a coordinate in mm; inch coordinates get one more.
+    pub decimals: usize,
+    /// Least time between points within one move, s.
+    pub spacing_s: f64,
+    /// Largest distance of a line between points from the corrected curve, mm.
+    pub chord_tolerance_mm: f64,
+    /// Path tolerance that a stretch states, mm, where the control knows one; `None` keeps the program's own.
+    pub path_tolerance_mm: Option<f64>,
+}
+
+/// Largest distance of a written line from the corrected curve between its ends, mm.
+const CHORD_TOLERANCE_MM: f64 = 2e-4;
+/// Decimals of coordinates in mm, and time between points, ms, where neither the user nor the machine's profile says: what LinuxCNC needs.
+pub const DECIMALS: usize = 6;
+const SPACING_MS: f64 = 4.0;
+
+impl RefitSettings {
+    /// What is given, else what the profile of the control says.
+    #[must_use]
+    pub fn of(
+        encoding: TimeEncoding,
+        decimals: Option<usize>,
+        spacing_ms: Option<f64>,
+        controller: Option<ControllerSpec>,
+    ) -> Self {
+        let profile = controller;
+        Self {
+            encoding,
+            decimals: decimals.unwrap_or(profile.map_or(DECIMALS, |profile| usize::from(profile.decimals))),
+            spacing_s: spacing_ms.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
+            chord_tolerance_mm: CHORD_TOLERANCE_MM,
+            path_tolerance_mm: profile.and_then(|profile| profile.path_tolerance_mm),
+        }
+    }
+}

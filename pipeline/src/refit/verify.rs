@@ -1,0 +1,95 @@
+//! Our own output, read again before it is written.
+
+use gcode::{Move, MoveKind, Options, PathMode};
+use machine::ProgramWords;
+use motion::Vec3;
+
+use super::refitted::Refitted;
+use crate::error::VerifyError;
+use crate::part::{Part, coordinates};
+
+/// Rounding of written coordinates, mm, with five decimals or more; fewer round more.
+const ROUNDING_MM: f64 = 2e-5;
+
+/// How far rounding to `decimals` may move a coordinate, mm: half a unit, more than that in inch programs, which have one decimal more.
+fn rounding_mm(decimals: usize) -> f64 {
+    ROUNDING_MM.max(1.3 * 0.1_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX)))
+}
+
+/// Reads the compensated program `bytes` and compares every move with what was meant: moves that were not compensated end where they
+/// ended, those that were lead through their targets, and no target is further than `max_shift_mm` from the original curve.
+///
+/// # Errors
+/// Says at which line the output differs; it must then not be written.
+pub fn verify(
+    part: &Part,
+    refitted: &Refitted,
+    bytes: Vec<u8>,
+    options: &Options,
+    max_shift_mm: f64,
+    decimals: usize,
+) -> Result<(), VerifyError> {
+    let rounding_mm = rounding_mm(decimals);
+    let program = gcode::parse(bytes);
+    let toolpath = gcode::interpret(&program, options)?;
+    let mut written = toolpath.moves.iter();
+    let mut targets = refitted.targets.iter().peekable();
+    let turns = part.plan.desired.kinematics().turns();
+    for (index, original) in part.toolpath.moves.iter().enumerate() {
+        let line = original.block as usize + 1;
+        let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
+            let Some(same) = written.next() else { return Err(VerifyError::Missing { line }) };
+            // Where the tool waits it stays where the move before left it.
+            let waits = matches!(original.kind, MoveKind::Dwell { .. });
+            let alike = std::mem::discriminant(&same.kind) == std::mem::discriminant(&original.kind);
+            if !alike || !(waits || ends_alike(same, original)) {
+                let (is, was) = (Vec3::from(same.end.nominal_mm()), Vec3::from(original.end.nominal_mm()));
+                return Err(VerifyError::Changed { line, is, was });
+            }
+            continue;
+        };
+        for point in points {
+            let Some(step) = written.next() else { return Err(VerifyError::Ends { line }) };
+            let end = coordinates(&step.end);
+            if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > rounding_mm * 6.0_f64.sqrt() {
+                return Err(VerifyError::Elsewhere { line, is: end, wanted: *point });
+            }
+            // Where axes are programmed that turn the tool, tip and axes move apart: there the reference itself was bounded.
+            let bounded = turns && part.words_of(original) == ProgramWords::Axes;
+            let off = distance(original, Vec3::from(step.end.nominal_mm()));
+            // Points may have taken the control's rounding of the corner upon them.
+            let corner_mm = match part.toolpath.modal(original).path {
+                PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
+                _ => 0.0,
+            };
+            if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm {
+                return Err(VerifyError::TooFar { line, off_mm: off });
+            }
+        }
+    }
+    match written.next() {
+        Some(extra) => Err(VerifyError::Extra { line: extra.block as usize + 1 }),
+        None => Ok(()),
+    }
+}
+
+fn ends_alike(a: &Move, b: &Move) -> bool {
+    (coordinates(&a.end) - coordinates(&b.end)).iter().all(|off| off.abs() <= ROUNDING_MM)
+}
+
+/// Distance of a point from a move's curve, mm: nearest of dense points, each refined on its chord.
+fn distance(of: &Move, point: Vec3) -> f64 {
+    let pieces = match of.kind {
+        MoveKind::Arc(arc) => ((arc.sweep.abs() / 0.01).ceil() as usize).clamp(8, 4096),
+        _ => 1,
+    };
+    let at = |i: usize| Vec3::from(of.point_mm(i as f64 / pieces as f64));
+    (0..pieces)
+        .map(|i| {
+            let (a, b) = (at(i), at(i + 1));
+            let chord = b - a;
+            let share = ((point - a).dot(&chord) / chord.norm_squared().max(1e-18)).clamp(0.0, 1.0);
+            (point - a - chord * share).norm()
+        })
+        .fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,189 @@
+//! One axis: its predictor, fitted to all runs and judged on runs left out.
+
+use datasets::Fold;
+use models::{AxisPredictor, Band, Coverage, HeldOut};
+use motion::Axis;
+use training::AxisRun;
+use training::network::NetworkRecipe;
+use training::staged::StagedRecipe;
+
+use super::cross_fit::{self, Judged, only, without};
+use super::settings::TrainSettings;
+use crate::error::{Error, Result};
+use crate::statistics::rms_max;
+use crate::units::ErrorUnit;
+
+/// The predictor of an axis, with what its manifest says.
+pub(super) struct FittedAxis {
+    pub predictor: Box<dyn AxisPredictor>,
+    pub held_out: HeldOut,
+    pub coverage: Coverage,
+    pub band: Band,
+    pub note: String,
+}
+
+/// Fits an axis to all runs, and to the runs without each fold, whose errors then judge the same procedure.
+///
+/// A predictor that takes minutes to train is not trained again on all runs: that of the first fold is kept.
+pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
+    let mut judged = Vec::new();
+    let mut kept = None;
+    let mut networks_paid = 0;
+    let again = settings.recipe.staged.is_some();
+    for fold in if again { folds } else { &folds[..1] } {
+        let (training, held_out) = (without(runs, fold), only(runs, fold));
+        let fit = fit_recipe(&training, axis, settings, Network::Try)?;
+        networks_paid += usize::from(fit.network);
+        let linear = fit_linear(&training, axis, settings.seed)?;
+        judged.push(Judged {
+            rich: cross_fit::pieces(fit.predictor.as_ref(), &held_out),
+            simple: cross_fit::pieces(linear.predictor.as_ref(), &held_out),
+        });
+        kept = kept.or(Some(fit));
+    }
+    // Stages that pay on folds within the log and not on others are not shipped; who judges does not choose.
+    let choice = cross_fit::choose(&judged, again);
+    let Fit { predictor, note, inner_rms, .. } = match kept.filter(|_| choice.simple || !again) {
+        Some(fit) if choice.simple => {
+            let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
+            Fit { note, ..fit_linear(runs, axis, settings.seed)? }
+        }
+        Some(fit) => fit,
+        // Where the folds agree whether a network pays, it need not be found out again: that takes longer than all the rest.
+        None => {
+            let network = match networks_paid {
+                0 => Network::Skip,
+                paid if paid == judged.len() => Network::Take,
+                _ => Network::Try,
+            };
+            fit_recipe(runs, axis, settings, network)?
+        }
+    };
+    let covered =
+        runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
+    let coverage = Coverage::of(covered, period_of(runs));
+    let (band, band_held) = cross_fit::bands(runs, &choice.pieces, coverage.velocity);
+    let errors: Vec<f64> = choice.pieces.iter().flat_map(|piece| &piece.errors).copied().collect();
+    let (rms, max) = rms_max(&errors);
+    let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
+    let raw = cross_fit::tracking_errors(runs, &choice.pieces);
+    let worst_window = cross_fit::worst_window(&choice.pieces, period_of(runs));
+    // What was fitted to all runs says what its errors are like in all of them; how large they are is for rows that were left out to say.
+    let spread = match inner_rms.filter(|_| again) {
+        Some(inner_rms) => {
+            let kept = cross_fit::pieces(predictor.as_ref(), runs);
+            cross_fit::spread(runs, &kept, coverage.velocity, inner_rms, &choice.pieces)
+        }
+        None => cross_fit::spread(runs, &choice.pieces, coverage.velocity, rms, &choice.pieces),
+    };
+    let band = band.with_spread(spread);
+    let (linear_rms, raw_rms) = (rms_max(&linear).0, rms_max(&raw).0);
+    let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: judged.len(), worst_window };
+    Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
+}
+
+fn period_of(runs: &[AxisRun]) -> f64 {
+    runs.first().map_or(0.002, |run| run.period_s)
+}
+
+/// A predictor fitted to runs.
+struct Fit {
+    predictor: Box<dyn AxisPredictor>,
+    /// What it is made of.
+    note: String,
+    /// Whether a network on what the stages leave is part of it.
+    network: bool,
+    /// What its stages leave in the cross-validation by which they were chosen, mm or rad; `None` of a network alone.
+    inner_rms: Option<f64>,
+}
+
+/// What becomes of a network on what the stages leave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Network {
+    /// It is trained on a part of the rows, and again on all of them if it pays on the others.
+    Try,
+    Take,
+    Skip,
+}
+
+fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, network: Network) -> Result<Fit> {
+    match (&settings.recipe.staged, &settings.recipe.network) {
+        (Some(staged), recipe) => fit_stages(runs, staged, recipe.as_ref().map(|recipe| (recipe, network)), axis, settings.seed),
+        (None, Some(network)) => fit_network(runs, network, axis, settings),
+        (None, None) => Err(Error::EmptyRecipe),
+    }
+}
+
+/// The linear law alone.
+fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
+    let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
+    fit_stages(runs, &law, None, axis, seed)
+}
+
+/// The staged predictor, with a network on what it leaves where that pays.
+fn fit_stages(
+    runs: &[AxisRun],
+    recipe: &StagedRecipe,
+    network: Option<(&NetworkRecipe, Network)>,
+    axis: &Axis,
+    seed: u64,
+) -> Result<Fit> {
+    let (staged, report) = training::staged::fit(runs, recipe)?;
+    let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
+    let mut kept = None;
+    if let Some((network, wanted)) = network {
+        let paid = match wanted {
+            Network::Try => {
+                let trial = training::stacked::try_out(&staged, runs, network, seed)?;
+                let verdict = if trial.accepted { "kept" } else { "does not pay" };
+                let unit = ErrorUnit::from(axis);
+                note += &format!("; network on the rest: {} → {}, {verdict}", unit.number(trial.without), unit.text(trial.with));
+                trial.accepted
+            }
+            Network::Take => {
+                note += "; network on the rest, which paid on held-out runs";
+                true
+            }
+            Network::Skip => {
+                note += "; network on the rest did not pay on held-out runs";
+                false
+            }
+        };
+        kept = paid.then_some(network);
+    }
+    let predictor = match kept {
+        Some(network) => training::stacked::fit(&staged, runs, network, seed)?,
+        None => Box::new(staged),
+    };
+    Ok(Fit { predictor, note, network: kept.is_some(), inner_rms: report.held_out_rms() })
+}
+
+/// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
+fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: &TrainSettings) -> Result<Fit> {
+    let (fitted, validation) = validation_split(runs);
+    let trained = match &settings.checkpoints {
+        Some(folder) => {
+            let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+            training::network::train_resumable(&fitted, &validation, recipe, settings.seed, &folder.join(&axis.name), go_on)?
+        }
+        None => training::network::train(&fitted, &validation, recipe, settings.seed, &mut |_| {})?,
+    };
+    let note = format!("{} epochs, best after {}", trained.epochs, trained.best_epoch);
+    Ok(Fit { predictor: trained.predictor, note, network: false, inner_rms: None })
+}
+
+/// One run in six, at least one, to stop early by; of a single run a sixth of its rows.
+fn validation_split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
+    if let [run] = runs {
+        let rows = run.scored();
+        let (first, last) = (rows.first().map_or(0, |rows| rows.start), rows.last().map_or(0, |rows| rows.end));
+        let tail = std::slice::from_ref(&(last - (last - first) / 6..last)).to_vec();
+        return (vec![run.without(&tail)], vec![run.only(&tail)]);
+    }
+    let every = runs.len().min(6);
+    let (mut fitted, mut validation) = (Vec::new(), Vec::new());
+    for (index, run) in runs.iter().enumerate() {
+        if index % every == every - 1 { validation.push(run.clone()) } else { fitted.push(run.clone()) }
+    }
+    (fitted, validation)
+}

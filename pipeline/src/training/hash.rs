@@ -1,0 +1,15 @@
+//! What data a model was trained on.
+
+use datasets::Log;
+use sha2::{Digest, Sha256};
+
+/// SHA-256 of all positions, as hexadecimal digits.
+pub(super) fn data_hash(logs: &[Log]) -> String {
+    let mut hash = Sha256::new();
+    for column in logs.iter().flat_map(|log| log.reference.columns().iter().chain(log.actual.columns())) {
+        for value in column {
+            hash.update(value.to_le_bytes());
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

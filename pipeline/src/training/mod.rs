@@ -1,0 +1,175 @@
+//! From logs to a model: checks, splits, one predictor an axis, figures on runs that training never saw.
+
+mod adaptation;
+mod axis;
+mod cross_fit;
+mod hash;
+mod lags;
+mod limits_from_log;
+mod settings;
+
+use std::fmt;
+
+use datasets::{Log, Purpose, Report, assess_runs, moving_axes};
+use machine::MachineSpec;
+use models::{AxisManifest, AxisPredictor, Bundle, FORMAT, HeldOut, Manifest};
+use motion::{Axis, AxisKind};
+use training::AxisRun;
+
+use axis::{FittedAxis, fit_axis};
+use hash::data_hash;
+use lags::{axis_lag_s, common_delay_s};
+
+use crate::error::{Error, Result};
+use crate::progress::{Job, Progress, Steps};
+use crate::units::ErrorUnit;
+
+pub use adaptation::{Adapted, AdaptedAxis, adapt};
+pub use settings::TrainSettings;
+
+/// Samples that the folds of a cross-fit go over together, and most folds: a short log, of which one part says little, is judged in three, a
+/// long one, whose fit takes a minute, in one. Only time speaks against more.
+const FOLD_SAMPLES: usize = 60_000;
+const MOST_FOLDS: usize = 3;
+
+/// A model and how it was found.
+#[derive(Debug)]
+pub struct Trained {
+    /// The model.
+    pub bundle: Bundle,
+    /// Notes on every axis: stages tried, epochs run.
+    pub notes: Vec<String>,
+    /// Axes that the log holds but that never moved.
+    pub left_out: Vec<String>,
+    /// Lag of every axis of the model, s.
+    pub lags_s: Vec<Option<f64>>,
+}
+
+/// Checks logs for training and reads what is wrong with them.
+#[must_use]
+pub fn check(logs: &[Log]) -> Report {
+    assess_runs(logs, Purpose::Training)
+}
+
+/// Trains a model on `logs`; `spec` gives limits and kinematics, without it they are taken from what the logs reached.
+///
+/// # Errors
+/// When the logs are not fit for training; says why. When `progress` asks to stop.
+pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings, progress: Progress<'_>) -> Result<Trained> {
+    let report = check(logs);
+    if report.is_refused() {
+        return Err(Error::unfit(&report));
+    }
+    let Some(first) = logs.first() else { return Err(Error::NoLog) };
+    let (axes, period_s) = (first.axes().to_vec(), first.period_s());
+    let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
+    let samples: usize = logs.iter().map(Log::len).sum();
+    let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
+    let folds = datasets::folds(logs, settings.held_out, most, settings.seed)?;
+    let steps = Steps::new(progress, Job::Training, moving.len());
+    let fitted: Vec<Result<FittedAxis>> = std::thread::scope(|scope| {
+        let jobs: Vec<_> = moving
+            .iter()
+            .map(|&axis| {
+                let (folds, name, steps) = (&folds, &axes[axis], &steps);
+                scope.spawn(move || {
+                    let fitted = fit_axis(&runs(logs, axis), folds, name, settings)?;
+                    steps.step(&name.name)?;
+                    Ok(fitted)
+                })
+            })
+            .collect();
+        jobs.into_iter().map(|job| job.join().unwrap_or_else(|_| Err(Error::Thread))).collect()
+    });
+    let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
+    let spec_of_model = match spec {
+        Some(spec) => spec.clone(),
+        None => limits_from_log::spec(logs, &moving, period_s)?,
+    };
+    let manifest = Manifest {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        period_s,
+        seed: settings.seed,
+        data_sha256: data_hash(logs),
+        common_delay_s: common_delay_s(logs, &moving),
+        machine_toml: spec_of_model.to_toml()?,
+        limits_from_log: spec.is_none(),
+        axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
+    };
+    let notes = fitted.iter().map(|fitted| fitted.note.clone()).collect();
+    let predictors: Vec<Box<dyn AxisPredictor>> = fitted.into_iter().map(|fitted| fitted.predictor).collect();
+    Ok(Trained {
+        bundle: Bundle::new(manifest, &predictors)?,
+        notes,
+        lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
+        left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
+    })
+}
+
+fn runs(logs: &[Log], axis: usize) -> Vec<AxisRun> {
+    logs.iter()
+        .map(|log| AxisRun::new(log.reference.columns()[axis].clone(), log.actual.columns()[axis].clone(), log.period_s()))
+        .collect()
+}
+
+fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
+    AxisManifest {
+        name: axis.name.clone(),
+        rotary: axis.kind == AxisKind::Rotary,
+        predictor: String::new(),
+        settings: Default::default(),
+        held_out: fitted.held_out,
+        coverage: fitted.coverage,
+        band: fitted.band.clone(),
+    }
+}
+
+/// An axis of which a model leaves more than half of the error on data that it never saw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Doubt {
+    /// Name of the axis.
+    pub axis: String,
+    /// Unit in which its errors are shown.
+    pub unit: ErrorUnit,
+    /// What the model leaves, mm or rad.
+    pub rms: f64,
+    /// The tracking error itself, mm or rad.
+    pub raw_rms: f64,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { axis, unit, rms, raw_rms } = self;
+        write!(
+            f,
+            "axis {axis}: the model leaves {} of {} RMS on held-out data; most of this axis's error is noise or has a cause that the log does not show",
+            unit.number(*rms),
+            unit.text(*raw_rms)
+        )
+    }
+}
+
+/// Share of the tracking error from which on what a model leaves is worth a warning.
+const LEAVES_MUCH: f64 = 0.5;
+
+impl Trained {
+    /// What speaks against the model: axes of which it leaves more than half of the error on data that it never saw.
+    ///
+    /// # Errors
+    /// When an axis is predicted worse than by no model at all: such a model must not be written.
+    pub fn doubts(&self) -> Result<Vec<Doubt>> {
+        let mut doubts = Vec::new();
+        for axis in &self.bundle.manifest.axes {
+            let HeldOut { rms, raw_rms, .. } = axis.held_out;
+            let unit = ErrorUnit::from(axis);
+            if rms.is_nan() || rms >= raw_rms {
+                return Err(Error::NoBetterThanNoModel { axis: axis.name.clone(), unit, rms, raw_rms });
+            }
+            if rms > LEAVES_MUCH * raw_rms {
+                doubts.push(Doubt { axis: axis.name.clone(), unit, rms, raw_rms });
+            }
+        }
+        Ok(doubts)
+    }
+}

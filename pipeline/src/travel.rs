@@ -1,0 +1,76 @@
+//! Whether a path stays within the axes' travel.
+
+use motion::AxisKind;
+
+use crate::error::{Error, Result};
+use crate::input::Input;
+use crate::setup::Setup;
+use crate::units::in_programs;
+
+/// Rounding of positions, mm or rad.
+const ROUNDING: f64 = 1e-9;
+
+/// Refuses a path that leaves an axis's travel. Where a program's work offset is not known, on a machine whose axes are the coordinates of the
+/// tip, only the extent of its path is compared: see [`is_unchecked`].
+///
+/// # Errors
+/// Names line or time, axis, position and limits.
+pub fn check(input: &Input, setup: &Setup) -> Result<()> {
+    let path = input.trajectory();
+    if path.axes() != setup.kinematics.axes() {
+        return Ok(());
+    }
+    for (index, (axis, travel)) in path.axes().iter().zip(&setup.travel).enumerate() {
+        let Some([low, high]) = *travel else { continue };
+        let column = &path.columns()[index];
+        let (scale, unit) = in_programs(axis.kind);
+        let shown = |value: f64| format!("{:.3}", value * scale);
+        if is_unplaced(input, axis.kind) {
+            let (lowest, highest) = column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+            if highest - lowest > high - low + ROUNDING {
+                let sample = column.iter().position(|x| *x == highest).unwrap_or(0);
+                let why = format!(
+                    "axis {axis} would cover {} {unit}, more than its travel of {} {unit} wherever the part lies; it ends up at {} {unit} here",
+                    shown(highest - lowest),
+                    shown(high - low),
+                    shown(highest)
+                );
+                return Err(refused(input, sample, why));
+            }
+        } else if let Some(sample) = column.iter().position(|x| *x < low - ROUNDING || *x > high + ROUNDING) {
+            let remedy = if input.part().is_some() { "say where the part lies with --work-offset" } else { "move the path" };
+            let why = format!(
+                "axis {axis} would be at {} {unit}, beyond its travel of {} to {} {unit}; {remedy}, or correct the machine's travel",
+                shown(column[sample]),
+                shown(low),
+                shown(high)
+            );
+            return Err(refused(input, sample, why));
+        }
+    }
+    Ok(())
+}
+
+/// Whether [`check`] could compare only the extent of the path: an axis has limits, and where the part lies is not known.
+#[must_use]
+pub fn is_unchecked(input: &Input, setup: &Setup) -> bool {
+    let limited = |(axis, travel): (&motion::Axis, &Option<[f64; 2]>)| travel.is_some() && is_unplaced(input, axis.kind);
+    setup.kinematics.axes().iter().zip(&setup.travel).any(limited)
+}
+
+/// Whether positions of such axes are those of the program rather than of the machine.
+fn is_unplaced(input: &Input, kind: AxisKind) -> bool {
+    let unplaced = input.part().is_some_and(|part| !part.placement.known());
+    // Where the workpiece turns, the path was planned at 0,0,0 by its kinematics.
+    unplaced && kind == AxisKind::Linear && !input.desired().kinematics().turns()
+}
+
+fn refused(input: &Input, sample: usize, why: String) -> Error {
+    match input.part() {
+        Some(part) => part.refused_at(sample, why),
+        None => {
+            let time_s = sample as f64 * input.trajectory().period_s();
+            Error::OffTravel { name: input.name().to_owned(), time_s, what: why }
+        }
+    }
+}

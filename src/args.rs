@@ -1,0 +1,278 @@
+//! Options that several commands have.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use gcode::{Dialect, PassiveCodes};
+use machine::{MachineSpec, WORK_SYSTEMS};
+use pipeline::model_based_ilc::LawName;
+use pipeline::part::GivenOffset;
+use pipeline::refit::TimeEncoding;
+use pipeline::setpoints::SetpointKind;
+use pipeline::{OutputFormat, OutputSettings, ReadSettings, Setup};
+
+use crate::read;
+
+/// Options that every command has.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Write the figures as JSON to this file; `-` writes them to standard output
+    #[arg(long, value_name = "PATH", global = true)]
+    pub json: Option<PathBuf>,
+    /// Seed of everything random; the same seed, input and version give the same output
+    #[arg(long, default_value_t = 1, global = true)]
+    pub seed: u64,
+}
+
+/// What the machine is.
+#[derive(Debug, Clone, Args)]
+pub struct MachineArgs {
+    /// Machine description: a TOML file, or a built-in one (ballscrew, maxwell, worn, bc, xyzac), or one drawn at random (random:SEED)
+    #[arg(long, value_name = "TOML", default_value = "ballscrew")]
+    pub machine: String,
+}
+
+/// How a part program is read and planned.
+#[derive(Debug, Clone, Args)]
+pub struct ProgramArgs {
+    /// Control that the program is written for; the machine's profile says, or the program itself, when left out
+    #[arg(long, value_enum)]
+    pub dialect: Option<DialectName>,
+    /// M codes with which this machine changes nothing of path or frame, as in M428,M140; an unknown one leaves the moves after it as they are
+    #[arg(long, value_name = "M…", value_delimiter = ',', value_parser = parse_m_code)]
+    pub passive: Vec<u16>,
+    /// Whether the control skips blocks that begin with `/`; without it they and what depends on them are left alone
+    #[arg(long, value_enum, value_name = "ON|OFF")]
+    pub block_delete: Option<Switch>,
+    /// Machine minus program coordinates, mm: where the part lies on the machine; of one coordinate system with its name, as in
+    /// G55=10,20,0. Without it terms that depend on position are left out
+    #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
+    pub work_offset: Vec<GivenOffset>,
+    /// Length of the tool, mm, where the offset's Z is without it: added to Z
+    #[arg(long, value_name = "MM", value_parser = parse_finite, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub tool_length: f64,
+    /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner
+    #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
+    pub corner_tolerance: f64,
+    /// Feed of built-in test curves (`curve:crown`), mm/s
+    #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
+    pub feed: f64,
+}
+
+/// The position of a switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// The switch is on.
+    On,
+    /// The switch is off.
+    Off,
+}
+
+impl ProgramArgs {
+    /// How programs are read.
+    #[must_use]
+    pub fn settings(&self) -> ReadSettings {
+        ReadSettings {
+            dialect: self.dialect.map(Into::into),
+            passive: self.passive.iter().fold(PassiveCodes::default(), |passive, number| passive.with(*number)),
+            block_delete: self.block_delete.map(|switch| switch == Switch::On),
+            work_offsets: self.work_offset.clone(),
+            tool_length_mm: self.tool_length,
+            at_zero: false,
+            corner_tolerance_mm: self.corner_tolerance,
+        }
+    }
+
+    /// The same for a simulated machine: it runs a program at 0,0,0 where no offset is given.
+    #[must_use]
+    pub fn simulated(&self) -> ReadSettings {
+        ReadSettings { at_zero: true, ..self.settings() }
+    }
+}
+
+/// How a log is read.
+#[derive(Debug, Clone, Args)]
+pub struct LogArgs {
+    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm`
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<String>,
+    /// Sampling period of logs without time stamps, ms
+    #[arg(long, value_name = "MS", value_parser = parse_positive)]
+    pub period: Option<f64>,
+}
+
+/// A dialect of G-code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DialectName {
+    /// Fanuc and what follows it
+    Fanuc,
+    /// LinuxCNC 2.9
+    Linuxcnc,
+}
+
+impl From<DialectName> for Dialect {
+    fn from(name: DialectName) -> Self {
+        match name {
+            DialectName::Fanuc => Self::Fanuc,
+            DialectName::Linuxcnc => Self::LinuxCnc,
+        }
+    }
+}
+
+/// How a compensated path is written.
+#[derive(Debug, Clone, Args)]
+pub struct OutputArgs {
+    /// Profile of the control: linuxcnc, fanuc, siemens, grbl, generic, or a TOML file; the machine's own when left out
+    #[arg(long, value_name = "NAME|TOML")]
+    pub controller: Option<String>,
+    /// How points carry their time; the controller's profile decides when left out
+    #[arg(long, value_enum)]
+    pub carrier: Option<FormatName>,
+    /// Decimals of coordinates in mm (one more in inch programs), at most 12
+    #[arg(long, value_parser = parse_decimals)]
+    pub decimals: Option<usize>,
+    /// Least time between points within one move, or the time between rows of a table, ms
+    #[arg(long, value_name = "MS", value_parser = parse_spacing)]
+    pub spacing: Option<f64>,
+}
+
+impl OutputArgs {
+    /// The setup of a machine with the profile of the control that was asked for.
+    ///
+    /// # Errors
+    /// When there is no such profile, it is not sound, or the machine's axes cannot place a tool.
+    pub fn setup(&self, machine: &MachineSpec) -> Result<Setup> {
+        let asked = self.controller.as_deref().map(read::controller).transpose()?;
+        Ok(Setup::new(machine, asked)?)
+    }
+
+    /// How output is written for a setup.
+    #[must_use]
+    pub fn settings(&self, setup: &Setup) -> OutputSettings {
+        OutputSettings::new(setup, self.carrier.map(Into::into), self.decimals, self.spacing)
+    }
+}
+
+/// What a compensated path is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FormatName {
+    /// Inverse time: `F` is one over the line's duration in minutes
+    G93,
+    /// Units a minute, an `F` on every line
+    G94,
+    /// The program's own feed words, unchanged
+    Keep,
+    /// A CSV table of time and axis positions instead of a program, for controls that interpolate between rows in straight lines
+    Table,
+    /// A CSV table of time, axis positions and velocities, for controls that interpolate by cubics (PVT)
+    Pvt,
+}
+
+impl From<FormatName> for OutputFormat {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::G93 => Self::Program(TimeEncoding::G93),
+            FormatName::G94 => Self::Program(TimeEncoding::G94),
+            FormatName::Keep => Self::Program(TimeEncoding::Keep),
+            FormatName::Table => Self::Setpoints(SetpointKind::Table),
+            FormatName::Pvt => Self::Setpoints(SetpointKind::Pvt),
+        }
+    }
+}
+
+/// How the reference is learned on the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LawArg {
+    /// The contour error itself, minimised on the model: spatial learning, then Gauss-Newton steps (default)
+    Virtual,
+    /// One shift by the predicted contour error (Paper D)
+    OneShot,
+    /// Every axis driven to its desired position at its time, iterated on the model
+    Tracking,
+    /// Every axis's error with a bounded shift, iterated on the model (Paper E, N.O.-ILC)
+    NormOptimal,
+    /// The contour error alone with a bounded shift, iterated on the model (Paper E, N.O.-CCILC)
+    CrossCoupled,
+}
+
+impl From<LawArg> for LawName {
+    fn from(law: LawArg) -> Self {
+        match law {
+            LawArg::Virtual => Self::Virtual,
+            LawArg::OneShot => Self::OneShot,
+            LawArg::Tracking => Self::Tracking,
+            LawArg::NormOptimal => Self::NormOptimal,
+            LawArg::CrossCoupled => Self::CrossCoupled,
+        }
+    }
+}
+
+/// A positive, finite number.
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a positive number")),
+    }
+}
+
+/// Time between points, ms, within the range of a controller profile's.
+fn parse_spacing(text: &str) -> Result<f64, String> {
+    let value = parse_positive(text)?;
+    if (0.01..=1e4).contains(&value) { Ok(value) } else { Err(format!("`{text}` is not within 0.01 to 10000 ms")) }
+}
+
+fn parse_decimals(text: &str) -> Result<usize, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|decimals| *decimals <= 12)
+        .ok_or_else(|| format!("`{text}` is not a whole number from 0 to 12"))
+}
+
+/// A finite number, zero or more.
+pub fn parse_not_negative(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err(format!("`{text}` is not a number of zero or more")),
+    }
+}
+
+/// A length with its unit, in mm: `2um`, `2µm`, `0.002mm`, `0.0001in`.
+pub fn parse_length(text: &str) -> Result<f64, String> {
+    let units = [("µm", 1e-3), ("um", 1e-3), ("mm", 1.0), ("in", 25.4)];
+    let (number, scale) = units
+        .iter()
+        .find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, scale)))
+        .ok_or_else(|| format!("`{text}` needs a unit: um, mm or in, as in 2um"))?;
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value * scale),
+        _ => Err(format!("`{text}` is not a positive length")),
+    }
+}
+
+/// A finite number.
+pub fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("`{text}` is not a number")),
+    }
+}
+
+fn parse_m_code(text: &str) -> Result<u16, String> {
+    let number = text.trim().trim_start_matches(['M', 'm']).parse::<u16>().ok().filter(|number| *number <= PassiveCodes::LARGEST);
+    number.ok_or_else(|| format!("`{text}` is not an M code (M0 to M{})", PassiveCodes::LARGEST))
+}
+
+fn parse_offset(text: &str) -> Result<GivenOffset, String> {
+    let (system, numbers) = match text.split_once('=') {
+        Some((name, numbers)) => {
+            let known = WORK_SYSTEMS.into_iter().find(|known| known.eq_ignore_ascii_case(name.trim()));
+            (Some(known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_SYSTEMS.join(", ")))?), numbers)
+        }
+        None => (None, text),
+    };
+    let values: Vec<f64> = numbers.split(',').map(parse_finite).collect::<Result<_, _>>()?;
+    let offset = values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())?;
+    Ok((system, offset))
+}

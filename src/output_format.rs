@@ -1,0 +1,26 @@
+//! Whether an output can be what it is asked to be.
+
+use std::path::Path;
+
+use anyhow::Result;
+use pipeline::{Input, OutputFormat, OutputSettings};
+
+use crate::output::Usage;
+use crate::read::is_reference;
+
+/// Whether `input` can be written to `out` in this format.
+///
+/// # Errors
+/// Says what `out` has to be.
+pub fn check(settings: &OutputSettings, input: &Input, out: &Path) -> Result<()> {
+    let wrong = match settings.format {
+        OutputFormat::Setpoints(_) if !out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) => {
+            "rows of positions are a table: name OUT with the ending .csv"
+        }
+        OutputFormat::Program(_) if input.part().is_some() == is_reference(out) => {
+            "INPUT and OUT must both be part programs or both be references; a table of positions from a program needs --carrier table or pvt"
+        }
+        _ => return Ok(()),
+    };
+    Err(Usage(wrong.into()).into())
+}

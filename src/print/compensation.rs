@@ -1,0 +1,242 @@
+//! What a compensation came to.
+
+use models::Outside;
+use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
+use pipeline::model_based_ilc::Outcome;
+use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
+use pipeline::units::{ErrorUnit, um};
+use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
+use serde_json::{Map, Value, json};
+
+use super::figures::contour_json;
+use crate::output::Printer;
+
+/// What the forecast of `input` lacks, and what could not be checked.
+pub fn say_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
+    if let Some(line) = terms.and_then(position_terms) {
+        printer.line(line);
+    }
+    if travel::is_unchecked(input, setup) {
+        printer.line(
+            "note: whether the axes stay within their travel was not checked, only that the part is not larger: its work offset is not known",
+        );
+    }
+}
+
+/// The forecast with and without compensation, what a run is expected to come to, and what is left alone.
+pub fn say(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>) {
+    if let Some(part) = input.part() {
+        for warning in &part.toolpath.warnings {
+            printer.line(warning.render(&part.program, &part.name));
+        }
+    }
+    for warning in warnings(input.part(), outcome) {
+        printer.line(format!("warning: {warning}"));
+    }
+    say_forecast(printer, input, outcome);
+    if let Some(expected) = expected {
+        say_expectation(printer, expected);
+    }
+    say_orientation(printer, outcome);
+    if let Some((before_s, after_s)) = outcome.cycle_s {
+        printer
+            .line(format!("expected cycle time: {before_s:.2} → {after_s:.2} s ({:+.1} %)", 100.0 * (after_s / before_s - 1.0)));
+    }
+    if let Some(left) = input.part().filter(|_| outcome.gained).and_then(left_alone) {
+        printer.line(left);
+    }
+    if !outcome.gained {
+        printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(input.part())));
+    }
+}
+
+fn say_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
+    printer.line(format!(
+        "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model{})",
+        if input.part().is_some() { " over feed moves" } else { "" },
+        um(outcome.before.tip.rms_mm),
+        um(outcome.after.tip.rms_mm),
+        um(outcome.before.tip.max_mm),
+        um(outcome.after.tip.max_mm),
+        outcome.updates,
+        outcome.ended.map_or(String::new(), |ended| format!("; {ended}"))
+    ));
+}
+
+/// What a run is expected to come to.
+pub fn say_expectation(printer: &Printer, expected: &Expectation) {
+    printer.line(format!("expected on the machine, the model's own error included: {}, nine runs in ten", expectation(expected)));
+}
+
+fn say_orientation(printer: &Printer, outcome: &Outcome) {
+    let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) else { return };
+    let urad = |rad: f64| format!("{:.2}", rad * 1e6);
+    printer.line(format!(
+        "predicted error of the tool's direction: {} → {} µrad RMS, {} → {} µrad MAX",
+        urad(before.rms_rad),
+        urad(after.rms_rad),
+        urad(before.max_rad),
+        urad(after.max_rad)
+    ));
+}
+
+/// What leaving terms of position out costs, in words; `None` where the model has no such terms.
+pub fn position_terms(terms: &PositionTerms) -> Option<String> {
+    let axes: Vec<String> = terms.axes.iter().map(|(axis, rms)| format!("{axis} {}", ErrorUnit::from(axis).text(*rms))).collect();
+    (!axes.is_empty()).then(|| {
+            format!(
+                "note: the work offset is not known: terms that depend on position (screw pitch, ripple, friction along the axis) are left out. With the \
+                 part at 0,0,0 they would be {} RMS, and the uncompensated forecast {} instead of {} µm RMS. Give --work-offset X,Y,Z",
+                axes.join(", "),
+                um(terms.with.tip.rms_mm),
+                um(terms.without.tip.rms_mm)
+            )
+        })
+}
+
+/// The same as JSON.
+pub fn position_terms_json(terms: &PositionTerms) -> Value {
+    let axes: Map<String, Value> = terms
+        .axes
+        .iter()
+        .map(|(axis, rms)| {
+            let unit = ErrorUnit::from(axis);
+            (axis.name.clone(), json!({ unit.key("rms"): unit.value(*rms) }))
+        })
+        .collect();
+    json!({
+        "axes": axes,
+        "contour_um_without": contour_json(&terms.without.tip),
+        "contour_um_at_zero": contour_json(&terms.with.tip),
+    })
+}
+
+/// What a run is expected to come to: "0.24 µm RMS (0.20 to 0.31), 0.90 µm MAX (0.70 to 1.40)".
+pub fn expectation(expected: &Expectation) -> String {
+    let one = |of: Expected, name: &str| format!("{} µm {name} ({} to {})", um(of.middle), um(of.low), um(of.high));
+    format!("{}, {}", one(expected.rms, "RMS"), one(expected.max, "MAX"))
+}
+
+/// The same as JSON, µm.
+pub fn expectation_json(expected: &Expectation) -> Value {
+    let one = |of: Expected| json!({ "low": of.low * 1e3, "middle": of.middle * 1e3, "high": of.high * 1e3 });
+    json!({ "rms": one(expected.rms), "max": one(expected.max) })
+}
+
+/// The setpoints in words, and what is wrong with it.
+pub fn setpoints(written: &SetpointsWritten) -> Vec<String> {
+    let SetpointsWritten { count, interval_s, off_mm, .. } = written;
+    let within = um(TOLERANCE_MM);
+    let mut lines = vec![format!(
+        "{count} rows, one every {:.3} ms; between them an axis is at most {} µm from the compensated path",
+        interval_s * 1e3,
+        um(*off_mm)
+    )];
+    if *off_mm > TOLERANCE_MM {
+        lines.push(match written.finer_s {
+            Some(finer_s) => format!(
+                "warning: that is more than {within} µm: the interval is too coarse for this path; --spacing {:.3} is not",
+                finer_s * 1e3
+            ),
+            None => format!("warning: that is more than {within} µm whatever the interval: write more --decimals"),
+        });
+    }
+    lines
+}
+
+/// The same as JSON.
+pub fn setpoints_json(written: &SetpointsWritten) -> Value {
+    json!({
+        "count": written.count,
+        "interval_ms": written.interval_s * 1e3,
+        "off_um": written.off_mm * 1e3,
+        "tolerance_um": TOLERANCE_MM * 1e3,
+        "finer_interval_ms": written.finer_s.map(|finer_s| finer_s * 1e3),
+    })
+}
+
+/// Which moves of a program stay as they are, if any do.
+pub fn left_alone(part: &Part) -> Option<String> {
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    let share = 100.0 * part.fixed_share();
+    (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
+}
+
+/// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
+fn why_unchanged(part: Option<&Part>) -> String {
+    const NO_GAIN: &str = "the model predicts no gain worth having";
+    let Some(part) = part else { return NO_GAIN.to_owned() };
+    let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    match (changeable, fixed.is_empty()) {
+        (0, _) => format!("the program holds no move that may be changed ({})", fixed.join(", ")),
+        (_, true) => NO_GAIN.to_owned(),
+        (_, false) => format!("{NO_GAIN} on the {changeable} moves that may be changed (not changed: {})", fixed.join(", ")),
+    }
+}
+
+/// Lines above the tolerance that are named one by one.
+const NAMED: usize = 5;
+
+pub fn say_feeds(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
+    let (before_s, after_s) = adjusted.cycle_s;
+    let (slower, faster) = adjusted.moves;
+    printer.line(format!(
+        "feeds: {slower} moves slower, {faster} faster; cycle time {before_s:.2} → {after_s:.2} s; predicted MAX on feed moves {} → {} µm, tolerance {} µm",
+        um(adjusted.max_mm.0),
+        um(adjusted.max_mm.1),
+        um(goal.tolerance_mm)
+    ));
+    if goal.keep_time && after_s > before_s * (1.0 + SAME_TIME) {
+        printer.line("warning: the other moves cannot win all of the time back within the tolerance and the axes' limits");
+    }
+    for (line, error) in adjusted.above.iter().take(NAMED) {
+        printer.line(format!("warning: line {line}: predicted contour error {} µm at the slowest feed that helps", um(*error)));
+    }
+    if adjusted.above.len() > NAMED {
+        printer.line(format!("warning: {} more moves stay above the tolerance", adjusted.above.len() - NAMED));
+    }
+}
+
+pub fn feeds_json(adjusted: &Adjusted, goal: Goal) -> Value {
+    json!({
+        "tolerance_um": goal.tolerance_mm * 1e3,
+        "keep_time": goal.keep_time,
+        "slower_moves": adjusted.moves.0,
+        "faster_moves": adjusted.moves.1,
+        "cycle_before_s": adjusted.cycle_s.0,
+        "cycle_after_s": adjusted.cycle_s.1,
+        "max_before_um": adjusted.max_mm.0 * 1e3,
+        "max_after_um": adjusted.max_mm.1 * 1e3,
+        "lines_above": adjusted.above.iter().map(|(line, error)| json!({ "line": line, "max_um": error * 1e3 })).collect::<Vec<_>>(),
+    })
+}
+
+/// Where the model is out of its depth, with lines where there is a program.
+pub fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
+    let period = outcome.reference.period_s();
+    outcome
+        .outside
+        .iter()
+        .map(|range| {
+            let line = |k: usize| part.and_then(|part| part.line_at(k));
+            let place = match (line(range.first), line(range.last)) {
+                (Some(first), Some(last)) if first == last => format!("line {first}"),
+                (Some(first), Some(last)) => format!("lines {first} to {last}"),
+                _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
+            };
+            if range.reason == Outside::Unplaced {
+                let axis = &range.axis;
+                return format!("the predictor of axis {axis} needs its position, which is not known without --work-offset; nothing is corrected");
+            }
+            let effect = match range.reason {
+                Outside::Position if !range.fades => "what depends on the place is corrected less and less there",
+                _ => "the correction fades there",
+            };
+            format!(
+                "{place}: {} of axis {} lies outside what the model was trained on ({} samples); {effect}",
+                range.reason, range.axis, range.samples
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,7 @@
+//! Every table, sentence and JSON figure that the commands show.
+
+pub mod comparison;
+pub mod compensation;
+pub mod figures;
+pub mod measurement;
+pub mod training;

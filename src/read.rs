@@ -1,0 +1,224 @@
+//! What the commands read: part programs, references, built-in curves, machines and models.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
+use gcode::Program;
+use machine::{ControllerSpec, MachineSpec};
+use models::Bundle;
+use motion::Trajectory;
+use motion::curves::library;
+use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
+use training::Recipe;
+
+use crate::args::LogArgs;
+use crate::output::{Printer, Refusal, Usage, read_file};
+
+/// The prefix of built-in test curves.
+pub const CURVE: &str = "curve:";
+
+/// The prefix of machines drawn at random, before their seed.
+const RANDOM: &str = "random:";
+
+/// What a path is read from, before the machine that runs it is known.
+#[derive(Debug)]
+pub struct Source {
+    name: String,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Curve,
+    Reference(Trajectory),
+    Program(Program),
+}
+
+impl Source {
+    /// Opens `input`: `curve:NAME`, a reference (`.csv`, `.parquet`), or else a part program.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn open(input: &Path) -> Result<Self> {
+        if let Some(name) = input.to_string_lossy().strip_prefix(CURVE) {
+            return Ok(Self { name: name.to_owned(), content: Content::Curve });
+        }
+        let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let content = if is_reference(input) {
+            if !input.is_file() {
+                return Err(Usage(format!("cannot read {}: there is no such file", input.display())).into());
+            }
+            let (reference, _) =
+                datasets::read_reference(input, &ReadOptions::default()).map_err(|error| Refusal(error.to_string()))?;
+            Content::Reference(reference)
+        } else {
+            let bytes = read_file(input)?;
+            if bytes.starts_with(datasets::formats::ARCHIVE) {
+                let why =
+                    format!("{} is an archive, as models are, and no part program; a model goes behind -m", input.display());
+                return Err(Usage(why).into());
+            }
+            Content::Program(gcode::parse(bytes))
+        };
+        Ok(Self { name, content })
+    }
+
+    /// The path on a machine; built-in curves at `feed_mm_s`.
+    ///
+    /// # Errors
+    /// When the content is refused, or the machine cannot run it.
+    pub fn on(self, setup: &Setup, settings: &ReadSettings, feed_mm_s: f64) -> Result<Input> {
+        let Self { name, content } = self;
+        let input = match content {
+            Content::Curve => curve(&name, feed_mm_s, setup)?,
+            Content::Reference(reference) => Input::reference(name, reference, Some(setup))?,
+            Content::Program(program) => Part::of(&name, program, setup, settings)?.into(),
+        };
+        travel::check(&input, setup)?;
+        Ok(input)
+    }
+
+    /// The reference that it is: a path already, which no machine has to plan.
+    ///
+    /// # Errors
+    /// Gives back a program or curve.
+    pub fn into_reference(self) -> Result<Trajectory, Self> {
+        match self.content {
+            Content::Reference(reference) => Ok(reference),
+            content => Err(Self { content, ..self }),
+        }
+    }
+}
+
+/// Reads `input`, as [`Source::open`] does, as a path of a machine; built-in curves at `feed_mm_s`.
+///
+/// # Errors
+/// When the file cannot be read, or its content is refused.
+pub fn input(input: &Path, setup: &Setup, settings: &ReadSettings, feed_mm_s: f64) -> Result<Input> {
+    Source::open(input)?.on(setup, settings, feed_mm_s)
+}
+
+/// The built-in test curve `name`, at `feed_mm_s`.
+///
+/// # Errors
+/// When there is no such curve, or the machine cannot run it.
+pub fn curve(name: &str, feed_mm_s: f64, setup: &Setup) -> Result<Input> {
+    library::by_name(name).map_err(|error| Usage(error.to_string()))?;
+    Ok(Input::curve(name, feed_mm_s, setup)?)
+}
+
+/// Whether a file is a reference or log rather than a program, by its ending.
+#[must_use]
+pub fn is_reference(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["csv", "parquet"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// The machine called or described by `machine`: a built-in name, `random:SEED`, or a TOML file.
+///
+/// # Errors
+/// When there is no such machine, or its description is not sound.
+pub fn machine(machine: &str) -> Result<MachineSpec> {
+    if let Some(seed) = machine.strip_prefix(RANDOM) {
+        let seed =
+            seed.parse().map_err(|_| Usage(format!("`{machine}`: a random machine has a whole number, as in {RANDOM}7")))?;
+        return Ok(MachineSpec::random(seed)?);
+    }
+    let names = machine::BUILTIN_MACHINES.map(|(name, _)| name);
+    described("machine", machine, &names, MachineSpec::builtin, MachineSpec::from_toml)
+}
+
+/// The machine that real data belongs to: the one `named`, else that of a model; and a line that says which one and from where. `None` where
+/// neither is given: a built-in machine is no stand-in for a real one.
+///
+/// # Errors
+/// When there is no such machine, or its description is not sound.
+pub fn real_machine(named: Option<&str>, model: Option<(&Path, &Bundle)>) -> Result<Option<(MachineSpec, String)>> {
+    let (spec, from) = match (named, model) {
+        (Some(named), _) => (machine(named)?, format!("--machine {named}")),
+        (None, Some((path, bundle))) => (machine_of(bundle)?, format!("the model {}", path.display())),
+        (None, None) => return Ok(None),
+    };
+    let line = format!("machine `{}`, from {from}", spec.name);
+    Ok(Some((spec, line)))
+}
+
+/// The error where a machine is needed and none is given.
+#[must_use]
+pub fn machine_wanted(what: &str) -> anyhow::Error {
+    Usage(format!("{what}: give --machine M.toml, or --model with a model of the machine that made the log")).into()
+}
+
+/// The controller profile called or described by `controller`: a built-in name or a TOML file.
+///
+/// # Errors
+/// When there is no such profile, or it is not sound.
+pub fn controller(controller: &str) -> Result<ControllerSpec> {
+    let names = machine::BUILTIN_CONTROLLERS.map(|(name, _)| name);
+    described("controller", controller, &names, ControllerSpec::builtin, ControllerSpec::from_toml)
+}
+
+/// The recipe called or described by `predictor`: a built-in name or a TOML file.
+///
+/// # Errors
+/// When there is no such recipe, or it cannot be used.
+pub fn recipe(predictor: &str) -> Result<Recipe> {
+    let names: Vec<&str> = Recipe::names().collect();
+    described("recipe", predictor, &names, Recipe::builtin, Recipe::from_toml)
+}
+
+/// The `kind` of thing that `name` calls, one of the built-in `names`, or describes, a TOML file.
+fn described<T, E: std::error::Error + Send + Sync + 'static>(
+    kind: &str,
+    name: &str,
+    names: &[&str],
+    builtin: impl FnOnce(&str) -> Result<T, E>,
+    from_toml: impl FnOnce(&str) -> Result<T, E>,
+) -> Result<T> {
+    if names.contains(&name) {
+        return Ok(builtin(name)?);
+    }
+    if !Path::new(name).is_file() {
+        let known = names.join(", ");
+        return Err(Usage(format!("there is no {kind} file {name}, and the built-in ones are {known}")).into());
+    }
+    let text = std::fs::read_to_string(name).with_context(|| format!("cannot read {name}"))?;
+    from_toml(&text).map_err(|error| Refusal(format!("{name}: {error}")).into())
+}
+
+/// A log, and what reading it found.
+///
+/// # Errors
+/// When the file cannot be read or is not a log.
+pub fn log(path: &Path, args: &LogArgs) -> Result<(Log, Report)> {
+    if !path.is_file() {
+        return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
+    }
+    let options = ReadOptions { columns: args.columns.clone(), period_s: args.period.map(|ms| ms * 1e-3) };
+    read_log(path, &options).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// A log that is fit for measuring a run; what was found in it is printed.
+///
+/// # Errors
+/// As [`log`], and when the log is not fit.
+pub fn log_to_measure(path: &Path, args: &LogArgs, printer: &Printer) -> Result<Log> {
+    let (log, mut report) = log(path, args)?;
+    report.extend(assess(&log, Purpose::Measuring));
+    for finding in &report.findings {
+        printer.line(finding);
+    }
+    if report.is_refused() {
+        return Err(Refusal(format!("{} is not fit for measuring", path.display())).into());
+    }
+    Ok(log)
+}
+
+/// The model in a bundle file.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, or of another format.
+pub fn model(path: &Path) -> Result<Bundle> {
+    let bytes = read_file(path)?;
+    Bundle::from_bytes(&bytes).map_err(|error| Refusal(format!("{}: {error}", path.display())).into())
+}
