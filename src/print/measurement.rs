@@ -48,6 +48,7 @@ pub fn say_readback(printer: &Printer, found: &Readback) {
 /// Segments and reversals that are printed; the JSON figures hold all.
 const SHOWN: usize = 10;
 
+/// Everything that was measured; `laid_over` where the run was laid over a path of its own.
 pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) -> Result<(), MotionError> {
     if laid_over {
         let offset = measured.matched.offset;
@@ -57,21 +58,38 @@ pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool
         };
         printer.line(format!("laid over the path: {time}, offset {:.4} {:.4} {:.4} mm", offset.x, offset.y, offset.z));
     }
+    printer.line(tracking(log, measured)?);
+    say_contour(printer, measured);
+    printer.line(worst(measured));
+    if !measured.reversals.is_empty() {
+        printer.line(format!("{} reversals, the largest glitches:", measured.reversals.len()));
+        printer.line(reversals(measured));
+    }
+    if measured.segments.len() > 1 {
+        printer.line(format!("{} segments, the worst by RMS:", measured.segments.len()));
+        printer.line(segments(measured));
+    }
+    if let Some(circle) = &measured.circle {
+        say_circle(printer, circle);
+    }
+    Ok(())
+}
+
+/// Tracking error and lag of every axis.
+fn tracking(log: &Log, measured: &Measurement) -> Result<String, MotionError> {
     let common = measured.common_lag_s();
-    let rows: Vec<Vec<String>> = log
-        .axes()
-        .iter()
-        .zip(log.reference.tracking_error(&log.actual)?)
-        .zip(&measured.lags_s)
-        .map(|((axis, error), lag)| {
-            let (rms, max) = rms_max(&error);
-            let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
-            let unit = ErrorUnit::from(axis);
-            let (rms, max) = (unit.number(rms), unit.number(max));
-            vec![unit.label(&axis.name), rms, max, ms(*lag), ms(lag.zip(common).map(|(lag, common)| lag - common))]
-        })
-        .collect();
-    printer.line(table(&["axis", "tracking error RMS", "MAX", "lag ms", "against the mean ms"], &rows));
+    let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
+    let errors = log.reference.tracking_error(&log.actual)?;
+    let rows = log.axes().iter().zip(errors).zip(&measured.lags_s).map(|((axis, error), lag)| {
+        let ((rms, max), unit) = (rms_max(&error), ErrorUnit::from(axis));
+        let against_mean = lag.zip(common).map(|(lag, common)| lag - common);
+        vec![unit.label(&axis.name), unit.number(rms), unit.number(max), ms(*lag), ms(against_mean)]
+    });
+    let header = ["axis", "tracking error RMS", "MAX", "lag ms", "against the mean ms"];
+    Ok(table(&header, &rows.collect::<Vec<_>>()))
+}
+
+fn say_contour(printer: &Printer, measured: &Measurement) {
     let contour = &measured.contour;
     printer.line(format!(
         "contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
@@ -84,53 +102,39 @@ pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool
         let (rms, max, p95) = (urad(o.rms_rad), urad(o.max_rad), urad(o.p95_rad));
         printer.line(format!("tool direction {rms} µrad RMS, {max} µrad MAX, {p95} µrad at 95 %"));
     }
-    let line = |line: Option<usize>| line.map_or("–".to_owned(), |line| line.to_string());
-    let rows: Vec<Vec<String>> = measured
-        .worst
-        .iter()
-        .map(|place| {
-            let at = format!("{:.3} {:.3} {:.3}", place.at.x, place.at.y, place.at.z);
-            vec![um(place.error_mm), format!("{:.3}", place.time_s), line(place.line), at]
-        })
-        .collect();
-    printer.line(table(&["worst µm", "t s", "line", "x y z mm"], &rows));
-    if !measured.reversals.is_empty() {
-        let mut largest: Vec<_> = measured.reversals.iter().collect();
-        largest.sort_by(|a, b| b.glitch_mm.total_cmp(&a.glitch_mm));
-        let rows: Vec<Vec<String>> = largest
-            .iter()
-            .take(SHOWN)
-            .map(|one| {
-                let way = if one.from_positive { "+ → −" } else { "− → +" };
-                vec![one.axis.clone(), way.to_owned(), format!("{:.3}", one.time_s), format!("{:.3}", one.at), um(one.glitch_mm)]
-            })
-            .collect();
-        printer.line(format!("{} reversals, the largest glitches:", measured.reversals.len()));
-        printer.line(table(&["axis", "direction", "t s", "at mm", "glitch µm"], &rows));
-    }
-    if measured.segments.len() > 1 {
-        let mut largest: Vec<&Segment> = measured.segments.iter().collect();
-        largest.sort_by(|a, b| b.contour.rms_mm.total_cmp(&a.contour.rms_mm));
-        let rows: Vec<Vec<String>> = largest
-            .iter()
-            .take(SHOWN)
-            .map(|one| {
-                vec![
-                    line(one.line),
-                    format!("{:.3}", one.from_s),
-                    um(one.contour.rms_mm),
-                    um(one.contour.max_mm),
-                    one.samples.to_string(),
-                ]
-            })
-            .collect();
-        printer.line(format!("{} segments, the worst by RMS:", measured.segments.len()));
-        printer.line(table(&["line", "from s", "RMS µm", "MAX µm", "samples"], &rows));
-    }
-    if let Some(circle) = &measured.circle {
-        say_circle(printer, circle);
-    }
-    Ok(())
+}
+
+/// A line of the program, where there is one.
+fn shown_line(line: Option<usize>) -> String {
+    line.map_or("–".to_owned(), |line| line.to_string())
+}
+
+fn worst(measured: &Measurement) -> String {
+    let rows = measured.worst.iter().map(|place| {
+        let at = format!("{:.3} {:.3} {:.3}", place.at.x, place.at.y, place.at.z);
+        vec![um(place.error_mm), format!("{:.3}", place.time_s), shown_line(place.line), at]
+    });
+    table(&["worst µm", "t s", "line", "x y z mm"], &rows.collect::<Vec<_>>())
+}
+
+fn reversals(measured: &Measurement) -> String {
+    let mut largest: Vec<_> = measured.reversals.iter().collect();
+    largest.sort_by(|a, b| b.glitch_mm.total_cmp(&a.glitch_mm));
+    let rows = largest.iter().take(SHOWN).map(|one| {
+        let way = if one.from_positive { "+ → −" } else { "− → +" };
+        vec![one.axis.clone(), way.to_owned(), format!("{:.3}", one.time_s), format!("{:.3}", one.at), um(one.glitch_mm)]
+    });
+    table(&["axis", "direction", "t s", "at mm", "glitch µm"], &rows.collect::<Vec<_>>())
+}
+
+fn segments(measured: &Measurement) -> String {
+    let mut largest: Vec<&Segment> = measured.segments.iter().collect();
+    largest.sort_by(|a, b| b.contour.rms_mm.total_cmp(&a.contour.rms_mm));
+    let rows = largest.iter().take(SHOWN).map(|one| {
+        let (rms, max) = (um(one.contour.rms_mm), um(one.contour.max_mm));
+        vec![shown_line(one.line), format!("{:.3}", one.from_s), rms, max, one.samples.to_string()]
+    });
+    table(&["line", "from s", "RMS µm", "MAX µm", "samples"], &rows.collect::<Vec<_>>())
 }
 
 pub fn say_fits(printer: &Printer, fits: &[Fit]) {

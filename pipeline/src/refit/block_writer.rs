@@ -69,14 +69,26 @@ impl<'a> Writer<'a> {
         before_s: f64,
         share: f64,
     ) -> Result<String> {
-        let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
-        let modal = self.part.toolpath.modal(step);
+        let step = &self.part.toolpath.moves[owner];
         let mut text = String::with_capacity(LINE);
+        self.append_codes(&mut text, step, first_of_block);
+        let way = self.append_coordinates(&mut text, step, target)?;
+        let duration_s = (target.time_s - before_s).max(1e-5);
+        match self.settings.encoding {
+            TimeEncoding::G93 => append_feed(&mut text, 60.0 / duration_s)?,
+            TimeEncoding::G94 => append_feed(&mut text, (self.length(step, &way) / duration_s * 60.0).max(1e-4))?,
+            TimeEncoding::Keep => self.append_own_feed(&mut text, owner, first_of_block, share)?,
+        }
+        Ok(text)
+    }
+
+    /// The codes of feed mode and motion, where they change.
+    fn append_codes(&mut self, text: &mut String, step: &Move, first_of_block: bool) {
         let (wanted, code) = match self.settings.encoding {
             TimeEncoding::G93 => (FeedMode::InverseTime, "G93"),
             TimeEncoding::G94 => (FeedMode::PerMinute, "G94"),
             // The program's own codes stay where they are.
-            TimeEncoding::Keep => (modal.feed_mode, ""),
+            TimeEncoding::Keep => (self.part.toolpath.modal(step).feed_mode, ""),
         };
         if wanted != self.mode {
             text.push_str(code);
@@ -86,66 +98,67 @@ impl<'a> Writer<'a> {
             text.push_str("G1");
             self.g1_active = true;
         }
-        let before = self.written;
+    }
+
+    /// The words of the axes that move, at least one; and how far they lead as rounded, mm and rad.
+    fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Target) -> Result<Vec6> {
+        let (toolpath, units, before) = (&self.part.toolpath, self.part.toolpath.modal(step).units, self.written);
         let mut moves = false;
-        let decimals = self.settings.decimals + usize::from(modal.units == Units::Inch);
+        let decimals = self.settings.decimals + usize::from(units == Units::Inch);
         for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
-            let Some(value) = self.part.toolpath.programmed(step, axis, self.written[axis], target.point[axis]) else { continue };
+            let at = self.written[axis];
+            let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
             let before_word = text.len();
             text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
             // What a control reads back, so that incremental programs gather no rounding.
             let read = match axis {
-                0..3 => append_number(&mut text, value / modal.units.mm(), decimals)? * modal.units.mm(),
-                _ => append_number(&mut text, value.to_degrees(), self.settings.decimals)?.to_radians(),
+                0..3 => append_number(text, value / units.mm(), decimals)? * units.mm(),
+                _ => append_number(text, value.to_degrees(), self.settings.decimals)?.to_radians(),
             };
-            let reached = self.written[axis]
-                + (read - self.part.toolpath.programmed(step, axis, self.written[axis], self.written[axis]).unwrap_or_default());
+            let reached = at + (read - toolpath.programmed(step, axis, at, at).unwrap_or_default());
             // A line needs an axis word, or it is no move.
             let last_chance = !moves && axis == 2;
-            if (reached - self.written[axis]).abs() > 0.0
-                || (axis == 0 && self.settings.encoding != TimeEncoding::Keep)
-                || last_chance
-            {
+            let stated = axis == 0 && self.settings.encoding != TimeEncoding::Keep;
+            if (reached - at).abs() > 0.0 || stated || last_chance {
                 self.written[axis] = reached;
                 moves = true;
             } else {
                 text.truncate(before_word);
             }
         }
-        let duration = (target.time_s - before_s).max(1e-5);
-        match self.settings.encoding {
-            TimeEncoding::G93 => append_feed(&mut text, 60.0 / duration)?,
-            TimeEncoding::G94 => {
-                // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
-                let way = self.written - before;
-                let length = way.fixed_rows::<3>(0).norm() / modal.units.mm();
-                let length = if length > 0.0 { length } else { way.fixed_rows::<3>(3).norm().to_degrees() };
-                let feed = length.max(1e-6) / duration * 60.0;
-                append_feed(&mut text, feed.max(1e-4))?;
-            }
-            // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
-            TimeEncoding::Keep if self.mode == FeedMode::InverseTime && share < 1.0 => {
-                let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
-                append_feed(&mut text, word * factor / share.max(0.01))?;
-            }
-            TimeEncoding::Keep => {
-                let wanted = step.feed_word.map(|feed| feed * factor);
-                match step.words(&self.part.program).feed {
-                    Some(word) if first_of_block && factor == 1.0 => {
-                        let span = self.part.program.words()[word].span;
-                        text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
-                    }
-                    _ if wanted != self.feed => {
-                        if let Some(feed) = wanted {
-                            append_feed(&mut text, feed)?;
-                        }
-                    }
-                    _ => {}
-                }
-                self.feed = wanted;
-            }
+        Ok(self.written - before)
+    }
+
+    /// The length that F counts, in the program's units: that of the linear axes, or where none of them moves of the rotary ones in degrees.
+    fn length(&self, step: &Move, way: &Vec6) -> f64 {
+        let linear = way.fixed_rows::<3>(0).norm() / self.part.toolpath.modal(step).units.mm();
+        let length = if linear > 0.0 { linear } else { way.fixed_rows::<3>(3).norm().to_degrees() };
+        length.max(1e-6)
+    }
+
+    /// The program's own feed word where it holds, multiplied by the factor of its move.
+    fn append_own_feed(&mut self, text: &mut String, owner: usize, first_of_block: bool, share: f64) -> Result<()> {
+        let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
+        // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
+        if self.mode == FeedMode::InverseTime && share < 1.0 {
+            let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
+            return append_feed(text, word * factor / share.max(0.01));
         }
-        Ok(text)
+        let wanted = step.feed_word.map(|feed| feed * factor);
+        match step.words(&self.part.program).feed {
+            Some(word) if first_of_block && factor == 1.0 => {
+                let span = self.part.program.words()[word].span;
+                text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
+            }
+            _ if wanted != self.feed => {
+                if let Some(feed) = wanted {
+                    append_feed(text, feed)?;
+                }
+            }
+            _ => {}
+        }
+        self.feed = wanted;
+        Ok(())
     }
 
     /// The line after a segment that puts the program's own feed back.

@@ -202,68 +202,66 @@ impl Reproduce {
 }
 
 fn say(printer: &Printer, rows: &[Row], period_s: f64) -> Vec<Value> {
-    let mut tables = Vec::new();
-    for rows in rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)) {
+    let say_table = |rows: &[Row]| {
         let first = &rows[0];
         let given = first.given.in_words();
         printer.line(format!(
             "Paper C, table {}: {} at {} mm/min, α = {ALPHA}; {given}",
             first.table, first.curve, first.feed_mm_min
         ));
-        let lines: Vec<Vec<String>> = rows
-            .iter()
-            .map(|row| {
-                let printed = printed(row).map(|value| value.map_or("–".to_owned(), |value| format!("{value}")));
-                let [tip_max, tip_rms, turn_max, turn_rms] = printed;
-                let orientation = row.figures.orientation;
-                let urad = |rad: Option<f64>| rad.map_or("–".to_owned(), |rad| format!("{:.2}", rad * 1e6));
-                vec![
-                    row.method.to_owned(),
-                    row.runs.to_string(),
-                    format!("{tip_rms} / {tip_max}"),
-                    format!("{} / {}", um(row.figures.tip.rms_mm), um(row.figures.tip.max_mm)),
-                    format!("{:.2}", row.figures.tip.max_at as f64 * period_s),
-                    format!("{turn_rms} / {turn_max}"),
-                    format!("{} / {}", urad(orientation.map(|o| o.rms_rad)), urad(orientation.map(|o| o.max_rad))),
-                ]
-            })
-            .collect();
-        printer.line(table(
-            &[
-                "method",
-                "learning runs",
-                "printed tip RMS / MAX µm",
-                "tip µm",
-                "MAX at s",
-                "printed direction RMS / MAX µrad",
-                "direction µrad",
-            ],
-            &lines,
-        ));
-        let lines: Vec<Value> = rows
-            .iter()
-            .map(|row| {
-                let [tip_max, tip_rms, turn_max, turn_rms] = printed(row);
-                json!({
-                    "name": row.method,
-                    "runs": row.runs,
-                    "printed": { "rms_um": tip_rms, "max_um": tip_max, "orientation_rms_urad": turn_rms, "orientation_max_urad": turn_max },
-                    "measured": {
-                        "rms_um": row.figures.tip.rms_mm * 1e3,
-                        "max_um": row.figures.tip.max_mm * 1e3,
-                        "max_at_s": row.figures.tip.max_at as f64 * period_s,
-                        "orientation_rms_urad": row.figures.orientation.map(|o| o.rms_rad * 1e6),
-                        "orientation_max_urad": row.figures.orientation.map(|o| o.max_rad * 1e6),
-                    },
-                })
-            })
-            .collect();
-        tables.push(json!({
+        let lines: Vec<Vec<String>> = rows.iter().map(|row| row.cells(period_s)).collect();
+        printer.line(table(&HEADER, &lines));
+        json!({
             "paper": "C", "table": first.table, "curve": first.curve, "feed_mm_min": first.feed_mm_min, "given": first.given.name(),
-            "rows": lines,
-        }));
+            "rows": rows.iter().map(|row| row.json(period_s)).collect::<Vec<_>>(),
+        })
+    };
+    rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)).map(say_table).collect()
+}
+
+const HEADER: [&str; 7] = [
+    "method",
+    "learning runs",
+    "printed tip RMS / MAX µm",
+    "tip µm",
+    "MAX at s",
+    "printed direction RMS / MAX µrad",
+    "direction µrad",
+];
+
+impl Row {
+    fn cells(&self, period_s: f64) -> Vec<String> {
+        let printed = printed(self).map(|value| value.map_or("–".to_owned(), |value| format!("{value}")));
+        let [tip_max, tip_rms, turn_max, turn_rms] = printed;
+        let (tip, orientation) = (&self.figures.tip, self.figures.orientation);
+        let urad = |rad: Option<f64>| rad.map_or("–".to_owned(), |rad| format!("{:.2}", rad * 1e6));
+        vec![
+            self.method.to_owned(),
+            self.runs.to_string(),
+            format!("{tip_rms} / {tip_max}"),
+            format!("{} / {}", um(tip.rms_mm), um(tip.max_mm)),
+            format!("{:.2}", tip.max_at as f64 * period_s),
+            format!("{turn_rms} / {turn_max}"),
+            format!("{} / {}", urad(orientation.map(|o| o.rms_rad)), urad(orientation.map(|o| o.max_rad))),
+        ]
     }
-    tables
+
+    fn json(&self, period_s: f64) -> Value {
+        let [tip_max, tip_rms, turn_max, turn_rms] = printed(self);
+        let (tip, orientation) = (&self.figures.tip, self.figures.orientation);
+        json!({
+            "name": self.method,
+            "runs": self.runs,
+            "printed": { "rms_um": tip_rms, "max_um": tip_max, "orientation_rms_urad": turn_rms, "orientation_max_urad": turn_max },
+            "measured": {
+                "rms_um": tip.rms_mm * 1e3,
+                "max_um": tip.max_mm * 1e3,
+                "max_at_s": tip.max_at as f64 * period_s,
+                "orientation_rms_urad": orientation.map(|o| o.rms_rad * 1e6),
+                "orientation_max_urad": orientation.map(|o| o.max_rad * 1e6),
+            },
+        })
+    }
 }
 
 /// Tip MAX and RMS, µm, direction MAX and RMS, µrad, as printed. The paper does not say which of the two its tracking error is.
