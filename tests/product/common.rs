@@ -52,23 +52,27 @@ impl Folder {
     pub fn train_on(&self, machine: &str, seconds: &str, predictor: &str) -> PathBuf {
         self.figures(&["excite", "--machine", machine, "-o", "excitation", "--seconds", seconds]);
         let mut logs = Vec::new();
-        for entry in std::fs::read_dir(self.path("excitation")).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_some_and(|e| e == "csv") {
-                let log = format!("log-{}", path.file_name().unwrap().to_string_lossy());
-                // Runs that are judged have other noise: their seeds are small.
-                let seed = (TRAINING_SEED + logs.len()).to_string();
-                self.figures(&["simulate", &path.to_string_lossy(), "--machine", machine, "-o", &log, "--seed", &seed]);
-                logs.push(log);
-            }
+        for path in csv_files(&self.path("excitation")) {
+            let log = format!("log-{}", path.file_name().unwrap().to_string_lossy());
+            // Runs that are judged have other noise: their seeds are small.
+            let seed = (TRAINING_SEED + logs.len()).to_string();
+            self.figures(&["simulate", &path.to_string_lossy(), "--machine", machine, "-o", &log, "--seed", &seed]);
+            logs.push(log);
         }
-        logs.sort();
         let mut words = vec!["train"];
         words.extend(logs.iter().map(String::as_str));
         words.extend(["--machine", machine, "--predictor", predictor, "-o", "machine.model"]);
         self.figures(&words);
         self.path("machine.model")
     }
+}
+
+/// The CSV files in a folder by name. File systems list them in any order, and the order gives the seeds of the noise.
+pub fn csv_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
+    files.sort();
+    files
 }
 
 pub fn text(bytes: &[u8]) -> String {

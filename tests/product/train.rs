@@ -5,7 +5,7 @@ use std::path::Path;
 
 use datasets::{Log, ReadOptions, read_log, write_log};
 
-use crate::common::{Folder, shared};
+use crate::common::{Folder, csv_files, shared};
 
 fn log_of(path: &Path) -> Log {
     read_log(path, &ReadOptions::default()).unwrap().0
@@ -25,9 +25,7 @@ fn write(folder: &Folder, name: &str, header: &str, rows: &[String]) {
 /// Twelve seconds of a simulated machine, one log.
 fn recording(folder: &Folder) -> Log {
     folder.figures(&["excite", "--machine", "ballscrew", "-o", "excitation", "--seconds", "12"]);
-    let mut names: Vec<_> = std::fs::read_dir(folder.path("excitation")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    names.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
-    names.sort();
+    let names = csv_files(&folder.path("excitation"));
     let longest = names.iter().max_by_key(|path| std::fs::metadata(path).unwrap().len()).unwrap();
     folder.figures(&["simulate", &longest.to_string_lossy(), "--machine", "ballscrew", "-o", "run.csv"]);
     log_of(&folder.path("run.csv"))
