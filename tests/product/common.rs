@@ -2,11 +2,33 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
 /// First seed of the noise in the logs of training.
 pub const TRAINING_SEED: usize = 50_001;
+
+/// Lines, a helix, full and half circles, in a program as a user would write it.
+pub const PART: &str = "%\r\nO0001 (BRACKET)\r\nN10 G21 G90 G17 G40 G49 G80\r\nN20 T1 M6\r\nN30 G0 G54 X-30. Y-20. S8000 M3\r\nN40 G0 Z5. (ABOVE)\r\n\
+N50 G1 Z-1. F900 M8\r\nN60 G1 X30. F2400\r\nN70 G3 X30. Y20. I0. J20.\r\nN80 G1 X-30.\r\nN90 G3 X-30. Y-20. Z-3. J-20.\r\nN100 G2 I10. J10.\r\n\
+N110 G0 Z5. M9\r\nN120 G81 X0. Y0. Z-5. R2. F100\r\nN130 G80\r\nN140 M30\r\n%\r\n";
+
+/// A model and the excitation that it was trained on.
+pub struct Trained {
+    pub model: Vec<u8>,
+    /// Name and content of the reference trajectories.
+    pub excitation: Vec<(String, Vec<u8>)>,
+}
+
+/// 40 s of the machine `ballscrew`, predictor `staged`. Trained once: training takes longer than any test on the model.
+pub static BALLSCREW: LazyLock<Trained> = LazyLock::new(|| {
+    let folder = Folder::new();
+    let model = std::fs::read(folder.train("40", "staged")).unwrap();
+    let excitation = csv_files(&folder.path("excitation"));
+    let content = |path: PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap());
+    Trained { model, excitation: excitation.into_iter().map(content).collect() }
+});
 
 /// A folder of its own for a test, removed when dropped.
 pub struct Folder(pub tempfile::TempDir);
@@ -14,6 +36,28 @@ pub struct Folder(pub tempfile::TempDir);
 impl Folder {
     pub fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
+    }
+
+    /// With the model of [`BALLSCREW`] as `machine.model`.
+    pub fn with_model() -> Self {
+        let folder = Self::new();
+        folder.write("machine.model", &BALLSCREW.model);
+        folder
+    }
+
+    /// With the model of [`BALLSCREW`] as `machine.model` and [`PART`] as `part.nc`.
+    pub fn with_model_and_part() -> Self {
+        let folder = Self::with_model();
+        folder.write("part.nc", PART);
+        folder
+    }
+
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -32,6 +76,13 @@ impl Folder {
         let output = self.precomp(&all);
         assert!(output.status.success(), "{words:?}: {}{}", text(&output.stdout), text(&output.stderr));
         serde_json::from_slice(&std::fs::read(self.path("figures.json")).unwrap()).unwrap()
+    }
+
+    /// Runs it, expects success, and returns what it printed on standard output.
+    pub fn prints(&self, words: &[&str]) -> String {
+        let output = self.precomp(words);
+        assert!(output.status.success(), "{words:?}: {}", text(&output.stderr));
+        text(&output.stdout)
     }
 
     /// Runs it, expects this exit status, and returns what it said on standard error.

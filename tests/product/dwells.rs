@@ -1,4 +1,6 @@
-//! A path with rests. Works on the story's model.
+//! Dwells within a reference trajectory.
+
+use serde_json::Value;
 
 use crate::common::Folder;
 
@@ -9,14 +11,21 @@ fn columns(text: &str) -> Vec<Vec<f64>> {
     (0..rows[0].len()).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
 }
 
-pub fn nothing_winds_up_at_a_standstill(folder: &Folder) {
+const DESIRED: &str = "rests/01-full.csv";
+
+/// A folder with the model, a reference with dwells and its compensated reference `rests.csv`.
+fn compensated() -> Folder {
+    let folder = Folder::with_model();
     folder.figures(&["excite", "-o", "rests", "--seconds", "12", "--seed", "9"]);
-    let mut files: Vec<_> = std::fs::read_dir(folder.path("rests")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    let lines = files.iter().find(|path| path.to_string_lossy().ends_with("01-full.csv")).unwrap().to_string_lossy().into_owned();
-    folder.figures(&["compensate", &lines, "-m", "machine.model", "-o", "rests.csv", "--iterations", "12"]);
-    let read = |path: &str| columns(&std::fs::read_to_string(folder.path(path)).unwrap());
-    let (desired, learned) = (read(&lines), read("rests.csv"));
+    folder.figures(&["compensate", DESIRED, "-m", "machine.model", "-o", "rests.csv", "--iterations", "12"]);
+    folder
+}
+
+#[test]
+fn an_axis_at_standstill_has_a_compensated_reference_at_standstill() {
+    let folder = compensated();
+    let read = |path: &str| columns(&folder.read(path));
+    let (desired, learned) = (read(DESIRED), read("rests.csv"));
     let period = desired[0][1] - desired[0][0];
     let (before, after) = ((0.04 / period) as usize, (0.04 / period) as usize);
     let mut rests = 0;
@@ -31,8 +40,13 @@ pub fn nothing_winds_up_at_a_standstill(folder: &Folder) {
         }
     }
     assert!(rests > 15, "{rests}");
-    let raw = folder.figures(&["simulate", &lines, "-o", "raw-rests.csv"]);
-    let cut = folder.figures(&["simulate", "rests.csv", "--against", &lines, "-o", "cut-rests.csv"]);
-    let rms = |figures: &serde_json::Value| figures["contour_um"]["rms"].as_f64().unwrap();
+}
+
+#[test]
+fn compensation_halves_the_error_of_a_reference_with_dwells() {
+    let folder = compensated();
+    let raw = folder.figures(&["simulate", DESIRED, "-o", "raw-rests.csv"]);
+    let cut = folder.figures(&["simulate", "rests.csv", "--against", DESIRED, "-o", "cut-rests.csv"]);
+    let rms = |figures: &Value| figures["contour_um"]["rms"].as_f64().unwrap();
     assert!(rms(&cut) < 0.5 * rms(&raw), "{cut} against {raw}");
 }

@@ -1,5 +1,6 @@
 //! The whole product, run by its command line.
 
+mod adaptation;
 mod cli;
 mod common;
 mod comparison;

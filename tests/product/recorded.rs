@@ -1,21 +1,21 @@
-//! Compensating from what a control commanded, where it plans otherwise than precomp. Works on the story's model.
+//! Compensating from what a control commanded, where it plans otherwise than precomp.
 
 use serde_json::Value;
 
-use crate::common::{Folder, text};
+use crate::common::Folder;
 
 const PART: &str =
     "G21 G90 G17\nG0 X0 Y0\nG4 P0.2\nG1 X30 F3600\nG3 X30 Y20 J10\nG1 X10\nG1 X0 Y10\nG4 P0.1\nG1 X8 Y4\nG1 X0 Y0\nM30\n";
 
 /// Rows of a CSV file, without the header.
 fn rows(folder: &Folder, name: &str) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(folder.path(name)).unwrap();
+    let text = folder.read(name);
     text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
 }
 
 fn write_rows(folder: &Folder, name: &str, header: &str, rows: impl Iterator<Item = Vec<f64>>) {
     let rows = rows.map(|row| row.iter().map(|value| format!("{value:.6}")).collect::<Vec<_>>().join(",") + "\n");
-    std::fs::write(folder.path(name), format!("{header}\n{}", rows.collect::<String>())).unwrap();
+    folder.write(name, format!("{header}\n{}", rows.collect::<String>()));
 }
 
 /// A control with other limits, which rounds corners further off and smooths its command over so many samples; the machine is the same.
@@ -44,65 +44,81 @@ impl Control {
     }
 }
 
-pub fn a_recorded_command_is_gone_by_instead_of_the_plan(folder: &Folder) {
-    std::fs::write(folder.path("recorded.nc"), PART).unwrap();
+const HEADER: &str = "t,x_ref,x_act,y_ref,y_act,z_ref,z_act";
+const CONTROLS: [Control; 2] = [Control { smoothed: 1 }, Control { smoothed: 15 }];
+
+/// A folder with the model, `recorded.nc`, the machine file of the control and the log of its run, `recorded.csv`.
+fn folder_with_record(control: &Control) -> Folder {
+    let folder = Folder::with_model();
+    folder.write("recorded.nc", PART);
     let limits = include_str!("../../machine/machines/ballscrew.toml");
     let slower = limits.replace("acceleration_mm_s2 = 800.0", "acceleration_mm_s2 = 300.0");
-    std::fs::write(folder.path("control.toml"), slower.replace("centripetal_mm_s2 = 565.0", "centripetal_mm_s2 = 200.0"))
-        .unwrap();
-    let compensate = |out: &str, more: &[&str]| -> Value {
-        folder.figures(&[&["compensate", "recorded.nc", "-m", "machine.model", "-o", out][..], more].concat())
-    };
-    assert!(compensate("own.nc", &[])["reference"].is_null());
-    for control in [Control { smoothed: 1 }, Control { smoothed: 15 }] {
-        control.run(folder, "recorded.nc", "recorded.csv");
-        let made = compensate("by-record.nc", &["--reference", "recorded.csv"]);
+    folder.write("control.toml", slower.replace("centripetal_mm_s2 = 565.0", "centripetal_mm_s2 = 200.0"));
+    control.run(&folder, "recorded.nc", "recorded.csv");
+    folder
+}
+
+/// Compensates `recorded.nc`; the figures.
+fn compensate(folder: &Folder, out: &str, options: &[&str]) -> Value {
+    folder.figures(&[&["compensate", "recorded.nc", "-m", "machine.model", "-o", out][..], options].concat())
+}
+
+#[test]
+fn a_program_compensated_from_its_recorded_command_runs_closer_than_one_from_the_planned_command() {
+    for control in CONTROLS {
+        let folder = folder_with_record(&control);
+        compensate(&folder, "own.nc", &[]);
+        compensate(&folder, "by-record.nc", &["--reference", "recorded.csv"]);
+        let [raw, own, recorded] = ["recorded.nc", "own.nc", "by-record.nc"].map(|program| control.error_um(&folder, program));
+        println!("smoothed over {}: {raw:.2} µm raw, {own:.2} by our plan, {recorded:.2} by the record", control.smoothed);
+        assert!(recorded < 0.85 * own && recorded < 0.4 * raw, "{raw} {own} {recorded}");
+    }
+}
+
+#[test]
+fn compensation_reports_the_readback_of_its_record() {
+    for control in CONTROLS {
+        let folder = folder_with_record(&control);
+        let made = compensate(&folder, "by-record.nc", &["--reference", "recorded.csv"]);
         let back = folder.figures(&["measure", "recorded.csv", "--desired", "recorded.nc", "-m", "machine.model", "--readback"]);
         assert_eq!(made["reference"], back);
         let differs = |key: &str| back[key].as_f64().unwrap();
         assert!(differs("commanded_s") > 1.1 * differs("planned_s"), "{back}");
-        let [raw, own, recorded] = ["recorded.nc", "own.nc", "by-record.nc"].map(|program| control.error_um(folder, program));
-        println!("smoothed over {}: {raw:.2} µm raw, {own:.2} by our plan, {recorded:.2} by the record", control.smoothed);
-        assert!(recorded < 0.85 * own && recorded < 0.4 * raw, "{raw} {own} {recorded}");
     }
-    the_record_may_be_late_shifted_coarse_and_of_another_rate(folder);
-    what_is_no_record_of_the_program_is_refused(folder);
 }
 
-fn shift_um(figures: &Value) -> f64 {
-    figures["largest_shift_um"].as_f64().unwrap()
+#[test]
+fn compensation_without_a_record_reports_no_readback() {
+    let folder = Folder::with_model();
+    folder.write("recorded.nc", PART);
+    assert!(compensate(&folder, "own.nc", &[])["reference"].is_null());
 }
 
-fn the_record_may_be_late_shifted_coarse_and_of_another_rate(folder: &Folder) {
-    const HEADER: &str = "t,x_ref,x_act,y_ref,y_act,z_ref,z_act";
-    let whole = rows(folder, "recorded.csv");
-    let compensate = |log: &str, more: &[&str]| {
-        let words = ["compensate", "recorded.nc", "-m", "machine.model", "-o", "other.nc", "--reference", log];
-        let output = folder.precomp(&[&words[..], more].concat());
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        text(&output.stdout)
+/// Asserts that a log gives the same largest shift as the record that it was made from, within a tenth.
+fn assert_same_shift(folder: &Folder, log: &str, options: &[&str]) {
+    let shift_um = |log: &str, options: &[&str]| {
+        let made = compensate(folder, "w.nc", &[&["--reference", log][..], options].concat());
+        made["largest_shift_um"].as_f64().unwrap()
     };
-    let wanted = shift_um(&folder.figures(&[
-        "compensate",
-        "recorded.nc",
-        "-m",
-        "machine.model",
-        "-o",
-        "w.nc",
-        "--reference",
-        "recorded.csv",
-    ]));
-    let near = |name: &str, more: &[&str]| {
-        let found = shift_um(&folder.figures(
-            &[&["compensate", "recorded.nc", "-m", "machine.model", "-o", "w.nc", "--reference", name][..], more].concat(),
-        ));
-        assert!((found - wanted).abs() < 0.1 * wanted, "{name}: {found} for {wanted}");
-    };
-    // 4 ms a sample, and the axes in another order.
-    let slow = whole.iter().step_by(2).map(|r| vec![r[0], r[3], r[4], r[1], r[2], r[5], r[6]]);
-    write_rows(folder, "slow.csv", "t,y_ref,y_act,x_ref,x_act,z_ref,z_act", slow);
-    assert!(compensate("slow.csv", &[]).contains("sampled every 4.000 ms, resampled onto a uniform grid of 2.000 ms"));
-    near("slow.csv", &[]);
+    let (wanted, found) = (shift_um("recorded.csv", &[]), shift_um(log, options));
+    assert!((found - wanted).abs() < 0.1 * wanted, "{log}: {found} for {wanted}");
+}
+
+#[test]
+fn a_record_of_another_rate_with_axes_in_another_order_is_resampled() {
+    let folder = folder_with_record(&CONTROLS[1]);
+    // 4 ms a sample.
+    let slow = rows(&folder, "recorded.csv").into_iter().step_by(2).map(|r| vec![r[0], r[3], r[4], r[1], r[2], r[5], r[6]]);
+    write_rows(&folder, "slow.csv", "t,y_ref,y_act,x_ref,x_act,z_ref,z_act", slow);
+    let words = ["compensate", "recorded.nc", "-m", "machine.model", "-o", "other.nc", "--reference", "slow.csv"];
+    assert!(folder.prints(&words).contains("sampled every 4.000 ms, resampled onto a uniform grid of 2.000 ms"));
+    assert_same_shift(&folder, "slow.csv", &[]);
+}
+
+#[test]
+fn a_record_may_be_late_shifted_and_coarse() {
+    let folder = folder_with_record(&CONTROLS[1]);
+    let whole = rows(&folder, "recorded.csv");
     // 60 ms later, elsewhere on the machine by a tenth of a millimetre, and rounded to 1 µm: waits stay waits.
     let rounded = |value: f64| (value * 1e3).round() * 1e-3;
     let late = (0..whole.len() + 30).map(|k| {
@@ -110,35 +126,59 @@ fn the_record_may_be_late_shifted_coarse_and_of_another_rate(folder: &Folder) {
         let moved = |axis: usize, by: f64| [rounded(row[1 + 2 * axis]) + by, row[2 + 2 * axis] + by];
         [vec![k as f64 * 0.002], moved(0, 0.1).into(), moved(1, -0.2).into(), moved(2, 0.0).into()].concat()
     });
-    write_rows(folder, "late.csv", HEADER, late);
-    near("late.csv", &[]);
-    near("late.csv", &["--carrier", "g93"]);
+    write_rows(&folder, "late.csv", HEADER, late);
+    assert_same_shift(&folder, "late.csv", &[]);
+    assert_same_shift(&folder, "late.csv", &["--carrier", "g93"]);
 }
 
-fn what_is_no_record_of_the_program_is_refused(folder: &Folder) {
-    let words = |log: &'static str| ["compensate", "recorded.nc", "-m", "machine.model", "-o", "no.nc", "--reference", log];
-    let refuses = |log: &'static str, why: &str| {
-        let said = folder.fails(1, &words(log));
-        assert!(said.contains(why), "{log}: {said}");
-    };
-    let whole = rows(folder, "recorded.csv");
-    let header = "t,x_ref,x_act,y_ref,y_act,z_ref,z_act";
-    std::fs::write(folder.path("other.nc"), PART.replace("X10", "X12")).unwrap();
+/// Words that compensate `recorded.nc` from a log, into `no.nc`.
+fn from_log(log: &str) -> [&str; 8] {
+    ["compensate", "recorded.nc", "-m", "machine.model", "-o", "no.nc", "--reference", log]
+}
+
+fn assert_refused(folder: &Folder, log: &str, why: &str) {
+    let said = folder.fails(1, &from_log(log));
+    assert!(said.contains(why), "{log}: {said}");
+    assert!(!folder.path("no.nc").exists());
+}
+
+#[test]
+fn a_log_of_another_program_is_refused() {
+    let folder = Folder::with_model();
+    folder.write("recorded.nc", PART);
+    folder.write("other.nc", PART.replace("X10", "X12"));
     folder.figures(&["simulate", "other.nc", "-o", "other-run.csv"]);
-    refuses("other-run.csv", "is not the log of a run of recorded.nc");
-    std::fs::write(folder.path("near.nc"), PART.replace("X10", "X10.4")).unwrap();
+    assert_refused(&folder, "other-run.csv", "is not the log of a run of recorded.nc");
+    folder.write("near.nc", PART.replace("X10", "X10.4"));
     folder.figures(&["simulate", "near.nc", "-o", "near-run.csv"]);
-    refuses("near-run.csv", "the log is of another program");
-    write_rows(folder, "half.csv", header, whole.iter().take(whole.len() / 2).cloned());
-    refuses("half.csv", "is not the log of a run of recorded.nc");
-    write_rows(folder, "begun.csv", header, whole.iter().skip(190).cloned());
-    refuses("begun.csv", "recorded.nc");
-    write_rows(folder, "no-z.csv", "t,x_ref,x_act,y_ref,y_act", whole.iter().map(|row| row[..5].to_vec()));
-    refuses("no-z.csv", "has no columns of the linear axis z; its axes are x y");
-    std::fs::write(folder.path("path.csv"), std::fs::read(folder.path("command.csv")).unwrap()).unwrap();
-    let reference = ["compensate", "path.csv", "-m", "machine.model", "-o", "no.csv", "--reference", "recorded.csv"];
+    assert_refused(&folder, "near-run.csv", "the log is of another program");
+}
+
+#[test]
+fn a_log_without_the_whole_run_or_without_an_axis_is_refused() {
+    let folder = folder_with_record(&CONTROLS[1]);
+    let whole = rows(&folder, "recorded.csv");
+    write_rows(&folder, "half.csv", HEADER, whole.iter().take(whole.len() / 2).cloned());
+    assert_refused(&folder, "half.csv", "is not the log of a run of recorded.nc");
+    write_rows(&folder, "begun.csv", HEADER, whole.iter().skip(190).cloned());
+    assert_refused(&folder, "begun.csv", "recorded.nc");
+    write_rows(&folder, "no-z.csv", "t,x_ref,x_act,y_ref,y_act", whole.iter().map(|row| row[..5].to_vec()));
+    assert_refused(&folder, "no-z.csv", "has no columns of the linear axis z; its axes are x y");
+}
+
+#[test]
+fn a_record_goes_with_a_program_without_tolerance_only() {
+    let folder = folder_with_record(&CONTROLS[1]);
+    let reference = ["compensate", "command.csv", "-m", "machine.model", "-o", "no.csv", "--reference", "recorded.csv"];
     assert!(folder.fails(2, &reference).contains("a reference is the command itself"));
-    folder.fails(2, &[&words("recorded.csv")[..], &["--tolerance", "2um"]].concat());
-    folder.fails(2, &words("none.csv"));
+    folder.fails(2, &[&from_log("recorded.csv")[..], &["--tolerance", "2um"]].concat());
     assert!(!folder.path("no.nc").exists() && !folder.path("no.csv").exists());
+}
+
+#[test]
+fn a_missing_record_is_refused() {
+    let folder = Folder::with_model();
+    folder.write("recorded.nc", PART);
+    folder.fails(2, &from_log("none.csv"));
+    assert!(!folder.path("no.nc").exists());
 }

@@ -1,38 +1,55 @@
-//! Compensated paths as rows of positions for controls that stream them. Works on the story's model.
+//! Compensated paths as rows of positions for controls that stream them.
 
 use datasets::{ReadOptions, read_reference};
 use serde_json::Value;
 
-use crate::common::{Folder, text};
+use crate::common::Folder;
 
 const PART: &str = "G21 G90 G17\nG0 X0 Y0\nG1 X30 F3600\nG3 X30 Y20 J10\nG1 X10\nG4 P0.1\nG1 X0 Y10\nG1 X0 Y0\nM30\n";
 
 fn table(folder: &Folder, name: &str) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(folder.path(name)).unwrap();
+    let text = folder.read(name);
     let rows = text.lines().filter(|line| !line.starts_with(['#', 't']));
     rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
 }
 
-pub fn rows_carry_the_compensated_path(folder: &Folder) {
-    std::fs::write(folder.path("rows.nc"), PART).unwrap();
-    let compensate = |out: &str, more: &[&str]| -> Value {
-        folder.figures(&[&["compensate", "rows.nc", "-m", "machine.model", "-o", out][..], more].concat())
-    };
-    let rms = |figures: &Value| figures["contour_um"]["rms"].as_f64().unwrap();
+/// Largest absolute value over a range of rows.
+fn largest(values: &dyn Fn(usize) -> f64, of: std::ops::Range<usize>) -> f64 {
+    of.map(|k| values(k).abs()).fold(0.0, f64::max)
+}
 
-    // A table read as a reference is a better path than the program.
-    let made = compensate("table.csv", &["--carrier", "table"]);
+/// A folder with the model and `rows.nc`.
+fn folder_with_program() -> Folder {
+    let folder = Folder::with_model();
+    folder.write("rows.nc", PART);
+    folder
+}
+
+/// Compensates `rows.nc`; the figures.
+fn compensate(folder: &Folder, out: &str, options: &[&str]) -> Value {
+    folder.figures(&[&["compensate", "rows.nc", "-m", "machine.model", "-o", out][..], options].concat())
+}
+
+#[test]
+fn a_table_run_as_a_reference_is_closer_to_the_path_than_the_program() {
+    let folder = folder_with_program();
+    let made = compensate(&folder, "table.csv", &["--carrier", "table"]);
     assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"table".into(), &2.0.into()));
     let raw = folder.figures(&["simulate", "rows.nc", "-o", "raw.csv"]);
     let cut = folder.figures(&["simulate", "table.csv", "--against", "rows.nc", "-o", "cut.csv"]);
+    let rms = |figures: &Value| figures["contour_um"]["rms"].as_f64().unwrap();
     println!("{:.3} µm of the program, {:.3} µm of the table", rms(&raw), rms(&cut));
     assert!(rms(&cut) < 0.25 * rms(&raw), "{cut} against {raw}");
+}
 
-    // Rows with velocities lead along the table, at 6 ms as well as they say.
+#[test]
+fn the_interpolation_error_between_rows_with_velocities_is_the_reported_one() {
+    let folder = folder_with_program();
+    compensate(&folder, "table.csv", &["--carrier", "table"]);
     let (dense, _) = read_reference(&folder.path("table.csv"), &ReadOptions::default()).unwrap();
-    let made = compensate("pvt.csv", &["--carrier", "pvt", "--spacing", "6"]);
+    let made = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "6"]);
     let said_um = made["rows"]["off_um"].as_f64().unwrap();
-    let rows = table(folder, "pvt.csv");
+    let rows = table(&folder, "pvt.csv");
     let mut worst_mm = 0.0_f64;
     for (axis, column) in dense.columns().iter().enumerate() {
         for (k, wanted) in column.iter().enumerate() {
@@ -50,36 +67,26 @@ pub fn rows_carry_the_compensated_path(folder: &Folder) {
     }
     println!("rows every 6 ms: {:.3} µm beside the table, {said_um:.3} µm said", worst_mm * 1e3);
     assert!((worst_mm * 1e3 - said_um).abs() < 5e-3, "{worst_mm} {said_um}");
-    the_axes_limits_hold(folder);
-
-    // Too coarse an interval is told, with one that is not.
-    let coarse = compensate("pvt.csv", &["--carrier", "pvt", "--spacing", "50"]);
-    let finer = coarse["rows"]["finer_interval_ms"].as_f64().unwrap().to_string();
-    let made = compensate("pvt.csv", &["--carrier", "pvt", "--spacing", &finer]);
-    assert!(made["rows"]["finer_interval_ms"].is_null(), "{made}");
-    assert!(made["rows"]["off_um"].as_f64() < made["rows"]["tolerance_um"].as_f64(), "{made}");
-
-    // Coordinates are the program's wherever the part lies; a profile may say what is written.
-    let profile = "decimals = 5\ncarrier = \"pvt\"\npoint_spacing_ms = 5.0\n";
-    std::fs::write(folder.path("stream.toml"), profile).unwrap();
-    let made = compensate("pvt.csv", &["--controller", "stream.toml", "--work-offset", "10,-5,1"]);
-    assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"pvt".into(), &5.0.into()));
-    let rows = table(folder, "pvt.csv");
-    assert!(rows[0][1..4].iter().all(|at| at.abs() < 1e-3), "{:?}", rows[0]);
-    what_rows_cannot_stand_for_is_refused(folder);
 }
 
-/// As they do for every reference that passed the guard.
-fn the_axes_limits_hold(folder: &Folder) {
-    let largest = |values: &dyn Fn(usize) -> f64, of: std::ops::Range<usize>| of.map(|k| values(k).abs()).fold(0.0, f64::max);
-    let rows = table(folder, "table.csv");
+#[test]
+fn a_table_keeps_the_axis_limits() {
+    let folder = folder_with_program();
+    compensate(&folder, "table.csv", &["--carrier", "table"]);
+    let rows = table(&folder, "table.csv");
     for axis in 1..4 {
         let speed = |k: usize| (rows[k][axis] - rows[k - 1][axis]) / 0.002;
         let acceleration = |k: usize| (speed(k + 1) - speed(k)) / 0.002;
         assert!(largest(&speed, 1..rows.len()) < 1.1 * 80.0);
         assert!(largest(&acceleration, 1..rows.len() - 1) < 1.51 * 800.0);
     }
-    let rows = table(folder, "pvt.csv");
+}
+
+#[test]
+fn rows_with_velocities_keep_the_axis_limits_and_end_at_standstill() {
+    let folder = folder_with_program();
+    compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "6"]);
+    let rows = table(&folder, "pvt.csv");
     for axis in 1..4 {
         assert!(largest(&|k| rows[k][3 + axis], 0..rows.len()) < 1.1 * 80.0);
         // Of the cubic, at the beginning of every interval.
@@ -93,24 +100,66 @@ fn the_axes_limits_hold(folder: &Folder) {
     assert!(last[4..].iter().all(|velocity| *velocity == 0.0), "{last:?}");
 }
 
-fn what_rows_cannot_stand_for_is_refused(folder: &Folder) {
-    let words = |program: &'static str| ["compensate", program, "-m", "machine.model", "-o", "no.csv", "--carrier", "table"];
+#[test]
+fn the_interval_suggested_for_one_that_is_too_coarse_keeps_the_tolerance() {
+    let folder = folder_with_program();
+    let coarse = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "50"]);
+    let finer = coarse["rows"]["finer_interval_ms"].as_f64().unwrap().to_string();
+    let made = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", &finer]);
+    assert!(made["rows"]["finer_interval_ms"].is_null(), "{made}");
+    assert!(made["rows"]["off_um"].as_f64() < made["rows"]["tolerance_um"].as_f64(), "{made}");
+}
+
+#[test]
+fn a_profile_chooses_rows_and_a_work_offset_leaves_them_in_program_coordinates() {
+    let folder = folder_with_program();
+    folder.write("stream.toml", "decimals = 5\ncarrier = \"pvt\"\npoint_spacing_ms = 5.0\n");
+    let made = compensate(&folder, "pvt.csv", &["--controller", "stream.toml", "--work-offset", "10,-5,1"]);
+    assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"pvt".into(), &5.0.into()));
+    let rows = table(&folder, "pvt.csv");
+    assert!(rows[0][1..4].iter().all(|at| at.abs() < 1e-3), "{:?}", rows[0]);
+}
+
+/// Words that compensate a program into a table `no.csv`.
+fn into_table(program: &str) -> [&str; 8] {
+    ["compensate", program, "-m", "machine.model", "-o", "no.csv", "--carrier", "table"]
+}
+
+#[test]
+fn blocks_that_rows_cannot_express_are_refused_with_their_line() {
+    let folder = Folder::with_model();
     for (name, line, why) in [
         ("cycle.nc", "G81 X5 Y5 Z-5 R2 F100", "is a canned cycle"),
         ("home.nc", "G28 Z0", "leads to a place that only the control knows"),
         ("turn.nc", "G1 A10", "turns axes that the machine description does not hold"),
         ("cutter.nc", "G41 D1 G1 X40 Y40", "is shifted by the control's cutter compensation"),
     ] {
-        std::fs::write(folder.path(name), PART.replace("M30", &format!("{line}\nM30"))).unwrap();
-        let said = folder.fails(1, &words(name));
+        folder.write(name, PART.replace("M30", &format!("{line}\nM30")));
+        let said = folder.fails(1, &into_table(name));
         assert!(said.contains(&format!("{name}: line 9 {why}")), "{said}");
     }
+    assert!(!folder.path("no.csv").exists());
+}
+
+#[test]
+fn rows_go_into_a_csv_file_and_a_csv_file_takes_rows_only() {
+    let folder = folder_with_program();
     let program = ["compensate", "rows.nc", "-m", "machine.model", "-o", "no.nc", "--carrier", "pvt"];
     assert!(folder.fails(2, &program).contains("name OUT with the ending .csv"));
     let said = folder.fails(2, &["compensate", "rows.nc", "-m", "machine.model", "-o", "no.csv"]);
     assert!(said.contains("--carrier table or pvt"), "{said}");
-    assert!(folder.fails(2, &[&words("rows.nc")[..], &["--decimals", "13"]].concat()).contains("from 0 to 12"));
     assert!(!folder.path("no.csv").exists() && !folder.path("no.nc").exists());
-    let help = text(&folder.precomp(&["compensate", "--help"]).stdout);
+}
+
+#[test]
+fn rows_with_more_than_twelve_decimals_are_refused() {
+    let folder = folder_with_program();
+    assert!(folder.fails(2, &[&into_table("rows.nc")[..], &["--decimals", "13"]].concat()).contains("from 0 to 12"));
+    assert!(!folder.path("no.csv").exists());
+}
+
+#[test]
+fn help_names_both_forms_of_rows() {
+    let help = Folder::new().prints(&["compensate", "--help"]);
     assert!(help.contains("pvt:") && help.contains("table:"), "{help}");
 }

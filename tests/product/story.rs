@@ -1,46 +1,36 @@
 //! The whole story, by the command line: excite, log, train, compensate what training never saw, and see that it helped.
 
-use crate::common::{Folder, shared, text};
+use crate::common::{Folder, PART, shared, text};
 use serde_json::Value;
 
 fn rms(figures: &Value) -> f64 {
     figures["contour_um"]["rms"].as_f64().unwrap()
 }
 
-/// Lines, a helix, full and half circles, in a program as a user would write it.
-const PART: &str = "%\r\nO0001 (BRACKET)\r\nN10 G21 G90 G17 G40 G49 G80\r\nN20 T1 M6\r\nN30 G0 G54 X-30. Y-20. S8000 M3\r\nN40 G0 Z5. (ABOVE)\r\n\
-N50 G1 Z-1. F900 M8\r\nN60 G1 X30. F2400\r\nN70 G3 X30. Y20. I0. J20.\r\nN80 G1 X-30.\r\nN90 G3 X-30. Y-20. Z-3. J-20.\r\nN100 G2 I10. J10.\r\n\
-N110 G0 Z5. M9\r\nN120 G81 X0. Y0. Z-5. R2. F100\r\nN130 G80\r\nN140 M30\r\n%\r\n";
-
 #[test]
-fn first_run_on_unseen_paths() {
-    let folder = Folder::new();
-    folder.train("40", "staged");
-
-    // A reference.
-    let before = folder.figures(&[
-        "compare",
-        "curve:five-petals",
-        "-m",
-        "machine.model",
-        "--gain",
-        "0.8",
-        "--low-pass",
-        "100",
-        "--report",
-        "report.html",
-    ]);
+fn the_first_run_of_an_unseen_curve_beats_the_uncompensated_one() {
+    let folder = Folder::with_model();
+    let words = ["compare", "curve:five-petals", "-m", "machine.model", "--gain", "0.8", "--low-pass", "100"];
+    let before = folder.figures(&[&words[..], &["--report", "report.html"]].concat());
     let methods = &before["paths"][0]["methods"];
     let figure = |method: &str| methods[method]["rms_um"].as_f64().unwrap();
     assert!(figure("first-run") < 0.15 * figure("uncompensated"), "{methods}");
     assert!(figure("one-shot") < 0.25 * figure("uncompensated"), "{methods}");
     assert!(figure("floor") < figure("first-run"), "{methods}");
-    let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    let page = folder.read("report.html");
     assert!(page.len() < 1_000_000 && page.contains("five-petals") && !page.contains("http"));
+}
 
-    // A program.
-    std::fs::write(folder.path("part.nc"), PART).unwrap();
+/// A folder with the model, `part.nc` and its compensated program `out.nc`; the figures of the compensation.
+fn compensated() -> (Folder, Value) {
+    let folder = Folder::with_model_and_part();
     let made = folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc"]);
+    (folder, made)
+}
+
+#[test]
+fn a_compensated_program_runs_closer_to_the_path_in_the_same_time() {
+    let (folder, made) = compensated();
     assert_eq!(made["changed"], true);
     assert!(made["largest_shift_um"].as_f64().unwrap() < 100.0);
     let raw = folder.figures(&["simulate", "part.nc", "-o", "raw.csv"]);
@@ -48,7 +38,12 @@ fn first_run_on_unseen_paths() {
     assert!(rms(&cut) < 0.6 * rms(&raw), "{cut} against {raw}");
     let seconds = |figures: &Value| figures["seconds"].as_f64().unwrap();
     assert!(seconds(&cut) < 1.03 * seconds(&raw), "{cut} against {raw}");
-    let out = std::fs::read_to_string(folder.path("out.nc")).unwrap();
+}
+
+#[test]
+fn blocks_other_than_feed_moves_stay_byte_by_byte() {
+    let (folder, _) = compensated();
+    let out = folder.read("out.nc");
     for kept in [
         "O0001 (BRACKET)\r\n",
         "N20 T1 M6\r\n",
@@ -58,105 +53,59 @@ fn first_run_on_unseen_paths() {
     ] {
         assert!(out.contains(kept), "{kept:?}");
     }
+}
 
-    // A line to where the tool is already does not lead back to the point as programmed.
-    let repeated = PART.replace("N60 G1 X30. F2400\r\n", "N60 G1 X30. F2400\r\nN65 G1 X30. Y-20.\r\n");
-    std::fs::write(folder.path("repeated.nc"), repeated).unwrap();
+#[test]
+fn a_line_to_the_present_position_does_not_lead_back_to_the_programmed_point() {
+    let folder = Folder::with_model();
+    folder.write("repeated.nc", PART.replace("N60 G1 X30. F2400\r\n", "N60 G1 X30. F2400\r\nN65 G1 X30. Y-20.\r\n"));
     for carrier in ["keep", "g93", "g94"] {
         folder.figures(&["compensate", "repeated.nc", "-m", "machine.model", "-o", "r.nc", "--carrier", carrier]);
     }
+}
 
-    // Points that rounding puts on the one before are still lines with a word.
+#[test]
+fn points_that_round_onto_the_point_before_are_still_lines_with_a_word() {
+    let folder = Folder::with_model_and_part();
     folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "coarse.nc", "--decimals", "2", "--spacing", "1"]);
+}
 
-    // The same input, seed and version give the same bytes.
+#[test]
+fn the_same_input_seed_and_version_give_the_same_bytes() {
+    let (folder, _) = compensated();
     folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "again.nc"]);
     assert_eq!(std::fs::read(folder.path("out.nc")).unwrap(), std::fs::read(folder.path("again.nc")).unwrap());
+}
 
-    // Nothing is written over the input, and a damaged model is refused.
+#[test]
+fn a_program_is_not_written_over_itself() {
+    let folder = Folder::with_model_and_part();
     folder.fails(2, &["compensate", "part.nc", "-m", "machine.model", "-o", "part.nc"]);
+}
+
+#[test]
+fn a_damaged_model_is_refused() {
+    let folder = Folder::with_model_and_part();
     let mut model = std::fs::read(folder.path("machine.model")).unwrap();
     let middle = model.len() / 2;
     model[middle] ^= 1;
-    std::fs::write(folder.path("bad.model"), model).unwrap();
+    folder.write("bad.model", model);
     assert!(folder.fails(1, &["predict", "part.nc", "-m", "bad.model"]).contains("checksum"));
+}
 
-    // Far outside of what was trained, nothing is changed, and the command says where and why.
-    let output = folder.precomp(&["compensate", "part.nc", "-m", "machine.model", "-o", "far.nc", "--work-offset", "5000,0,0"]);
-    assert!(output.status.success());
-    assert!(text(&output.stdout).contains("position of axis x lies outside"), "{}", text(&output.stdout));
+#[test]
+fn a_program_far_outside_the_operating_range_is_unchanged_and_the_reason_is_reported() {
+    let folder = Folder::with_model_and_part();
+    let words = ["compensate", "part.nc", "-m", "machine.model", "-o", "far.nc", "--work-offset", "5000,0,0"];
+    let printed = folder.prints(&words);
+    assert!(printed.contains("position of axis x lies outside"), "{printed}");
     assert_eq!(std::fs::read(folder.path("far.nc")).unwrap(), PART.as_bytes());
-
-    crate::feeds::slower_where_the_forecast_asks_for_it(&folder);
-    crate::dwells::nothing_winds_up_at_a_standstill(&folder);
-    crate::modes::stated_for_the_control_and_put_back(&folder);
-    crate::modes::points_that_are_put_in_never_stop_the_control(&folder);
-    crate::modes::what_is_not_understood_is_left_as_it_is(&folder);
-    crate::modes::the_programs_own_change_within_a_stretch(&folder);
-    crate::placed::what_depends_on_position_is_left_out_where_the_part_has_no_place(&folder);
-    crate::placed::two_coordinate_systems_lie_each_at_its_own_place(&folder);
-    crate::placed::runs_come_to_what_is_expected_of_them(&folder);
-    crate::placed::report_and_terminal_give_the_same_figures(&folder);
-    crate::recorded::a_recorded_command_is_gone_by_instead_of_the_plan(&folder);
-    crate::rows::rows_carry_the_compensated_path(&folder);
-    real_program(&folder);
-    another_machine(&folder);
 }
 
-/// The model is stale on a machine of another build; ten seconds of its log bring most of it back.
-fn another_machine(folder: &Folder) {
-    folder.figures(&["simulate", "curve:crown", "-o", "own.csv", "--seed", "77"]);
-    let own = folder.figures(&["measure", "own.csv", "-m", "machine.model"]);
-    for axis in ["x", "y", "z"] {
-        assert_eq!(own["model"][axis]["stale"], false, "{own}");
-    }
-    let mut logs = Vec::new();
-    for (seed, run) in ["01-full", "03-sharp", "04-lines"].iter().enumerate() {
-        let log = format!("other-{run}.csv");
-        let (from, seed) = (format!("excitation/{run}.csv"), (seed + 1).to_string());
-        folder.figures(&["simulate", &from, "--machine", "maxwell", "-o", &log, "--seed", &seed]);
-        logs.push(log);
-    }
-    let other = folder.figures(&["measure", &logs[0], "-m", "machine.model"]);
-    assert_eq!(other["model"]["x"]["stale"], true, "{other}");
-    let mut words = vec!["train"];
-    words.extend(logs.iter().map(String::as_str));
-    words.extend(["--from", "machine.model", "-o", "adapted.model"]);
-    let adapted = folder.figures(&words);
-    for axis in ["x", "y", "z"] {
-        let figure = |key: &str| adapted["axes"][axis][key].as_f64().unwrap();
-        assert!(figure("held_out_rms_um") < 0.5 * figure("before_rms_um"), "{adapted}");
-    }
-    // What is printed as held out is what the adapted model leaves of a run that it has not seen.
-    folder.figures(&["simulate", "curve:crown", "--machine", "maxwell", "-o", "unseen.csv", "--seed", "88"]);
-    let unseen = folder.figures(&["measure", "unseen.csv", "-m", "adapted.model"]);
-    for axis in ["x", "y", "z"] {
-        let (left, held_out) = (unseen["model"][axis]["rms_um"].as_f64(), adapted["axes"][axis]["held_out_rms_um"].as_f64());
-        assert!(left.unwrap() < 1.3 * held_out.unwrap(), "{unseen} {adapted}");
-    }
-    let compared = |model: &str| {
-        let figures = folder.figures(&[
-            "compare",
-            "curve:crown",
-            "-m",
-            model,
-            "--machine",
-            "maxwell",
-            "--runs",
-            "1",
-            "--gain",
-            "0.8",
-            "--low-pass",
-            "100",
-        ]);
-        figures["paths"][0]["methods"]["first-run"]["rms_um"].as_f64().unwrap()
-    };
-    assert!(compared("adapted.model") < 0.5 * compared("machine.model"));
-}
-
-/// A production program: non-feed bytes the same, and the simulated machine follows it better.
-fn real_program(folder: &Folder) {
+#[test]
+fn a_compensated_production_program_runs_closer_and_keeps_the_bytes_of_its_other_blocks() {
     let Some(part) = shared("gcode/nist_plate_14.nc") else { return };
+    let folder = Folder::with_model();
     let part = part.to_string_lossy().into_owned();
     let offset = ["--work-offset", "-40,40,0"];
     let words = [&["compensate", &part, "-m", "machine.model", "-o", "plate.nc"][..], &offset].concat();
