@@ -2,7 +2,7 @@
 
 use crate::arc::ArcTolerance;
 use crate::modal::Units;
-use crate::opaque::PassiveCodes;
+use crate::passive::PassiveCodes;
 use crate::program::Program;
 use crate::word::WordKind;
 

@@ -25,28 +25,19 @@
 //! A tool change keeps the position; a linear axis that the program never names counts as known, at 0. Moves from an unknown start are read but never [`Shiftable`].
 
 mod arc;
-mod codes;
 mod cycle;
 mod diagnostic;
 mod dialect;
 mod edit;
 mod error;
-mod feed;
-mod flow;
-mod follow;
 mod format;
-mod frames;
-mod gather;
 mod interpret;
 mod lexer;
 mod modal;
-mod motion;
 mod number;
-mod opaque;
+mod passive;
 mod position;
 mod program;
-mod report;
-mod settings;
 mod split;
 mod toolpath;
 mod word;
@@ -60,7 +51,7 @@ pub use error::GcodeError;
 pub use format::{append_number, format_angle, format_coordinate, format_number};
 pub use interpret::interpret;
 pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
-pub use opaque::PassiveCodes;
+pub use passive::PassiveCodes;
 pub use position::{Axis, Position};
 pub use program::{Block, Program, parse};
 pub use split::is_motion_word;

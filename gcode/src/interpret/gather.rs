@@ -1,13 +1,13 @@
 //! The words of one block sorted by letter, ready for the interpreter.
 
-use crate::codes::{Code, classify, tenths};
+use super::codes::{Code, classify, tenths};
 use crate::dialect::Dialect;
 use crate::program::Program;
 use crate::word::{Word, WordKind};
 
 /// One G word with its meaning.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GWord {
+pub(super) struct GWord {
     pub index: usize,
     pub tenths: u16,
     pub code: Code,
@@ -15,7 +15,7 @@ pub(crate) struct GWord {
 
 /// A block's words by letter; reused from block to block.
 #[derive(Debug, Default)]
-pub(crate) struct Gathered {
+pub(super) struct Gathered {
     by_letter: [Option<u32>; 26],
     pub g: Vec<GWord>,
     pub m: Vec<usize>,
@@ -70,6 +70,11 @@ impl Gathered {
                 *slot = u32::try_from(index).ok();
             }
         }
+    }
+
+    /// The word and the code of the motion that the block states.
+    pub fn explicit_motion(&self) -> Option<(usize, Code)> {
+        self.g.iter().find(|g| matches!(g.code, Code::Motion(_) | Code::Cycle(_))).map(|g| (g.index, g.code))
     }
 
     /// Index of the word with this letter (not G or M).

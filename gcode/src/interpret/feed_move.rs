@@ -1,12 +1,11 @@
 //! What a feed move must fulfil: words that are understood, a path that is sure to run, an arc that exists, a feed.
 
-use crate::arc::{Arc, ArcFault, ArcTolerance};
-use crate::codes::{Code, Motion, written};
+use super::codes::{Code, Motion, written};
+use super::gather::Gathered;
+use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
-use crate::gather::Gathered;
-use crate::interpret::{FeedWord, Interpreter};
-use crate::modal::{CutterCompensation, Distance, FeedMode, Units};
-use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
+use crate::modal::{CutterCompensation, FeedMode, Units};
+use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
 use crate::toolpath::Feed;
 
 /// Letters whose values shape a feed move.
@@ -136,94 +135,5 @@ impl Interpreter<'_> {
         } else {
             Feed::Linear { mm_s: mm * per_second }
         })
-    }
-
-    /// Builds the arc of the present block; reports why there is none.
-    pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
-        let plane = self.modal.plane;
-        let [first, second, normal] = plane.axes();
-        let offset_letters = [b'I', b'J', b'K'];
-        let in_plane = [offset_letters[first], offset_letters[second]];
-        let unit = self.modal.units.mm();
-        if let Some(index) = words.index(offset_letters[normal]) {
-            self.report.error(self.span(index), "this centre word is not in the plane of the arc", Some("check G17, G18, G19"));
-            return None;
-        }
-        let centre_word = words.any(&in_plane);
-        let absolute_centre = self.modal.arc_distance == Distance::Absolute;
-        for axis in [first, second] {
-            let given = words.has(AXIS_LETTERS[axis]) && self.modal.distance == Distance::Absolute;
-            if !self.position.knows(axis) && (given || (absolute_centre && centre_word.is_some())) {
-                let help = "give all axes in an absolute move first; G28, a new work offset and G53 leave the place unknown";
-                self.report.error(self.span(at), "the start of this arc is not known", Some(help));
-                return None;
-            }
-        }
-        let turns = match words.number(self.program, b'P') {
-            Some(p) if self.options.dialect == Dialect::LinuxCnc && words.m.is_empty() => {
-                if p.fract() != 0.0 || !(1.0..=1e6).contains(&p) {
-                    self.report.error(self.span(at), "P must be a whole number of turns", None);
-                    return None;
-                }
-                p as u32
-            }
-            _ => 1,
-        };
-        let start = [self.position.nominal[first], self.position.nominal[second]];
-        let stop = [end.nominal[first], end.nominal[second]];
-        let tolerance = self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units));
-        match (words.index(b'R'), centre_word) {
-            (Some(index), Some(_)) => {
-                self.report.error(self.span(index), "an arc with both a radius and a centre", None);
-                None
-            }
-            (Some(index), None) => {
-                let radius = words.number(self.program, b'R').unwrap_or(0.0) * unit;
-                let arc = Arc::with_radius(plane, start, stop, radius, counter_clockwise, turns, tolerance);
-                arc.map_err(|fault| self.report_arc(fault, index, None)).ok()
-            }
-            (None, None) => {
-                self.report.error(self.span(at), "an arc without centre or radius", Some("give I, J, K or R"));
-                None
-            }
-            (None, Some(index)) => {
-                let offset = in_plane.map(|letter| words.number(self.program, letter).map(|value| value * unit));
-                let shift = [self.modal.shift[first], self.modal.shift[second]];
-                let incremental = [0, 1].map(|k| start[k] + offset[k].unwrap_or(0.0));
-                let absolute = [0, 1].map(|k| shift[k] + offset[k].unwrap_or(0.0));
-                let complete = offset.iter().all(Option::is_some);
-                if absolute_centre && !complete {
-                    self.arc_faults += 1;
-                    self.report.error(self.span(index), "an absolute arc centre needs both its words", None);
-                    return None;
-                }
-                let (centre, other) = if absolute_centre { (absolute, incremental) } else { (incremental, absolute) };
-                let about = |centre| Arc::about(plane, start, stop, centre, counter_clockwise, turns, tolerance);
-                let fits_otherwise = complete && about(other).is_ok();
-                about(centre).map_err(|fault| self.report_arc(fault, index, fits_otherwise.then_some(absolute_centre))).ok()
-            }
-        }
-    }
-
-    fn report_arc(&mut self, fault: ArcFault, index: usize, fits_other_than_absolute: Option<bool>) {
-        let message = match fault {
-            ArcFault::RadiiDiffer { start_mm, end_mm } => {
-                format!("no circle: its radius is {start_mm:.4} mm at the start and {end_mm:.4} mm at the end")
-            }
-            ArcFault::ZeroRadius => "an arc of radius zero".to_owned(),
-            ArcFault::RadiusTooSmall { radius_mm, half_chord_mm } => {
-                format!("no circle: its radius is {radius_mm:.4} mm, half its chord {half_chord_mm:.4} mm")
-            }
-            ArcFault::RadiusWithoutChord => "a radius makes no circle from a point to itself: give I, J, K".to_owned(),
-        };
-        let help = match fits_other_than_absolute {
-            Some(false) => Some("the centre fits if it is absolute (G90.1)"),
-            Some(true) => Some("the centre fits if it is a distance from the start (G91.1)"),
-            None => None,
-        };
-        if matches!(fault, ArcFault::RadiiDiffer { .. } | ArcFault::ZeroRadius) {
-            self.arc_faults += 1;
-        }
-        self.report.error(self.span(index), message, help);
     }
 }

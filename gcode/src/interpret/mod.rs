@@ -1,22 +1,32 @@
 //! The modal interpreter: reads a program block by block and follows the tool.
 
-use crate::codes::{Code, Motion, OneShot, written};
-use crate::cycle::CycleState;
+mod arc_move;
+mod bodies;
+mod codes;
+mod feed_move;
+mod flow;
+mod follow;
+mod frames;
+mod gather;
+mod motion;
+mod report;
+mod sections;
+mod settings;
+mod shifts;
+mod state;
+mod unknown;
+
+use codes::{Code, OneShot, written};
+use gather::Gathered;
+use state::Interpreter;
+
 use crate::dialect::{ArcCentres, Options};
 use crate::error::GcodeError;
-use crate::follow::FlowState;
-use crate::frames::Shifts;
-use crate::gather::Gathered;
-use crate::modal::{Distance, Modal, PathMode};
-use crate::opaque::Opaque;
-use crate::position::Position;
+use crate::modal::{Distance, PathMode};
 use crate::program::Program;
-use crate::report::Report;
-use crate::toolpath::{Move, Toolpath};
+use crate::toolpath::Toolpath;
 use crate::word::Span;
 
-/// Letters whose words, without another code that takes them, ask for motion.
-pub(crate) const AXES: &[u8] = b"XYZABC";
 /// Axis and arc letters.
 const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
 
@@ -45,88 +55,7 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
     read.finish()
 }
 
-/// The state while a program is read.
-pub(crate) struct Interpreter<'a> {
-    pub program: &'a Program,
-    pub options: &'a Options,
-    pub report: Report<'a>,
-    pub block: usize,
-    pub modal: Modal,
-    pub motion: Option<Motion>,
-    pub cycle: Option<CycleState>,
-    pub position: Position,
-    /// Linear axes that the program never names: they stay at their place, which is called known.
-    idle: u8,
-    pub shifts: Shifts,
-    pub feed: FeedWord,
-    /// Blocks and codes that turned on the rotation, scaling and polar modes now active.
-    pub transforms: Vec<(usize, u16)>,
-    /// The block of a G66.
-    pub modal_macro: Option<usize>,
-    pub opaque: Opaque,
-    pub flow: FlowState,
-    pub units_stated: bool,
-    pub arc_distance_stated: bool,
-    pub arc_faults: usize,
-    pub fed: bool,
-    pub cutter_before: crate::modal::CutterCompensation,
-    content_seen: bool,
-    ended: bool,
-    pub moves: Vec<Move>,
-    modals: Vec<Modal>,
-}
-
-/// The modal F.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum FeedWord {
-    Unset,
-    /// As written, and in mm a minute (or a revolution).
-    Value {
-        written: f64,
-        mm: f64,
-    },
-    /// From a parameter, in this block.
-    Unpredictable {
-        block: usize,
-    },
-}
-
-impl<'a> Interpreter<'a> {
-    fn new(program: &'a Program, options: &'a Options, arc_distance: Distance) -> Self {
-        let idle = idle_axes(program);
-        let mut position = Position { nominal: [0.0; 6], known: idle };
-        for (axis, value) in options.start_mm.iter().flatten().enumerate() {
-            position.set(axis, *value);
-        }
-        let modal = Modal::initial(options.units, arc_distance);
-        Self {
-            program,
-            options,
-            report: Report::new(program),
-            block: 0,
-            modal,
-            motion: None,
-            cycle: None,
-            position,
-            idle,
-            shifts: Shifts::default(),
-            feed: FeedWord::Unset,
-            transforms: Vec::new(),
-            modal_macro: None,
-            opaque: Opaque::default(),
-            flow: FlowState::default(),
-            units_stated: false,
-            arc_distance_stated: false,
-            arc_faults: 0,
-            fed: false,
-            cutter_before: modal.cutter,
-            content_seen: false,
-            ended: false,
-            moves: Vec::new(),
-            modals: Vec::new(),
-        }
-    }
-
+impl Interpreter<'_> {
     fn run(mut self) -> Self {
         if !self.program.is_whole() {
             self.report.error(Span { start: 0, end: 0 }, "the program is longer than 4 GiB", None);
@@ -271,7 +200,7 @@ impl<'a> Interpreter<'a> {
                 Code::SuspendPositionShift => self.clear_position_shift(true),
                 Code::RestorePositionShift => self.restore_position_shift(),
                 // The words of G68, G51 and G51.1 are the transform's own.
-                Code::TransformOn if matches!(g.tenths, 510 | 511 | 680..=684) => taken |= self.explicit_motion(words).is_none(),
+                Code::TransformOn if matches!(g.tenths, 510 | 511 | 680..=684) => taken |= words.explicit_motion().is_none(),
                 Code::ModalMacroOn => taken = true,
                 _ => {}
             }
@@ -303,36 +232,4 @@ impl<'a> Interpreter<'a> {
             self.report.warning(span, message, None);
         }
     }
-
-    /// The explicit motion code of a block.
-    pub fn explicit_motion(&self, words: &Gathered) -> Option<(usize, Code)> {
-        words.g.iter().find(|g| matches!(g.code, Code::Motion(_) | Code::Cycle(_))).map(|g| (g.index, g.code))
-    }
-
-    /// Index of the current modal state in the toolpath.
-    pub fn modal_index(&mut self) -> u32 {
-        if self.modals.last() != Some(&self.modal) {
-            self.modals.push(self.modal);
-        }
-        (self.modals.len() - 1) as u32
-    }
-
-    pub fn span(&self, word: usize) -> Span {
-        self.program.words().get(word).map_or_else(|| self.span_of_block(), |word| word.span)
-    }
-
-    pub fn span_of_block(&self) -> Span {
-        self.program.blocks().get(self.block).map_or(Span { start: 0, end: 0 }, |block| block.span)
-    }
-
-    /// Forgets the whole position.
-    pub fn forget_all(&mut self) {
-        self.position.known = self.idle;
-    }
-}
-
-/// Bits of the linear axes that no word of the program names.
-fn idle_axes(program: &Program) -> u8 {
-    let named = |letter: u8| program.words().iter().any(|word| word.is(letter));
-    b"XYZ".iter().enumerate().filter(|(_, letter)| !named(**letter)).map(|(axis, _)| 1 << axis).sum()
 }

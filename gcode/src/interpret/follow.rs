@@ -1,53 +1,12 @@
 //! Flow control as far as it must be followed: whether a feed move is sure to run once, in the modal state that was read.
 
-use crate::codes::{Code, Motion, OneShot};
-use crate::flow::{Flow, classify};
-use crate::gather::Gathered;
-use crate::interpret::{AXES, Interpreter};
+use super::bodies::{Body, DEEPEST};
+use super::codes::{Code, Motion, OneShot};
+use super::flow::{Flow, classify};
+use super::gather::Gathered;
+use super::state::Interpreter;
+use crate::position::AXIS_LETTERS;
 use crate::word::Span;
-
-/// Most subprograms, loops and branches open at once.
-const DEEPEST: usize = 100;
-
-#[derive(Debug)]
-struct Body {
-    label: Vec<u8>,
-    block: usize,
-    is_do: bool,
-    is_subprogram: bool,
-}
-
-/// Which bodies are open and what made the rest uncertain.
-#[derive(Debug, Default)]
-pub(crate) struct FlowState {
-    bodies: Vec<Body>,
-    /// The first block that may have jumped, or changed modal state under a condition.
-    uncertain: Option<usize>,
-}
-
-impl FlowState {
-    /// Whether a subprogram is being defined.
-    pub fn in_subprogram(&self) -> bool {
-        self.bodies.iter().any(|body| body.is_subprogram)
-    }
-
-    /// The block that makes a move here unpredictable, and how.
-    pub fn fault(&self) -> Option<(usize, &'static str)> {
-        match (self.bodies.first(), self.uncertain) {
-            (Some(body), _) => Some((body.block, "inside the subprogram, loop or branch that opens")),
-            (None, Some(block)) => Some((block, "after the jump or condition")),
-            (None, None) => None,
-        }
-    }
-
-    fn close(&mut self, label: &[u8]) -> bool {
-        let found = self.bodies.iter().rposition(|body| body.label.eq_ignore_ascii_case(label));
-        if let Some(at) = found {
-            self.bodies.truncate(at);
-        }
-        found.is_some()
-    }
-}
 
 impl Interpreter<'_> {
     /// Follows the flow statement in word `index`.
@@ -141,7 +100,7 @@ impl Interpreter<'_> {
                 Code::Motion(Motion::Rapid) | Code::OneShot(_) | Code::MachineCoordinates | Code::TransformOn | Code::Cycle(_)
             )
         });
-        let geometry = words.any(AXES).or_else(|| words.any(b"IJK"));
+        let geometry = words.any(&AXIS_LETTERS).or_else(|| words.any(b"IJK"));
         if let (Some(index), false, Some((cause, _))) = (geometry, harmless, self.flow.fault()) {
             let message = format!("a feed move inside the subprogram that opens on line {}", cause + 1);
             self.report.error_from("flow", cause, self.span(index), message, "unroll the program before it is compensated");

@@ -5,7 +5,7 @@ use crate::number::skip_blanks;
 
 /// What a flow statement does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Flow<'a> {
+pub(super) enum Flow<'a> {
     /// Opens a subprogram's body, which runs only when called.
     Sub { label: &'a [u8] },
     /// Opens a body that may run never, once or often; the label closes it.
@@ -27,7 +27,7 @@ pub(crate) enum Flow<'a> {
 }
 
 /// Reads a flow statement, an O-word or a macro statement.
-pub(crate) fn classify(statement: &[u8]) -> Flow<'_> {
+pub(super) fn classify(statement: &[u8]) -> Flow<'_> {
     match statement.first() {
         Some(b'o' | b'O') => o_word(statement),
         _ => macro_statement(statement),

@@ -3,22 +3,12 @@
 //! Positions are kept in the work frame *before* G52 and G92, so that those leave no jump in the path. Where G92 is given at
 //! a place that is not known, that frame is laid anew through it.
 
+use super::gather::Gathered;
+use super::state::Interpreter;
 use crate::dialect::Dialect;
-use crate::gather::Gathered;
-use crate::interpret::{AXES, Interpreter};
 use crate::modal::{Distance, WorkOffset};
-use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
+use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
-
-/// The parts of the program's shift (mm; rad for A, B, C).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Shifts {
-    local: [f64; 6],
-    position: [f64; 6],
-    saved: [f64; 6],
-    /// Axes whose frame G92 laid anew, so that taking it back leaves their place unknown.
-    relaid: [bool; 6],
-}
 
 impl Interpreter<'_> {
     /// A word's number in mm or rad; `None` for what is no coordinate.
@@ -122,7 +112,7 @@ impl Interpreter<'_> {
     /// G27 to G30: the named axes (all, where none is) go to a fixed point of the machine.
     pub fn home(&mut self, words: &Gathered) {
         let start = self.position;
-        if words.any(AXES).is_some() {
+        if words.any(&AXIS_LETTERS).is_some() {
             for axis in self.named(words).collect::<Vec<_>>() {
                 self.position.forget(axis);
             }
@@ -145,7 +135,7 @@ impl Interpreter<'_> {
     }
 
     /// Records a move that stays as it is and ends at the present position.
-    pub fn push_fixed(&mut self, kind: MoveKind, start: crate::position::Position, why: Fixed, explicit_motion: bool) {
+    pub fn push_fixed(&mut self, kind: MoveKind, start: Position, why: Fixed, explicit_motion: bool) {
         let modal = self.modal_index();
         self.moves.push(Move {
             block: self.block as u32,
@@ -161,7 +151,7 @@ impl Interpreter<'_> {
     }
 
     /// The end of a move to the block's axis words, each `repeats` times where they are distances.
-    pub fn target(&self, words: &Gathered, repeats: u32) -> crate::position::Position {
+    pub fn target(&self, words: &Gathered, repeats: u32) -> Position {
         let mut end = self.position;
         for axis in self.named(words) {
             match (self.scaled(words, axis), self.modal.distance) {

@@ -5,7 +5,7 @@ use crate::modal::{CutterCompensation, Distance, FeedMode, Plane, ReturnLevel, T
 
 /// A motion code of modal group 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Motion {
+pub(super) enum Motion {
     Rapid,
     Line,
     ArcClockwise,
@@ -17,7 +17,7 @@ pub(crate) enum Motion {
 
 /// How blocks are joined, before its words are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum PathCode {
+pub(super) enum PathCode {
     ExactPath,
     ExactStop,
     Continuous,
@@ -25,7 +25,7 @@ pub(crate) enum PathCode {
 
 /// Codes that use up the block's axis words and hold for their block alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum OneShot {
+pub(super) enum OneShot {
     Dwell,
     SetData,
     Home,
@@ -37,7 +37,7 @@ pub(crate) enum OneShot {
 
 /// One G code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Code {
+pub(super) enum Code {
     Motion(Motion),
     Cycle(u16),
     CancelCycle,
@@ -74,14 +74,14 @@ pub(crate) enum Code {
 }
 
 /// A code in tenths: 911 for G91.1; `None` for numbers that name no code.
-pub(crate) fn tenths(value: f64) -> Option<u16> {
+pub(super) fn tenths(value: f64) -> Option<u16> {
     let scaled = value * 10.0;
     let rounded = scaled.round();
     ((scaled - rounded).abs() < 1e-6 && (0.0..10_000.0).contains(&rounded)).then_some(rounded as u16)
 }
 
 /// A code as it is written: `G91.1`.
-pub(crate) fn written(tenths: u16) -> String {
+pub(super) fn written(tenths: u16) -> String {
     match tenths % 10 {
         0 => format!("G{}", tenths / 10),
         part => format!("G{}.{part}", tenths / 10),
@@ -89,7 +89,7 @@ pub(crate) fn written(tenths: u16) -> String {
 }
 
 /// Whether the code `off` ends the transformation that `on` began (both in tenths).
-pub(crate) fn cancels(off: u16, on: u16) -> bool {
+pub(super) fn cancels(off: u16, on: u16) -> bool {
     match off {
         80 => on == 70,
         131 => on == 121,
@@ -102,7 +102,7 @@ pub(crate) fn cancels(off: u16, on: u16) -> bool {
 }
 
 /// The meaning of a G code; `has_cycle_words` tells whether P or Q stands in the block.
-pub(crate) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> Code {
+pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> Code {
     use Code::*;
     match tenths {
         0 => Motion(self::Motion::Rapid),

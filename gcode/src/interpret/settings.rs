@@ -1,9 +1,9 @@
 //! Modal codes and the words F, S, T: what holds until it is changed.
 
-use crate::codes::{Code, PathCode, cancels};
+use super::codes::{Code, OneShot, PathCode, cancels};
+use super::gather::Gathered;
+use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
-use crate::gather::Gathered;
-use crate::interpret::{FeedWord, Interpreter};
 use crate::modal::{FeedMode, PathMode, ToolLength, WorkOffset};
 
 impl Interpreter<'_> {
@@ -68,7 +68,7 @@ impl Interpreter<'_> {
             Code::Cutter(cutter) => self.modal.cutter = cutter,
             Code::ReturnLevel(level) => self.modal.return_level = level,
             Code::ToolLength(length) => self.set_tool_length(length),
-            Code::OneShot(crate::codes::OneShot::ToolOffset) => self.modal.tool_length = ToolLength::On,
+            Code::OneShot(OneShot::ToolOffset) => self.modal.tool_length = ToolLength::On,
             Code::WorkOffset(offset) => self.set_work_offset(offset),
             Code::ExtendedWorkOffset => {
                 let number = words.number(self.program, b'P').filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);

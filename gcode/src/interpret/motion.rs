@@ -1,10 +1,10 @@
 //! Motion blocks: rapids, feed moves and canned cycles.
 
-use crate::codes::{Code, Motion};
+use super::codes::{Code, Motion};
+use super::gather::Gathered;
+use super::state::{FeedWord, Interpreter};
 use crate::cycle::{Cycle, CycleState};
 use crate::dialect::Dialect;
-use crate::gather::Gathered;
-use crate::interpret::{AXES, FeedWord, Interpreter};
 use crate::modal::{CutterCompensation, Distance};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::split::is_splittable;
@@ -13,7 +13,7 @@ use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 impl Interpreter<'_> {
     /// Carries out the motion that the block's axis words ask for.
     pub fn apply_motion(&mut self, words: &Gathered) {
-        let explicit = self.explicit_motion(words);
+        let explicit = words.explicit_motion();
         match explicit {
             Some((_, Code::Motion(motion))) => {
                 self.motion = Some(motion);
@@ -31,7 +31,7 @@ impl Interpreter<'_> {
         let machine = words.g.iter().find(|g| g.code == Code::MachineCoordinates).map(|g| g.index);
         let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
-        let axes = words.any(AXES).or_else(|| if is_arc { words.any(b"IJK") } else { None });
+        let axes = words.any(&AXIS_LETTERS).or_else(|| if is_arc { words.any(b"IJK") } else { None });
         let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
         match unknown {
             Some(index) if feeds && self.cycle.is_none() => return self.refuse_unknown(words, index),
@@ -137,7 +137,7 @@ impl Interpreter<'_> {
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {
             Shiftable::No(Fixed::MachineCoordinates)
-        } else if self.opaque.is_open() {
+        } else if self.sections.is_open() {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
@@ -178,7 +178,7 @@ impl Interpreter<'_> {
         cycle.retract_mm = level(b'R', cycle.initial_mm, cycle.retract_mm);
         cycle.bottom_mm = level(AXIS_LETTERS[normal], cycle.retract_mm, cycle.bottom_mm);
         self.cycle = Some(cycle);
-        if words.any(AXES).is_none() && !words.has(b'R') {
+        if words.any(&AXIS_LETTERS).is_none() && !words.has(b'R') {
             return;
         }
         let count_letter = match self.options.dialect {

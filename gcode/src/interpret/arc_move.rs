@@ -1,0 +1,139 @@
+//! The arc of a feed move: its plane, its centre or radius, its turns.
+
+use super::gather::Gathered;
+use super::state::Interpreter;
+use crate::arc::{Arc, ArcFault, ArcTolerance};
+use crate::dialect::Dialect;
+use crate::modal::{Distance, Plane};
+use crate::position::{AXIS_LETTERS, Position};
+
+/// Address letters of the distances from the start to the centre along X, Y, Z.
+const CENTRE_LETTERS: [u8; 3] = *b"IJK";
+
+/// What an arc needs beside its centre or radius.
+#[derive(Clone, Copy)]
+struct Ends {
+    plane: Plane,
+    start: [f64; 2],
+    stop: [f64; 2],
+    counter_clockwise: bool,
+    turns: u32,
+    tolerance: ArcTolerance,
+}
+
+impl Ends {
+    fn about(&self, centre: [f64; 2]) -> Result<Arc, ArcFault> {
+        Arc::about(self.plane, self.start, self.stop, centre, self.counter_clockwise, self.turns, self.tolerance)
+    }
+
+    fn with_radius(&self, radius: f64) -> Result<Arc, ArcFault> {
+        Arc::with_radius(self.plane, self.start, self.stop, radius, self.counter_clockwise, self.turns, self.tolerance)
+    }
+}
+
+impl Interpreter<'_> {
+    /// Builds the arc of the present block; reports why there is none.
+    pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
+        let plane = self.modal.plane;
+        let [first, second, normal] = plane.axes();
+        if let Some(index) = words.index(CENTRE_LETTERS[normal]) {
+            self.report.error(self.span(index), "this centre word is not in the plane of the arc", Some("check G17, G18, G19"));
+            return None;
+        }
+        let centre_word = words.any(&[CENTRE_LETTERS[first], CENTRE_LETTERS[second]]);
+        if !self.knows_arc_start(words, centre_word.is_some()) {
+            let help = "give all axes in an absolute move first; G28, a new work offset and G53 leave the place unknown";
+            self.report.error(self.span(at), "the start of this arc is not known", Some(help));
+            return None;
+        }
+        let ends = Ends {
+            plane,
+            start: [self.position.nominal[first], self.position.nominal[second]],
+            stop: [end.nominal[first], end.nominal[second]],
+            counter_clockwise,
+            turns: self.turns(words, at)?,
+            tolerance: self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units)),
+        };
+        match (words.index(b'R'), centre_word) {
+            (Some(index), Some(_)) => {
+                self.report.error(self.span(index), "an arc with both a radius and a centre", None);
+                None
+            }
+            (Some(index), None) => {
+                let radius = words.number(self.program, b'R').unwrap_or(0.0) * self.modal.units.mm();
+                ends.with_radius(radius).map_err(|fault| self.report_arc(fault, index, None)).ok()
+            }
+            (None, None) => {
+                self.report.error(self.span(at), "an arc without centre or radius", Some("give I, J, K or R"));
+                None
+            }
+            (None, Some(index)) => self.arc_about_centre(words, ends, index),
+        }
+    }
+
+    /// Whether the coordinates of the start that the arc depends on are known.
+    fn knows_arc_start(&self, words: &Gathered, has_centre: bool) -> bool {
+        let [first, second, _] = self.modal.plane.axes();
+        let absolute_centre = self.modal.arc_distance == Distance::Absolute && has_centre;
+        [first, second].iter().all(|&axis| {
+            let given = words.has(AXIS_LETTERS[axis]) && self.modal.distance == Distance::Absolute;
+            self.position.knows(axis) || !(given || absolute_centre)
+        })
+    }
+
+    /// LinuxCNC's P word of an arc; 1 where there is none.
+    fn turns(&mut self, words: &Gathered, at: usize) -> Option<u32> {
+        match words.number(self.program, b'P') {
+            Some(p) if self.options.dialect == Dialect::LinuxCnc && words.m.is_empty() => {
+                if p.fract() != 0.0 || !(1.0..=1e6).contains(&p) {
+                    self.report.error(self.span(at), "P must be a whole number of turns", None);
+                    return None;
+                }
+                Some(p as u32)
+            }
+            _ => Some(1),
+        }
+    }
+
+    /// The arc about the centre that I, J, K give; `index` is the first of these words.
+    fn arc_about_centre(&mut self, words: &Gathered, ends: Ends, index: usize) -> Option<Arc> {
+        let [first, second, _] = ends.plane.axes();
+        let unit = self.modal.units.mm();
+        let absolute_centre = self.modal.arc_distance == Distance::Absolute;
+        let offset = [first, second].map(|axis| words.number(self.program, CENTRE_LETTERS[axis]).map(|value| value * unit));
+        let shift = [self.modal.shift[first], self.modal.shift[second]];
+        let incremental = [0, 1].map(|k| ends.start[k] + offset[k].unwrap_or(0.0));
+        let absolute = [0, 1].map(|k| shift[k] + offset[k].unwrap_or(0.0));
+        let complete = offset.iter().all(Option::is_some);
+        if absolute_centre && !complete {
+            self.arc_faults += 1;
+            self.report.error(self.span(index), "an absolute arc centre needs both its words", None);
+            return None;
+        }
+        let (centre, other) = if absolute_centre { (absolute, incremental) } else { (incremental, absolute) };
+        let fits_otherwise = complete && ends.about(other).is_ok();
+        ends.about(centre).map_err(|fault| self.report_arc(fault, index, fits_otherwise.then_some(absolute_centre))).ok()
+    }
+
+    fn report_arc(&mut self, fault: ArcFault, index: usize, fits_other_than_absolute: Option<bool>) {
+        let message = match fault {
+            ArcFault::RadiiDiffer { start_mm, end_mm } => {
+                format!("no circle: its radius is {start_mm:.4} mm at the start and {end_mm:.4} mm at the end")
+            }
+            ArcFault::ZeroRadius => "an arc of radius zero".to_owned(),
+            ArcFault::RadiusTooSmall { radius_mm, half_chord_mm } => {
+                format!("no circle: its radius is {radius_mm:.4} mm, half its chord {half_chord_mm:.4} mm")
+            }
+            ArcFault::RadiusWithoutChord => "a radius makes no circle from a point to itself: give I, J, K".to_owned(),
+        };
+        let help = match fits_other_than_absolute {
+            Some(false) => Some("the centre fits if it is absolute (G90.1)"),
+            Some(true) => Some("the centre fits if it is a distance from the start (G91.1)"),
+            None => None,
+        };
+        if matches!(fault, ArcFault::RadiiDiffer { .. } | ArcFault::ZeroRadius) {
+            self.arc_faults += 1;
+        }
+        self.report.error(self.span(index), message, help);
+    }
+}

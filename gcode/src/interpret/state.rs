@@ -1,0 +1,124 @@
+//! What is known while a program is read: modal state, position, open sections and the moves so far.
+
+use super::bodies::OpenBodies;
+use super::codes::Motion;
+use super::report::Report;
+use super::sections::Sections;
+use super::shifts::Shifts;
+use crate::cycle::CycleState;
+use crate::dialect::Options;
+use crate::modal::{CutterCompensation, Distance, Modal};
+use crate::position::Position;
+use crate::program::Program;
+use crate::toolpath::Move;
+use crate::word::Span;
+
+/// The state while a program is read.
+pub(super) struct Interpreter<'a> {
+    pub program: &'a Program,
+    pub options: &'a Options,
+    pub report: Report<'a>,
+    pub block: usize,
+    pub modal: Modal,
+    pub motion: Option<Motion>,
+    pub cycle: Option<CycleState>,
+    pub position: Position,
+    /// Linear axes that the program never names: they stay at their place, which is called known.
+    idle: u8,
+    pub shifts: Shifts,
+    pub feed: FeedWord,
+    /// Blocks and codes that turned on the rotation, scaling and polar modes now active.
+    pub transforms: Vec<(usize, u16)>,
+    /// The block of a G66.
+    pub modal_macro: Option<usize>,
+    pub sections: Sections,
+    pub flow: OpenBodies,
+    pub units_stated: bool,
+    pub arc_distance_stated: bool,
+    pub arc_faults: usize,
+    pub fed: bool,
+    pub cutter_before: CutterCompensation,
+    pub content_seen: bool,
+    pub ended: bool,
+    pub moves: Vec<Move>,
+    pub modals: Vec<Modal>,
+}
+
+/// The modal F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum FeedWord {
+    Unset,
+    /// As written, and in mm a minute (or a revolution).
+    Value {
+        written: f64,
+        mm: f64,
+    },
+    /// From a parameter, in this block.
+    Unpredictable {
+        block: usize,
+    },
+}
+
+impl<'a> Interpreter<'a> {
+    pub fn new(program: &'a Program, options: &'a Options, arc_distance: Distance) -> Self {
+        let idle = idle_axes(program);
+        let mut position = Position { nominal: [0.0; 6], known: idle };
+        for (axis, value) in options.start_mm.iter().flatten().enumerate() {
+            position.set(axis, *value);
+        }
+        let modal = Modal::initial(options.units, arc_distance);
+        Self {
+            program,
+            options,
+            report: Report::new(program),
+            block: 0,
+            modal,
+            motion: None,
+            cycle: None,
+            position,
+            idle,
+            shifts: Shifts::default(),
+            feed: FeedWord::Unset,
+            transforms: Vec::new(),
+            modal_macro: None,
+            sections: Sections::default(),
+            flow: OpenBodies::default(),
+            units_stated: false,
+            arc_distance_stated: false,
+            arc_faults: 0,
+            fed: false,
+            cutter_before: modal.cutter,
+            content_seen: false,
+            ended: false,
+            moves: Vec::new(),
+            modals: Vec::new(),
+        }
+    }
+
+    /// Index of the current modal state in the toolpath.
+    pub fn modal_index(&mut self) -> u32 {
+        if self.modals.last() != Some(&self.modal) {
+            self.modals.push(self.modal);
+        }
+        (self.modals.len() - 1) as u32
+    }
+
+    pub fn span(&self, word: usize) -> Span {
+        self.program.words().get(word).map_or_else(|| self.span_of_block(), |word| word.span)
+    }
+
+    pub fn span_of_block(&self) -> Span {
+        self.program.blocks().get(self.block).map_or(Span { start: 0, end: 0 }, |block| block.span)
+    }
+
+    /// Forgets the whole position.
+    pub fn forget_all(&mut self) {
+        self.position.known = self.idle;
+    }
+}
+
+/// Bits of the linear axes that no word of the program names.
+fn idle_axes(program: &Program) -> u8 {
+    let named = |letter: u8| program.words().iter().any(|word| word.is(letter));
+    b"XYZ".iter().enumerate().filter(|(_, letter)| !named(**letter)).map(|(axis, _)| 1 << axis).sum()
+}

@@ -1,0 +1,95 @@
+//! Codes and statements that are not understood: they open sections that stay as they are.
+
+use super::codes::{Code, OneShot, written};
+use super::gather::Gathered;
+use super::sections::Cause;
+use super::state::Interpreter;
+use crate::dialect::Dialect;
+use crate::passive::{changes_nothing, is_user_defined};
+
+/// Statements that only speak to the operator or to look-ahead.
+const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
+
+impl Interpreter<'_> {
+    /// Opens and ends sections by the codes of a block, before it is carried out.
+    pub fn note_unknown(&mut self, words: &Gathered) {
+        for g in &words.g {
+            let ended = self.sections.close_by(g.tenths);
+            if ended {
+                self.forget_all();
+            }
+            if g.code == Code::Unknown && !ended {
+                self.open_section(g.index, &written(g.tenths), Cause::G(g.tenths), None);
+            }
+        }
+        for &index in &words.m {
+            let number = self.program.words()[index].number().filter(|n| n.fract() == 0.0 && (0.0..1024.0).contains(n));
+            match number.map(|n| n as u16) {
+                Some(number) if self.is_passive(number) => {}
+                Some(number) => {
+                    let help = format!("give --passive M{number} if the machine does nothing with path or frame by it");
+                    self.open_section(index, &format!("M{number}"), Cause::Lasting, Some(&help));
+                }
+                None => self.open_section(index, "this M code", Cause::Lasting, None),
+            }
+        }
+        if let Some(index) = words.unknown {
+            let text = self.program.text(self.span(index)).to_ascii_uppercase();
+            if !SILENT.iter().any(|silent| text.starts_with(silent)) {
+                self.open_section(index, "this statement", Cause::Lasting, None);
+            }
+        }
+        if words.block_delete && self.options.block_delete.is_none() {
+            self.note_optional(words);
+        }
+    }
+
+    /// G10 L2 with R turns the coordinate system; R0 turns it back.
+    pub fn note_rotation(&mut self, index: usize, angle: Option<f64>) {
+        if angle == Some(0.0) {
+            self.sections.close(Cause::G(100));
+        } else {
+            self.open_section(index, "a coordinate system turned by R", Cause::G(100), Some("R0 turns it back"));
+        }
+    }
+
+    /// A block that a switch may skip: its modal codes may hold afterwards or not.
+    fn note_optional(&mut self, words: &Gathered) {
+        let changes = |code: &Code| match code {
+            Code::Distance(distance) => *distance != self.modal.distance,
+            Code::Motion(_)
+            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall)
+            | Code::Silent
+            | Code::ExactStopHere
+            | Code::MachineCoordinates
+            | Code::Cycle(_)
+            | Code::CancelCycle => false,
+            Code::Unknown | Code::SurfaceSpeed(_) | Code::ReturnLevel(_) => false,
+            Code::Units(units) => *units != self.modal.units,
+            Code::Plane(plane) => *plane != self.modal.plane,
+            Code::WorkOffset(offset) => *offset != self.modal.work_offset,
+            Code::FeedMode(mode) => *mode != self.modal.feed_mode,
+            _ => true,
+        };
+        if let Some(g) = words.g.iter().find(|g| changes(&g.code)) {
+            let what = format!("{} in a block that a switch may skip", written(g.tenths));
+            self.open_section(g.index, &what, Cause::Lasting, Some("take the block out, or its slash"));
+        }
+    }
+
+    fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {
+        if self.sections.open(cause) {
+            let until = match cause {
+                Cause::G(_) => "until it is cancelled",
+                Cause::Lasting => "up to the program's end",
+            };
+            let message = format!("{what}: what it changes is not known; the moves after it are left alone {until}");
+            self.report.warning(self.span(index), message, help);
+        }
+    }
+
+    fn is_passive(&self, number: u16) -> bool {
+        let user = self.options.dialect == Dialect::LinuxCnc && is_user_defined(number);
+        user || self.options.passive.holds(number) || changes_nothing(number)
+    }
+}
