@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::geometry::{angle, length_between, parameter_after};
-use super::piece::{MM_PER_RAD, RotaryPath};
-use super::{Piece, PlanSettings};
+use super::piece::{MM_PER_RAD, Piece, RotaryPath};
+use super::settings::PlanSettings;
 use crate::curves::Bezier;
 use crate::{Limits, Vec3};
 

@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::piece::{MM_PER_RAD, Seats, Way};
-use super::{Piece, Turning};
+use super::piece::{MM_PER_RAD, Piece, Seats, Turning, Way};
 use crate::{AxisKind, MotionError, Vec3};
 
 /// Longest step between grid nodes, mm.

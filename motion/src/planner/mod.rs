@@ -8,45 +8,27 @@
 //! 4. [`plan`]: checked sample by sample; where a limit is exceeded the speed is lowered there and the stretch planned anew.
 
 mod corner;
+mod excess;
 mod geometry;
 mod path;
 mod piece;
 mod profile;
+mod settings;
 mod smooth;
 
 pub use path::ToolPath;
 pub use piece::{MM_PER_RAD, Piece, RotaryPath, Turning};
+pub use settings::PlanSettings;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use crate::{AxisLimits, Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
+use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
 use corner::Rounding;
+use excess::excess;
 use geometry::{Followed, Stretch};
 use piece::Seats;
 use profile::SpeedLimit;
-
-/// Settings of the feed planner.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlanSettings {
-    /// Sampling period, s.
-    pub period_s: f64,
-    /// How far a corner may be rounded off, mm; 0 stops at every corner.
-    pub corner_tolerance_mm: f64,
-    /// Second smoothing window, s: acceleration is continuous in its derivative too.
-    pub smoothing_s: f64,
-    /// Share of the acceleration along the path that is left on pieces too short for the rounding of their corners.
-    pub short_line_acceleration: f64,
-    /// Rest before the first and after the last motion, s.
-    pub rest_s: f64,
-}
-
-impl Default for PlanSettings {
-    fn default() -> Self {
-        Self { period_s: 0.002, corner_tolerance_mm: 0.01, smoothing_s: 0.02, short_line_acceleration: 1.0, rest_s: 0.2 }
-    }
-}
+use settings::check;
 
 /// Where on the tool path a sample lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,40 +152,11 @@ pub fn plan_curve_on(
     Ok(plan(&path, kinematics, limits, settings)?.desired.with_curve(curve))
 }
 
-fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn Kinematics) -> Result<(), MotionError> {
-    limits.check()?;
-    if limits.axes.len() != kinematics.axes().len() {
-        return Err(MotionError::Mismatch(format!(
-            "limits for {} axes, but the machine has {}",
-            limits.axes.len(),
-            kinematics.axes().len()
-        )));
-    }
-    if !(settings.period_s.is_finite() && settings.period_s > 0.0) {
-        return Err(MotionError::BadPeriod(settings.period_s));
-    }
-    let rest = [
-        ("corner_tolerance_mm", settings.corner_tolerance_mm),
-        ("smoothing_s", settings.smoothing_s),
-        ("rest_s", settings.rest_s),
-    ];
-    if !(settings.short_line_acceleration > 0.0 && settings.short_line_acceleration <= 1.0) {
-        let (name, value) = ("short_line_acceleration", settings.short_line_acceleration);
-        return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0 and at most 1" });
-    }
-    match rest.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
-        Some((name, value)) => Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" }),
-        None => Ok(()),
-    }
-}
-
 /// How often a stretch is planned anew before giving up; every round lowers the speed where a limit was exceeded.
 const ROUNDS: usize = 200;
 /// Share of the squared speed that is kept beyond what a limit asks for, in the first rounds and in those for the few places that are left then.
 const KEPT: [f64; 2] = [0.998, 0.97];
 const FIRST_ROUNDS: usize = 3;
-/// Room left for rounding when limits are compared.
-const SLACK: f64 = 1.0 + 1e-7;
 
 /// Arc length at every sample of one stretch, from rest to rest, and where the axes are.
 fn plan_stretch(
@@ -244,44 +197,4 @@ fn plan_stretch(
     }
     let (position_mm, what) = worst;
     Err(MotionError::Infeasible { piece: stretch.index_of(stretch.piece_at(position_mm)), position_mm, what })
-}
-
-/// A sample at which an axis exceeds a limit.
-struct Excess {
-    sample: usize,
-    axis: usize,
-    /// 1 velocity, 2 acceleration, 3 jerk.
-    order: usize,
-    /// Value over limit, above 1.
-    ratio: f64,
-}
-
-/// Every sample whose backward differences exceed a limit; positions before the first and after the last sample rest.
-fn excess(columns: &[Vec<f64>], limits: &Limits, period_s: f64) -> Vec<Excess> {
-    let of_axis = |(axis, (column, limit)): (usize, (&Vec<f64>, &AxisLimits))| excess_of_axis(axis, column, limit, period_s);
-    columns.par_iter().zip(&limits.axes).enumerate().flat_map_iter(of_axis).collect()
-}
-
-fn excess_of_axis(axis: usize, column: &[f64], limit: &AxisLimits, period_s: f64) -> Vec<Excess> {
-    let mut found = Vec::new();
-    let rate = 1.0 / period_s;
-    let rates = [rate, rate * rate, rate * rate * rate];
-    let bounds = [limit.velocity, limit.acceleration, limit.jerk];
-    let n = column.len();
-    let (mut last, mut speed, mut acceleration) = (column[0], 0.0, 0.0);
-    for (k, &position) in column.iter().chain(std::iter::repeat_n(&column[n - 1], 3)).enumerate().skip(1) {
-        let v = (position - last) * rate;
-        let a = (v - speed) * rate;
-        let j = (a - acceleration) * rate;
-        (last, speed, acceleration) = (position, v, a);
-        // Positions carry rounding errors, which a third difference magnifies.
-        let rounding = 8.0 * f64::EPSILON * position.abs().max(1.0);
-        for (order, value) in [v, a, j].into_iter().enumerate() {
-            let free_of_noise = value.abs() - rounding * rates[order];
-            if free_of_noise > SLACK * bounds[order] {
-                found.push(Excess { sample: k.min(n - 1), axis, order: order + 1, ratio: free_of_noise / bounds[order] });
-            }
-        }
-    }
-    found
 }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::corner::Rounding;
-use super::{Piece, corner};
+use super::corner::{self, Rounding};
+use super::piece::Piece;
 
 /// A tool path: every piece starts where the one before it ends.
 #[derive(Debug, Clone, Default)]

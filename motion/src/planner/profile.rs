@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Excess;
+use super::excess::Excess;
 use super::geometry::{Node, Shape, Stretch};
 use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};

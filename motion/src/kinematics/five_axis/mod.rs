@@ -97,58 +97,32 @@ impl FiveAxis {
             let remedy = "it must be finite and not negative";
             return Err(MotionError::BadSetting { name: "tool_length_mm", value: tool_length_mm, remedy });
         }
-        let index = |name: &str| {
-            let found = axes.iter().position(|axis| axis.name == name);
-            found.ok_or_else(|| undefined(format!("there is no axis `{name}`; name it among the machine's axes")))
-        };
-        let linear = [index("x")?, index("y")?, index("z")?];
+        let linear = [index_of(&axes, "x")?, index_of(&axes, "y")?, index_of(&axes, "z")?];
         let mut travel = vec![None; axes.len()];
         for (axis, range) in linear.into_iter().zip(linear_travel_mm) {
             travel[axis] = checked_travel(&axes[axis].name, range)?;
         }
-        let (mut tables, mut heads) = (Vec::new(), Vec::new());
+        let (mut tables, mut heads): (Vec<Link>, Vec<Link>) = (Vec::new(), Vec::new());
         for joint in &joints {
-            let axis = index(&joint.axis)?;
-            let Some(rotary) = rotary_index(&joint.axis) else {
-                return Err(undefined(format!("rotary joint `{}`; rotary axes are called a, b or c", joint.axis)));
-            };
-            if tables.iter().chain(&heads).any(|link: &Link| link.axis == axis) {
+            let (axis, rotary) = rotary_axis(&axes, &joint.axis)?;
+            if tables.iter().chain(&heads).any(|link| link.axis == axis) {
                 return Err(MotionError::DuplicateAxis(joint.axis.clone()));
             }
-            let Some(direction) = unit(&joint.direction) else {
-                return Err(undefined(format!("the direction of `{}` is zero or not finite", joint.axis)));
-            };
-            if joint.pivot_mm.iter().any(|v| !v.is_finite()) {
-                return Err(undefined(format!("the pivot of `{}` is not finite", joint.axis)));
-            }
+            let link = Link { axis, rotary, direction: direction_of(joint)?, pivot: pivot_of(joint, tool_length_mm)? };
             travel[axis] = checked_travel(&joint.axis, joint.travel_rad)?;
             match joint.mount {
-                RotaryMount::Table => tables.push(Link { axis, rotary, direction, pivot: joint.pivot_mm }),
-                RotaryMount::Head => {
-                    heads.push(Link { axis, rotary, direction, pivot: joint.pivot_mm + Vec3::z() * tool_length_mm });
-                }
+                RotaryMount::Table => tables.push(link),
+                RotaryMount::Head => heads.push(link),
             }
         }
         tables.reverse();
         let count = tables.len();
         let chain: Vec<Link> = tables.into_iter().chain(heads).collect();
-        if let [outer, inner] = chain.as_slice() {
-            let [outer_name, inner_name] = [outer, inner].map(|link| &axes[link.axis].name);
-            if outer.direction.cross(&inner.direction).norm() < PARALLEL_RAD {
-                return Err(undefined(format!(
-                    "`{outer_name}` and `{inner_name}` turn about parallel directions, which tilts the tool one way only; \
-                     give them directions at an angle, or leave one out"
-                )));
-            }
-            if inner.direction.cross(&Vec3::z()).norm() < PARALLEL_RAD {
-                return Err(undefined(format!(
-                    "`{inner_name}` turns about the tool itself and leaves its direction to `{outer_name}` alone; \
-                     joints are listed from the bed outwards, so swap the two if their order is wrong"
-                )));
-            }
-        }
         let pair = match chain.as_slice() {
-            [outer, inner] => Some(TwoJoints::new(outer.direction, inner.direction)),
+            [outer, inner] => {
+                check_pair(outer, inner, &axes)?;
+                Some(TwoJoints::new(outer.direction, inner.direction))
+            }
             _ => None,
         };
         let rotary = axes.iter().enumerate().filter_map(|(axis, named)| Some((axis, rotary_index(&named.name)?))).collect();
@@ -293,6 +267,52 @@ fn unit(vector: &Vec3) -> Option<Vec3> {
 
 fn undefined(what: String) -> MotionError {
     MotionError::BadKinematics(what)
+}
+
+fn index_of(axes: &[Axis], name: &str) -> Result<usize, MotionError> {
+    let found = axes.iter().position(|axis| axis.name == name);
+    found.ok_or_else(|| undefined(format!("there is no axis `{name}`; name it among the machine's axes")))
+}
+
+/// Index of a rotary axis among the axes, and among A, B, C.
+fn rotary_axis(axes: &[Axis], name: &str) -> Result<(usize, usize), MotionError> {
+    let axis = index_of(axes, name)?;
+    let rotary =
+        rotary_index(name).ok_or_else(|| undefined(format!("rotary joint `{name}`; rotary axes are called a, b or c")))?;
+    Ok((axis, rotary))
+}
+
+fn direction_of(joint: &RotaryJoint) -> Result<Vec3, MotionError> {
+    unit(&joint.direction).ok_or_else(|| undefined(format!("the direction of `{}` is zero or not finite", joint.axis)))
+}
+
+/// From workpiece zero, or from the tool tip for a head joint, mm.
+fn pivot_of(joint: &RotaryJoint, tool_length_mm: f64) -> Result<Vec3, MotionError> {
+    if joint.pivot_mm.iter().any(|v| !v.is_finite()) {
+        return Err(undefined(format!("the pivot of `{}` is not finite", joint.axis)));
+    }
+    Ok(match joint.mount {
+        RotaryMount::Table => joint.pivot_mm,
+        RotaryMount::Head => joint.pivot_mm + Vec3::z() * tool_length_mm,
+    })
+}
+
+/// Refuses two joints that turn the tool in one way only.
+fn check_pair(outer: &Link, inner: &Link, axes: &[Axis]) -> Result<(), MotionError> {
+    let [outer_name, inner_name] = [outer, inner].map(|link| &axes[link.axis].name);
+    if outer.direction.cross(&inner.direction).norm() < PARALLEL_RAD {
+        return Err(undefined(format!(
+            "`{outer_name}` and `{inner_name}` turn about parallel directions, which tilts the tool one way only; \
+             give them directions at an angle, or leave one out"
+        )));
+    }
+    if inner.direction.cross(&Vec3::z()).norm() < PARALLEL_RAD {
+        return Err(undefined(format!(
+            "`{inner_name}` turns about the tool itself and leaves its direction to `{outer_name}` alone; \
+             joints are listed from the bed outwards, so swap the two if their order is wrong"
+        )));
+    }
+    Ok(())
 }
 
 fn checked_travel(axis: &str, travel: Option<[f64; 2]>) -> Result<Option<[f64; 2]>, MotionError> {
