@@ -24,13 +24,15 @@
 
 mod drive;
 mod error;
+mod options;
 mod random;
 mod simulated;
 mod spec;
 
 pub use error::MachineError;
 use motion::Trajectory;
-pub use simulated::{Interpolation, Run, Sensor, SimulatedMachine, SimulationOptions};
+pub use options::{Interpolation, Sensor, SimulationOptions};
+pub use simulated::{Run, SimulatedMachine};
 pub use spec::{
     AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, Carrier, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec,
     Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,

@@ -47,12 +47,14 @@
 //! all axes are drawn anew with the machine's `Kv` lowered by a tenth, not below 20 1/s.
 
 mod axis;
+mod common;
 mod draw;
 mod stable;
 
 use crate::spec::{AxisSpec, Carrier, ControllerSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec};
 use crate::{MachineError, Sensor};
 use axis::AxisDraw;
+use common::{Common, POSITION_GAIN_1_S};
 use draw::Draw;
 
 /// Draws of an axis with one gain of the position loops; then the factor on that gain, of all axes, and how often it is lowered at most:
@@ -60,64 +62,6 @@ use draw::Draw;
 const DRAWS: u64 = 8;
 const LOWER_GAIN: f64 = 0.9;
 const LOWERINGS: u64 = 24;
-/// Range of position gains, 1/s.
-const POSITION_GAIN_1_S: [f64; 2] = [20.0, 120.0];
-
-/// Structure of the position loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Structure {
-    Cascade,
-    Pid,
-}
-
-/// From motor to table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Train {
-    ElasticScrew,
-    StiffScrew,
-    LinearMotor,
-}
-
-/// How the command is smoothed, ms.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Smoothing {
-    None,
-    Average(f64),
-    Lag(f64),
-}
-
-/// Kind of friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum FrictionKind {
-    LuGre,
-    Maxwell,
-    Coulomb,
-    Stribeck,
-}
-
-/// What all axes of a machine have in common.
-#[derive(Debug, Clone, Copy)]
-struct Common {
-    structure: Structure,
-    position_gain_1_s: f64,
-    /// Bandwidth of the velocity loops, as a multiple of the position gain.
-    bandwidth_ratio: f64,
-    /// Integral time and derivative gain of a PID.
-    position_integral_ms: f64,
-    position_derivative: f64,
-    feed_forward: f64,
-    acceleration_feed_forward: f64,
-    smoothing: Smoothing,
-    delay_periods: u8,
-    train: Train,
-    encoder_step_um: f64,
-    friction: FrictionKind,
-    /// Share and time constant, s.
-    warming: Option<(f64, f64)>,
-    velocity_mm_s: f64,
-    acceleration_mm_s2: f64,
-    jerk_mm_s3: f64,
-}
 
 impl MachineSpec {
     /// The three-axis machine of `seed`: structure and parameters as the table in `machine/src/random.rs` and `machine/README.md` states. The same seed gives the same
@@ -186,76 +130,4 @@ fn stable_axes(machine: &MachineSpec, common: &Common, seed: u64, lowered: u64) 
         axes.push(AxisSpec::Linear(axis));
     }
     Ok(Some(axes))
-}
-
-impl Common {
-    fn of(draw: &mut Draw) -> Self {
-        let structure = if draw.chance(0.6) { Structure::Cascade } else { Structure::Pid };
-        let position_gain_1_s = draw.log_uniform(POSITION_GAIN_1_S[0], POSITION_GAIN_1_S[1]);
-        let bandwidth_ratio = draw.log_uniform(3.0, 10.0);
-        let position_integral_ms = draw.log_uniform(40.0, 300.0);
-        let derivative = draw.uniform(0.0, 0.2);
-        let position_derivative = if draw.chance(0.5) { 0.0 } else { derivative };
-        let share = |draw: &mut Draw, none: f64| if draw.chance(none) { 0.0 } else { draw.uniform(0.0, 1.0) };
-        let feed_forward = match structure {
-            Structure::Cascade => share(draw, 0.25),
-            // Without it the integrator winds up on every curve: nobody runs a PID so.
-            Structure::Pid => draw.uniform(0.8, 1.0),
-        };
-        let acceleration_feed_forward = share(draw, 0.5);
-        let smoothing_ms = draw.log_uniform(1.0, 30.0);
-        let smoothing = match draw.uniform(0.0, 1.0) {
-            p if p < 0.35 => Smoothing::None,
-            p if p < 0.75 => Smoothing::Average(smoothing_ms),
-            _ => Smoothing::Lag(smoothing_ms),
-        };
-        let delay_periods = if draw.chance(0.4) { 0 } else { *draw.one_of(&[1, 2, 3, 4, 5]) };
-        let train = match draw.uniform(0.0, 1.0) {
-            p if p < 0.55 => Train::ElasticScrew,
-            p if p < 0.75 => Train::StiffScrew,
-            _ => Train::LinearMotor,
-        };
-        let encoder_step_um = draw.log_uniform(0.001, 1.0);
-        let friction = match draw.uniform(0.0, 1.0) {
-            p if p < 0.35 => FrictionKind::LuGre,
-            p if p < 0.7 => FrictionKind::Maxwell,
-            p if p < 0.85 => FrictionKind::Coulomb,
-            _ => FrictionKind::Stribeck,
-        };
-        let warming = (draw.uniform(0.02, 0.08), draw.log_uniform(100.0, 1500.0));
-        let warming = if draw.chance(0.5) { None } else { Some(warming) };
-        let lag_mm = draw.log_uniform(0.01, 0.06);
-        let smoothing_s2 = 1e-6
-            * match smoothing {
-                Smoothing::None => 0.0,
-                Smoothing::Average(window_ms) => window_ms * window_ms / 12.0,
-                Smoothing::Lag(time_ms) => time_ms * time_ms,
-            };
-        // On a circle a lag takes `a/2` times its squared time constant off the radius; the velocity loop's is about a fifth of the position loop's.
-        let loop_s2 = (1.04 - feed_forward * feed_forward) / position_gain_1_s.powi(2);
-        // A PID's tracking error is the acceleration, less what is fed forward, over its integral gain.
-        let wound_s2 = 2.0 * (1.0 - feed_forward) * position_integral_ms * 1e-3 / position_gain_1_s;
-        let lag_s2 = smoothing_s2 + if structure == Structure::Pid { loop_s2.max(wound_s2) } else { loop_s2 };
-        let acceleration_mm_s2 = (2.0 * lag_mm / lag_s2).clamp(100.0, 2500.0);
-        let velocity_mm_s = draw.log_uniform(40.0, 150.0).min(0.5 * acceleration_mm_s2);
-        let jerk_mm_s3 = acceleration_mm_s2 * position_gain_1_s * draw.log_uniform(0.3, 1.2);
-        Self {
-            structure,
-            position_gain_1_s,
-            bandwidth_ratio,
-            position_integral_ms,
-            position_derivative,
-            feed_forward,
-            acceleration_feed_forward,
-            smoothing,
-            delay_periods,
-            train,
-            encoder_step_um,
-            friction,
-            warming,
-            velocity_mm_s,
-            acceleration_mm_s2,
-            jerk_mm_s3,
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! Motor and table, joined by an elastic screw with backlash.
 
-use super::Plant;
+use super::plant::Plant;
 
 /// The state of the two masses; SI, the table's position in m (rad for a rotary axis).
 #[derive(Debug, Clone)]

@@ -7,6 +7,7 @@ mod loops;
 mod mechanics;
 mod motor;
 mod noise;
+mod plant;
 mod reference;
 
 use friction::{Friction, Level, Warmth};
@@ -14,10 +15,11 @@ use loops::{CurrentLag, PositionLoop, VelocityLoop};
 use mechanics::{Loads, TwoMass};
 use motor::Ripple;
 use noise::{Coloured, normal};
+use plant::Plant;
 use rand_chacha::ChaCha8Rng;
 
+use crate::options::{Sensor, SimulationOptions};
 use crate::spec::{DriveSpec, Rates};
-use crate::{Sensor, SimulationOptions};
 
 /// What both sensors of an axis read.
 #[derive(Debug, Clone, Default)]
@@ -35,22 +37,6 @@ pub(crate) struct Start {
     pub position_mm: f64,
     /// For how long the machine has run before, s.
     pub elapsed_s: f64,
-}
-
-/// Constants of the two masses, SI.
-#[derive(Debug, Clone)]
-struct Plant {
-    /// Travel per rad of the motor, `lead/2π`.
-    per_rad: f64,
-    motor_inertia: f64,
-    motor_viscous: f64,
-    table_inertia: f64,
-    table_viscous: f64,
-    stiffness: f64,
-    damping: f64,
-    half_width: f64,
-    /// Motor and table are one mass.
-    rigid: bool,
 }
 
 /// One drive during one run.
@@ -198,21 +184,5 @@ impl<'a> Drive<'a> {
 
     fn quantised(&self, value: f64, count: f64) -> f64 {
         if self.options.quantised { (value / count).round() * count } else { value }
-    }
-}
-
-impl Plant {
-    fn new(spec: &DriveSpec) -> Self {
-        Self {
-            per_rad: spec.screw.lead_mm * 1e-3 / std::f64::consts::TAU,
-            motor_inertia: spec.motor.inertia_kg_m2,
-            motor_viscous: spec.motor.viscous_n_m_s_rad,
-            table_inertia: spec.table.mass_kg,
-            table_viscous: spec.table.viscous_n_s_m,
-            stiffness: spec.screw.stiffness_n_m,
-            damping: spec.screw.damping_n_s_m,
-            half_width: spec.screw.backlash_half_width_um * 1e-6,
-            rigid: spec.screw.rigid,
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The reference between its samples.
 
-use crate::Interpolation;
+use crate::options::Interpolation;
 use crate::spec::{LoopSpec, Rates};
 
 /// What the position loop is given in one of its periods.

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::common::{Common, FrictionKind, Smoothing, Structure, Train};
 use super::draw::Draw;
-use super::{Common, FrictionKind, Smoothing, Structure, Train};
 use crate::spec::{
     DriveSpec, FrictionSpec, Harmonic, LoopSpec, MotorSpec, Patch, PreslidingSpec, ScrewSpec, TableSpec, TorqueHarmonic, Warming,
     Wave,

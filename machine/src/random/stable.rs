@@ -2,9 +2,10 @@
 
 use motion::Trajectory;
 
-use crate::simulated::{SimulatedMachine, SimulationOptions};
+use crate::MachineError;
+use crate::options::{Sensor, SimulationOptions};
+use crate::simulated::SimulatedMachine;
 use crate::spec::{AxisSpec, LinearAxis, MachineSpec};
-use crate::{MachineError, Sensor};
 
 /// Factor on the position gain with which an axis has to be stable as well: a gain margin of 2.5 dB at the least.
 const MARGIN: f64 = 4.0 / 3.0;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Names, finite, multiple, not_negative, positive, within};
 use super::friction::FrictionSpec;
+use super::waves::{Harmonic, TorqueHarmonic};
 use crate::MachineError;
 
 /// A simulated ball-screw drive: loops, motor, screw, table and friction.
@@ -92,30 +93,6 @@ pub struct MotorSpec {
     pub torque_noise_n_m: f64,
     /// Correlation time of the torque noise, ms.
     pub noise_time_ms: f64,
-}
-
-/// A wave over the motor's turn: `amplitude · sin(per_turn · θ + phase)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Harmonic {
-    /// Amplitude as a share.
-    pub amplitude: f64,
-    /// Waves per turn of the motor.
-    pub per_turn: f64,
-    /// Phase, rad.
-    pub phase_rad: f64,
-}
-
-/// A torque over the motor's turn: `amplitude_n_m · sin(per_turn · θ + phase)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TorqueHarmonic {
-    /// Amplitude, N·m.
-    pub amplitude_n_m: f64,
-    /// Waves per turn of the motor.
-    pub per_turn: f64,
-    /// Phase, rad.
-    pub phase_rad: f64,
 }
 
 /// A screw with a nut.
@@ -257,14 +234,5 @@ impl DriveSpec {
             (0.5e-6..=largest).contains(&step_s),
             &format!("at least 0.5 µs and at most {:.3} µs for these stiffnesses, damping and masses or inertias", largest * 1e6),
         )
-    }
-}
-
-impl Harmonic {
-    /// Refuses what is not finite.
-    pub(super) fn check(&self, at: &str) -> Result<(), MachineError> {
-        finite(&format!("{at}.amplitude"), self.amplitude)?;
-        positive(&format!("{at}.per_turn"), self.per_turn)?;
-        finite(&format!("{at}.phase_rad"), self.phase_rad)
     }
 }

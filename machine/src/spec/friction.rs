@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Harmonic;
 use super::check::{finite, not_negative, positive, share, within};
+use super::waves::{Harmonic, Wave};
 use crate::MachineError;
 
 /// Friction of an axis, split between the motor's and the table's side.
@@ -73,18 +73,6 @@ pub enum PreslidingSpec {
         /// Damping while sticking, N·s/m of each side; fades with the Stribeck curve.
         damping_n_s_m: f64,
     },
-}
-
-/// A wave along the axis: `amplitude · sin(2π x / period + phase)`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wave {
-    /// Amplitude as a share.
-    pub amplitude: f64,
-    /// Length of the wave, mm.
-    pub period_mm: f64,
-    /// Phase, rad.
-    pub phase_rad: f64,
 }
 
 /// A worn or tight place: `amplitude · exp(−((x − centre)/width)²)`.

@@ -9,6 +9,7 @@ mod kinematics;
 mod ranges;
 mod read;
 mod rotary_drive;
+mod waves;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,13 +17,15 @@ use std::sync::Arc;
 pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
 pub use builtin::{BUILTIN_CONTROLLERS, BUILTIN_MACHINES};
 pub(crate) use drive::Rates;
-pub use drive::{DriveSpec, Harmonic, LoopSpec, MotorSpec, ScrewSpec, TableSpec, TorqueHarmonic};
-pub use friction::{FrictionSpec, Patch, PreslidingSpec, Warming, Wave};
+pub use drive::{DriveSpec, LoopSpec, MotorSpec, ScrewSpec, TableSpec};
+pub use friction::{FrictionSpec, Patch, PreslidingSpec, Warming};
 pub use kinematics::{FiveAxisSpec, KinematicsSpec, Mount, ProgramWords, RotaryJointSpec};
 use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, PlanSettings, RotaryJoint, RotaryMount, Vec3};
 pub use rotary_drive::{
     GearSpec, RotaryDriveSpec, RotaryFrictionSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
 };
+pub use waves::{Harmonic, TorqueHarmonic, Wave};
+
 use serde::{Deserialize, Serialize};
 
 use crate::{MachineError, Sensor};

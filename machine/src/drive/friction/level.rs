@@ -6,17 +6,17 @@ use crate::spec::{FrictionSpec, Warming};
 
 /// Friction relative to its mean, over the axis and the screw's turn.
 #[derive(Debug, Clone)]
-pub(in crate::drive) struct Level {
+pub(crate) struct Level {
     spec: FrictionSpec,
 }
 
 impl Level {
-    pub(in crate::drive) fn new(spec: &FrictionSpec) -> Self {
+    pub(crate) fn new(spec: &FrictionSpec) -> Self {
         Self { spec: spec.clone() }
     }
 
     /// `1 + Σ waves + Σ screw_waves + Σ patches` at the table's position (mm) and the motor's angle (rad).
-    pub(in crate::drive) fn at(&self, position_mm: f64, angle: f64) -> f64 {
+    pub(crate) fn at(&self, position_mm: f64, angle: f64) -> f64 {
         let waves =
             self.spec.waves.iter().map(|wave| wave.amplitude * (TAU * position_mm / wave.period_mm + wave.phase_rad).sin());
         let turns = self.spec.screw_waves.iter().map(|wave| wave.amplitude * (wave.per_turn * angle + wave.phase_rad).sin());
@@ -30,7 +30,7 @@ impl Level {
 
 /// How the level falls while the machine warms up, relative to its mean.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::drive) struct Warmth {
+pub(crate) struct Warmth {
     share: f64,
     /// `exp(−t/time)` now, and its factor from period to period.
     left: f64,
@@ -39,13 +39,13 @@ pub(in crate::drive) struct Warmth {
 
 impl Warmth {
     /// After `elapsed_s` of running, stepped every `tick_s`; none at a noise of zero.
-    pub(in crate::drive) fn new(warming: Option<Warming>, noise: f64, elapsed_s: f64, tick_s: f64) -> Self {
+    pub(crate) fn new(warming: Option<Warming>, noise: f64, elapsed_s: f64, tick_s: f64) -> Self {
         let Warming { share, time_s } = warming.unwrap_or(Warming { share: 0.0, time_s: 1.0 });
         Self { share: noise * share, left: (-elapsed_s / time_s).exp(), keep: (-tick_s / time_s).exp() }
     }
 
     /// `1 + share·(2·exp(−t/time) − 1)`, and on to the next period.
-    pub(in crate::drive) fn step(&mut self) -> f64 {
+    pub(crate) fn step(&mut self) -> f64 {
         let level = 1.0 + self.share * (2.0 * self.left - 1.0);
         self.left *= self.keep;
         level

@@ -1,6 +1,6 @@
 //! LuGre friction.
 
-use super::Sliding;
+use super::sliding::Sliding;
 
 /// `ż = v − |v|/g(v)·z`, `g = (F_c + (F_s − F_c)·exp(−(v/v_s)²))/σ0`, `F = σ0 z + σ1·exp(−(v/v_s)²)·ż`.
 ///

@@ -1,6 +1,6 @@
 //! Maxwell-slip friction.
 
-use super::Sliding;
+use super::sliding::Sliding;
 
 /// Elastic elements in parallel. Element `i` follows the motion with stiffness `k_i` until its force reaches its share of the sliding
 /// force `F_c + (F_s − F_c)·exp(−(v/v_s)²)`, then slips; as the speed grows the slipping elements weaken.

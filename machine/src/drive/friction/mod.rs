@@ -3,21 +3,14 @@
 mod level;
 mod lugre;
 mod maxwell;
+mod sliding;
 
 pub(super) use level::{Level, Warmth};
 use lugre::LuGre;
 use maxwell::MaxwellSlip;
+use sliding::Sliding;
 
 use crate::spec::{FrictionSpec, PreslidingSpec};
-
-/// Sliding friction of one side at the present place, direction and time; levels in N.
-#[derive(Debug, Clone, Copy)]
-struct Sliding {
-    coulomb: f64,
-    breakaway: f64,
-    /// `exp(−(v/v_s)²)`.
-    stribeck: f64,
-}
 
 /// One side's friction; an enum, so that the inner loop has no indirect call.
 #[derive(Debug, Clone)]
@@ -66,13 +59,6 @@ impl Friction {
             Model::LuGre(model) => model.step(velocity, sliding, step_s),
             Model::Maxwell(model) => model.step(velocity, sliding, step_s),
         }
-    }
-}
-
-impl Sliding {
-    /// Force in steady sliding: `F_c + (F_s − F_c) exp(−(v/v_s)²)`.
-    fn steady(&self) -> f64 {
-        self.coulomb + (self.breakaway - self.coulomb) * self.stribeck
     }
 }
 

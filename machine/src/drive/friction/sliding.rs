@@ -1,0 +1,17 @@
+//! The force of sliding that every friction model shares.
+
+/// Sliding friction of one side at the present place, direction and time; levels in N.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sliding {
+    pub coulomb: f64,
+    pub breakaway: f64,
+    /// `exp(−(v/v_s)²)`.
+    pub stribeck: f64,
+}
+
+impl Sliding {
+    /// Force in steady sliding: `F_c + (F_s − F_c) exp(−(v/v_s)²)`.
+    pub(super) fn steady(&self) -> f64 {
+        self.coulomb + (self.breakaway - self.coulomb) * self.stribeck
+    }
+}
