@@ -6,6 +6,7 @@ use motion::{Axis, Trajectory};
 
 use crate::columns::implied_period_s;
 use crate::formats::read_table;
+use crate::options::ReadOptions;
 use crate::quality::{significant_digits, step_of};
 use crate::side_file::read_side_file;
 use crate::timing::{resample, settle};
@@ -18,15 +19,6 @@ const LATEST_S: f64 = 1e11;
 /// Shortest and longest sampling period, s: a megahertz, and slower than any log in which a motion can be seen.
 const SHORTEST_S: f64 = 1e-6;
 const LONGEST_S: f64 = 10.0;
-
-/// How a file is to be understood, where it does not speak for itself.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ReadOptions {
-    /// Column mapping, as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um` (see [`ColumnMap::parse`]).
-    pub columns: Option<String>,
-    /// Sampling period, s; for files without time stamps. Stamps, where there are any, go first.
-    pub period_s: Option<f64>,
-}
 
 /// Reads one run, and reports what had to be mended for it to have a uniform rate.
 ///

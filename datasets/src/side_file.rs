@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::DatasetError;
 use crate::columns::{Quantity, Unit};
-use crate::{DatasetError, ReadOptions};
+use crate::options::ReadOptions;
 
 /// Ending that is put to the log's name: `run.txt.columns` for `run.txt`.
 const ENDING: &str = "columns";
