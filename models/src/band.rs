@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::AxisSignal;
 use crate::features::{events, velocity};
+use crate::quantile::quantile;
 use crate::spread::Spread;
 
 /// Time after a reversal or a start in which friction still settles, s.
@@ -91,15 +92,6 @@ fn regimes(signal: &AxisSignal<'_>, top_speed: f64) -> Vec<usize> {
         regimes[event.sample.min(to)..to].fill(1);
     }
     regimes
-}
-
-/// The `share` quantile, by rank; zero of nothing.
-pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let rank = ((values.len() - 1) as f64 * share).ceil() as usize;
-    *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
 #[cfg(test)]

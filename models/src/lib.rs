@@ -11,6 +11,7 @@ mod memory;
 pub mod narx;
 pub mod network;
 mod predictor;
+mod quantile;
 pub mod recurrent;
 mod scaler;
 mod spread;

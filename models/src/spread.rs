@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::AxisSignal;
-use crate::band::quantile;
 use crate::features::{events, velocity};
+use crate::quantile::quantile;
 
 /// Time over which errors are summed up to see how they differ from one stretch of motion to the next, s.
 const WINDOW_S: f64 = 2.0;

@@ -82,6 +82,22 @@ impl LayerWeights {
     }
 }
 
+/// Whether the layers are well-formed, of one kind, and fit each other.
+pub(super) fn check_stack(layers: &[LayerWeights]) -> Result<(), ModelError> {
+    if layers.is_empty() {
+        return Err(malformed("it has no layers".to_owned()));
+    }
+    for layer in layers {
+        layer.check()?;
+    }
+    for (index, pair) in layers.windows(2).enumerate() {
+        if pair[0].hidden != pair[1].input || pair[0].kind != pair[1].kind {
+            return Err(malformed(format!("layer {} does not fit layer {index}", index + 1)));
+        }
+    }
+    Ok(())
+}
+
 /// The linear layer behind the last recurrent one: `y = W·h + b`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {

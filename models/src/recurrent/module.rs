@@ -6,7 +6,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Kind, LayerWeights, gru, init, layer::malformed, lstm};
+use super::layer::{check_stack, malformed};
+use super::{Kind, LayerWeights, gru, init, lstm};
 use crate::ModelError;
 
 /// Sizes of a [`FusedRecurrent`].
@@ -108,7 +109,7 @@ impl FusedRecurrent {
     /// # Errors
     /// When a layer is malformed, does not fit the one before, there is none, or the dropout is outside `[0, 1)`.
     pub fn from_layers(layers: &[LayerWeights], dropout: f64, device: &Device) -> Result<Self, ModelError> {
-        super::predict::check_stack(layers)?;
+        check_stack(layers)?;
         if !(0.0..1.0).contains(&dropout) {
             return Err(malformed(format!("a dropout of {dropout} is not in [0, 1)")));
         }

@@ -7,7 +7,7 @@ use burn::nn::Linear;
 use super::{
     FusedRecurrent, Head, Kind, LayerWeights, Level, NamedTensor,
     kernel::{PackedLayer, Shape, Tape, forward},
-    layer::malformed,
+    layer::{check_stack, malformed},
     module::read,
 };
 use crate::ModelError;
@@ -33,22 +33,6 @@ pub struct State {
     /// Cells of each layer; empty for a GRU.
     pub cells: Vec<Vec<f32>>,
     batch: usize,
-}
-
-/// Whether the layers are well-formed, of one kind, and fit each other.
-pub(super) fn check_stack(layers: &[LayerWeights]) -> Result<(), ModelError> {
-    if layers.is_empty() {
-        return Err(malformed("it has no layers".to_owned()));
-    }
-    for layer in layers {
-        layer.check()?;
-    }
-    for (index, pair) in layers.windows(2).enumerate() {
-        if pair[0].hidden != pair[1].input || pair[0].kind != pair[1].kind {
-            return Err(malformed(format!("layer {} does not fit layer {index}", index + 1)));
-        }
-    }
-    Ok(())
 }
 
 impl Recurrent {

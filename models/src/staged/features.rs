@@ -1,4 +1,4 @@
-//! The feature columns of a pass, and the prediction from them.
+//! The feature columns of a pass.
 
 use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::channel::{Carrier, Channel, Waves};
 use super::fir::LagBasis;
 use super::signals::{Scales, Signals};
-use super::weighted::Weighted;
 
 /// Channels that share a basis; one column for each channel and response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -123,12 +122,6 @@ impl FeatureSet {
             }
         }
         block
-    }
-
-    /// Prediction at every sample of a run: columns times `weights`.
-    #[must_use]
-    pub fn predict(&self, signals: &Signals, weights: &[f64]) -> Vec<f64> {
-        Weighted::new(self, weights).predict(signals)
     }
 
     /// What play contributes to the prediction: the part by which the motor is elsewhere than what is measured.

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::taps::{Tap, add_taps};
 
+/// Second differences below this share of the largest tap come of rounding.
+const ROUNDING: f64 = 1e-11;
+
 /// A finite impulse response, `y(k) = Σ_i taps[i]·u(k + first_lag + i)`; negative lags look back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fir {
@@ -45,6 +48,16 @@ impl Fir {
         let tap = |(index, tap): (usize, &f64)| Tap { input: index % phases.len(), offset: index / phases.len(), weight: *tap };
         let taps: Vec<Tap> = (start..).zip(&self.taps).map(tap).collect();
         add_taps(&taps, phases, out);
+    }
+
+    /// Lags and sizes of the second differences `h(l−1) − 2h(l) + h(l+1)`, where there are any: at the corners of a response that is linear in between.
+    pub(super) fn corners(&self) -> Vec<(isize, f64)> {
+        let tap = |i: isize| usize::try_from(i).ok().and_then(|i| self.taps.get(i)).copied().unwrap_or(0.0);
+        let largest = self.taps.iter().fold(0.0_f64, |most, tap| most.max(tap.abs()));
+        (-1..=self.taps.len() as isize)
+            .map(|i| (self.first_lag + i, tap(i - 1) - 2.0 * tap(i) + tap(i + 1)))
+            .filter(|(_, bend)| bend.abs() > ROUNDING * largest)
+            .collect()
     }
 }
 
@@ -151,6 +164,7 @@ impl LagBasis {
 
 #[cfg(test)]
 mod tests {
+    use super::super::taps::add_bent;
     use super::*;
 
     #[test]
@@ -231,5 +245,28 @@ mod tests {
         assert_eq!(out, [1.0, 2.0, 4.0]);
         Fir::shift(0).add_to(&input, -2, 0.5, &mut out);
         assert_eq!(out, [3.0, 6.0, 12.0]);
+    }
+
+    #[test]
+    fn a_response_between_corners_is_its_bends_summed_twice() {
+        let knots = [-40, -12, -9, -4, -1, 0, 3];
+        let response = LagBasis::hats(&knots).combine(&[0.3, -1.0, 0.2, 2.0, 0.0, 1.0, -0.4]);
+        let corners = response.corners();
+        assert!(corners.len() <= knots.len() + 2, "{corners:?}");
+        let input: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.05).sin().clamp(-0.7, 0.9)).collect();
+        let outputs = input.len() - 43;
+        let mut plain = vec![1.0; outputs];
+        response.add_to(&input, -40, 1.0, &mut plain);
+        // Output k lies at input k + 40.
+        let taps: Vec<Tap> =
+            corners.iter().map(|(lag, weight)| Tap { input: 0, offset: (41 + lag) as usize, weight: *weight }).collect();
+        let mut bends = vec![0.0; outputs - 2];
+        add_taps(&taps, &[&input], &mut bends);
+        let mut bent = vec![1.0; outputs];
+        add_bent([plain[0] - 1.0, plain[1] - 1.0], &bends, &mut bent);
+        for (plain, bent) in plain.iter().zip(&bent) {
+            // The rounding of the bends grows with the square of the way.
+            assert!((plain - bent).abs() < 1e-10, "{plain} {bent}");
+        }
     }
 }

@@ -1,8 +1,7 @@
-//! Sums of shifted signals, and responses that are linear between their corners.
+//! Sums of shifted signals, and series from their second differences.
 
 use pulp::{Simd, WithSimd};
 
-use super::fir::Fir;
 use crate::recurrent::Level;
 
 /// One summand: `weight` times an input, read from `offset` on.
@@ -60,20 +59,6 @@ impl WithSimd for Sum<'_> {
     }
 }
 
-/// Second differences below this share of the largest tap come of rounding.
-const ROUNDING: f64 = 1e-11;
-
-/// Lags and sizes of the second differences `h(l−1) − 2h(l) + h(l+1)` of a response, where there are any: at the corners of a response
-/// that is linear in between.
-pub(super) fn corners(response: &Fir) -> Vec<(isize, f64)> {
-    let tap = |i: isize| usize::try_from(i).ok().and_then(|i| response.taps.get(i)).copied().unwrap_or(0.0);
-    let largest = response.taps.iter().fold(0.0_f64, |most, tap| most.max(tap.abs()));
-    (-1..=response.taps.len() as isize)
-        .map(|i| (response.first_lag + i, tap(i - 1) - 2.0 * tap(i) + tap(i + 1)))
-        .filter(|(_, bend)| bend.abs() > ROUNDING * largest)
-        .collect()
-}
-
 /// Adds to `out` the series whose first two values are `first` and `second` and whose second difference around every later one is in `bends`.
 pub(super) fn add_bent([first, second]: [f64; 2], bends: &[f64], out: &mut [f64]) {
     let (mut value, mut slope) = (second, second - first);
@@ -89,7 +74,6 @@ pub(super) fn add_bent([first, second]: [f64; 2], bends: &[f64], out: &mut [f64]
 
 #[cfg(test)]
 mod tests {
-    use super::super::fir::LagBasis;
     use super::*;
 
     #[test]
@@ -104,29 +88,6 @@ mod tests {
                 let plain = taps.iter().fold(0.1, |sum, tap| sum + tap.weight * inputs[tap.input][k + tap.offset]);
                 assert_eq!(found, plain, "{outputs} outputs");
             }
-        }
-    }
-
-    #[test]
-    fn a_response_between_corners_is_its_bends_summed_twice() {
-        let knots = [-40, -12, -9, -4, -1, 0, 3];
-        let response = LagBasis::hats(&knots).combine(&[0.3, -1.0, 0.2, 2.0, 0.0, 1.0, -0.4]);
-        let corners = corners(&response);
-        assert!(corners.len() <= knots.len() + 2, "{corners:?}");
-        let input: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.05).sin().clamp(-0.7, 0.9)).collect();
-        let outputs = input.len() - 43;
-        let mut plain = vec![1.0; outputs];
-        response.add_to(&input, -40, 1.0, &mut plain);
-        // Output k lies at input k + 40.
-        let taps: Vec<Tap> =
-            corners.iter().map(|(lag, weight)| Tap { input: 0, offset: (41 + lag) as usize, weight: *weight }).collect();
-        let mut bends = vec![0.0; outputs - 2];
-        add_taps(&taps, &[&input], &mut bends);
-        let mut bent = vec![1.0; outputs];
-        add_bent([plain[0] - 1.0, plain[1] - 1.0], &bends, &mut bent);
-        for (plain, bent) in plain.iter().zip(&bent) {
-            // The rounding of the bends grows with the square of the way.
-            assert!((plain - bent).abs() < 1e-10, "{plain} {bent}");
         }
     }
 }

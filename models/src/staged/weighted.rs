@@ -8,13 +8,21 @@ use super::channel::{Channel, Waves};
 use super::features::FeatureSet;
 use super::fir::Fir;
 use super::signals::Signals;
-use super::taps::{Tap, add_bent, add_taps, corners};
+use super::taps::{Tap, add_bent, add_taps};
 
 /// Rows that are worked on at once: a block's channels stay in the cache, and the lags around it weigh little.
 const BLOCK_ROWS: usize = 2048;
 
+impl FeatureSet {
+    /// Prediction at every sample of a run: columns times `weights`.
+    #[must_use]
+    pub fn predict(&self, signals: &Signals, weights: &[f64]) -> Vec<f64> {
+        Weighted::new(self, weights).predict(signals)
+    }
+}
+
 /// A feature set with its weights, arranged for prediction.
-pub(super) struct Weighted<'a> {
+struct Weighted<'a> {
     features: &'a FeatureSet,
     channels: Vec<Channel>,
     /// First and last lag of any response.
@@ -29,7 +37,7 @@ pub(super) struct Weighted<'a> {
 
 impl<'a> Weighted<'a> {
     /// One weight a column.
-    pub fn new(features: &'a FeatureSet, weights: &[f64]) -> Self {
+    fn new(features: &'a FeatureSet, weights: &[f64]) -> Self {
         let spans = features.groups.iter().map(|group| group.basis.span());
         let (first, last) = spans.fold((0, 0), |(first, last), span| (first.min(span.0), last.max(span.1)));
         let (mut channels, mut straight, mut bends, mut bent) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -40,7 +48,7 @@ impl<'a> Weighted<'a> {
                 taken += group.basis.len();
                 let input = channels.len();
                 let tap = |lag: isize, weight| Tap { input, offset: (lag - first) as usize, weight };
-                let corners = corners(&response);
+                let corners = response.corners();
                 if corners.len() < response.taps.len() {
                     // The first bend that is needed lies around the second row.
                     bends.extend(corners.into_iter().map(|(lag, weight)| tap(lag + 1, weight)));
@@ -55,7 +63,7 @@ impl<'a> Weighted<'a> {
     }
 
     /// Prediction at every sample of a run.
-    pub fn predict(&self, signals: &Signals) -> Vec<f64> {
+    fn predict(&self, signals: &Signals) -> Vec<f64> {
         let mut out = vec![0.0; signals.len()];
         let blocks = out.par_chunks_mut(BLOCK_ROWS).enumerate();
         blocks.for_each_init(Room::default, |room, (index, rows)| self.predict_block(signals, index * BLOCK_ROWS, rows, room));
