@@ -26,6 +26,11 @@ impl AxisRun {
         Self { reference, actual, period_s, rows }
     }
 
+    /// Commanded less actual position at every sample, mm or rad.
+    pub(crate) fn tracking_error(&self) -> Vec<f64> {
+        self.reference.iter().zip(&self.actual).map(|(r, x)| r - x).collect()
+    }
+
     /// The same run with those of its rows that lie in `rows` (in order and apart).
     #[must_use]
     pub fn only(&self, rows: &[Range<usize>]) -> Self {

@@ -61,7 +61,7 @@ impl Task {
 
     /// What it is to learn, mm or rad.
     fn targets(&self, run: &AxisRun) -> Vec<f32> {
-        let errors = tracking_error(run);
+        let errors = run.tracking_error();
         match self {
             Self::Papers(_) => errors.into_iter().map(|e| e as f32).collect(),
             Self::Residual(base) => {
@@ -135,11 +135,6 @@ pub fn check_runs(runs: &[AxisRun]) -> Result<f64, TrainingError> {
         }
     }
     Ok(period_s)
-}
-
-/// Tracking error of a run, mm or rad.
-pub fn tracking_error(run: &AxisRun) -> Vec<f64> {
-    run.reference.iter().zip(&run.actual).map(|(r, x)| r - x).collect()
 }
 
 impl Corpus {

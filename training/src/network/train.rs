@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Progress, State, identity};
-use super::corpus::{Corpus, Task, check_runs, tracking_error};
+use super::corpus::{Corpus, Task, check_runs};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
@@ -193,7 +193,7 @@ pub fn part_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<f64> 
 /// Sum of the squared errors of a prediction over each range of a run's rows, and its samples.
 fn squares(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<(f64, usize)> {
     let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
-    let errors = tracking_error(run);
+    let errors = run.tracking_error();
     let square = |k: usize| (errors[k] - predicted.get(k).copied().unwrap_or(f64::NAN)).powi(2);
     run.scored().into_iter().map(|rows| (rows.clone().map(square).sum(), rows.len())).collect()
 }

@@ -3,8 +3,7 @@
 use models::features::{EventKind, events, velocity};
 use nalgebra::{DMatrix, DVector};
 
-use super::corpus::tracking_error;
-use crate::staged::AxisRun;
+use crate::AxisRun;
 
 /// Velocities on either side that the linear law sees, samples.
 const REACH: usize = 25;
@@ -52,7 +51,7 @@ fn residuals(runs: &[AxisRun]) -> Option<Vec<Vec<f64>>> {
     let columns = 2 * REACH + 2;
     let mut gram = DMatrix::<f64>::zeros(columns, columns);
     let mut right = DVector::<f64>::zeros(columns);
-    let cut: Vec<(Vec<f64>, Vec<f64>)> = runs.iter().map(|run| (surrounded(run), tracking_error(run))).collect();
+    let cut: Vec<(Vec<f64>, Vec<f64>)> = runs.iter().map(|run| (surrounded(run), run.tracking_error())).collect();
     for ((v, error), run) in cut.iter().zip(runs) {
         for block in run.scored().into_iter().flatten().collect::<Vec<_>>().chunks(512) {
             let rows = DMatrix::from_fn(block.len(), columns, |i, j| if j == 0 { 1.0 } else { v[block[i] + j - 1] });

@@ -6,7 +6,6 @@ use models::staged::{FeatureSet, Pass, Signals};
 use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut};
 
 use super::gram::{FoldGrams, Gram};
-use super::play::least_half_width;
 use super::recipe::StagedRecipe;
 use crate::{AxisRun, TrainingError};
 
@@ -105,7 +104,7 @@ impl<'a> Corpus<'a> {
             if run.reference.len() != run.actual.len() {
                 return Err(unusable("reference and actual have different lengths"));
             }
-            let error: Vec<f64> = run.reference.iter().zip(&run.actual).map(|(r, x)| r - x).collect();
+            let error = run.tracking_error();
             if error.iter().any(|e| !e.is_finite()) {
                 return Err(unusable("a position is not a number"));
             }
@@ -123,7 +122,7 @@ impl<'a> Corpus<'a> {
         }
         let unit = top / recipe.speed_unit;
         Ok(Self {
-            starts: starts(runs, &errors, least_half_width(recipe, unit)),
+            starts: starts(runs, &errors, recipe.least_half_width(unit)),
             stretches: by_speed(stretches(&scored, folds, by_run), runs, REST_SHARE * top * period_s),
             runs,
             errors,

@@ -14,8 +14,6 @@ use crate::TrainingError;
 
 /// Fits on the linear law's position until the half-width is taken for settled.
 const ROUNDS: usize = 3;
-/// Share of the half-width at the start below which there is no play.
-const LEAST_SHARE: f64 = 0.05;
 /// Mean square of the first pass of drag over that of the operators above which no further one is tried.
 const HOPELESS: f64 = 4.0;
 
@@ -36,7 +34,7 @@ pub fn with_drag_and_play(
     let (Some(first), Some(&weak)) = (linear.passes.first(), recipe.ridges.first()) else {
         return Ok(None);
     };
-    let least = least_half_width(recipe, corpus.unit);
+    let least = recipe.least_half_width(corpus.unit);
     let fit = |drag: bool, half_width: Option<f64>, expected: &[Vec<f64>], noise: f64| {
         let features = features(law, drag, half_width, corpus, recipe);
         let penalties = penalties(law, noise, corpus, &features, weak, recipe);
@@ -73,11 +71,6 @@ pub fn with_drag_and_play(
     let (ridge, noise) = best_ridge(&fitted, law, noise, corpus, recipe).ok_or(TrainingError::Singular(name))?;
     let penalties = penalties(law, noise, corpus, &fitted.pass.features, ridge, recipe);
     Ok(Some((fitted.with_penalties(penalties)?.candidate(name, false, &passes)?, ridge)))
-}
-
-/// Half-width below which there is no play on an axis whose lengths are those of the recipe times `unit`.
-pub fn least_half_width(recipe: &StagedRecipe, unit: f64) -> f64 {
-    LEAST_SHARE * recipe.play_half_width * unit
 }
 
 /// Columns of the linear law, then of friction by direction of motion, of drag, and of play.

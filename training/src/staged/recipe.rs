@@ -161,6 +161,16 @@ pub struct LineRecipe {
     pub largest_step: f64,
 }
 
+/// Share of the play's half-width at the start below which there is no play.
+const LEAST_PLAY: f64 = 0.05;
+
+impl StagedRecipe {
+    /// Half-width below which there is no play on an axis whose lengths are those of the recipe times `unit`.
+    pub(super) fn least_half_width(&self, unit: f64) -> f64 {
+        LEAST_PLAY * self.play_half_width * unit
+    }
+}
+
 impl Default for StagedRecipe {
     fn default() -> Self {
         let knots = [-80, -65, -52, -40, -30, -24, -19, -15, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1, 0, 1, 2];
