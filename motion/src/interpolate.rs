@@ -1,5 +1,19 @@
 //! Between samples.
 
+use std::ops::{Add, Mul, Sub};
+
+/// Value and derivative at `t` in `[0, 1]` of the cubic that goes from `from` to `to` with these derivatives at its ends.
+#[inline]
+pub(crate) fn hermite<V>(from: V, to: V, leaving: V, arriving: V, t: f64) -> (V, V)
+where
+    V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>,
+{
+    let chord = to - from;
+    let square = chord * 3.0 - leaving * 2.0 - arriving;
+    let cube = leaving + arriving - chord * 2.0;
+    (from + (leaving + (square + cube * t) * t) * t, leaving + (square * 2.0 + cube * 3.0 * t) * t)
+}
+
 /// Value, and slope a sample, of `values` at a fractional index: the cubic through the samples with central differences, flat beyond the ends.
 ///
 /// Empty `values` give zeros.
@@ -12,9 +26,7 @@ pub fn cubic(values: &[f64], at: f64) -> (f64, f64) {
     let value = |i: usize| values[i.min(last)];
     let (before, from, to, after) = (values[k.saturating_sub(1)], value(k), value(k + 1), value(k + 2));
     let (leaving, arriving) = (0.5 * (to - before), 0.5 * (after - from));
-    let square = 3.0 * (to - from) - 2.0 * leaving - arriving;
-    let cube = leaving + arriving - 2.0 * (to - from);
-    (from + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
+    hermite(from, to, leaving, arriving, t)
 }
 
 #[cfg(test)]

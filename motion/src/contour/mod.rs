@@ -5,45 +5,21 @@
 //! desired is the conventional figure of a report (Paper E). Only the order of the arguments differs. The error vector always
 //! points from the foot point to the sample, so that desired → actual the update is `x_r + Q·ε` (Paper A, eq. 21-23).
 
-mod align;
-mod circular;
-mod corners;
-mod cubic;
-mod curve_pieces;
-mod exact;
-mod follow;
-mod hermite;
-mod local;
-mod moving_window;
-mod on_curve;
-mod orientation;
-mod osculating;
-mod pieces;
-mod sampled;
-mod search;
-mod stream;
-mod summary;
-mod table;
-mod tangent;
-mod window;
+mod estimators;
+mod matching;
+mod spline;
+mod statistics;
 
-pub use align::{AlignSettings, AlignedBy, Alignment, align};
-pub use circular::{CirclePlane, CircularTest, DirectionFigures, NominalCircle, circular_test};
-pub use corners::{PAPER_B_RATIO, PAPER_B_SUPPORT, SupportRegion, corner_flags, corner_ratios, stretches};
-pub use exact::Exact;
-pub use follow::{at_places, follow, poses_at_places};
-pub use hermite::{HermiteFootPoint, Horizon};
-pub use moving_window::MovingWindow;
-pub use on_curve::ExactOnCurve;
-pub use orientation::{OrientationError, orientation_errors};
-pub use osculating::OsculatingCircle;
-pub use sampled::SampledSpline;
-pub use search::SplineSearch;
-pub use stream::ExactStream;
-pub use summary::{ContourSummary, summary, summary_by_length, summary_of};
-pub use table::{TableRow, sample_estimators, table_row};
-pub use tangent::Tangent;
-pub use window::Window;
+pub use estimators::{
+    Exact, ExactOnCurve, ExactStream, HermiteFootPoint, Horizon, MovingWindow, OsculatingCircle, SplineSearch, Tangent, Window,
+};
+pub use matching::{AlignSettings, AlignedBy, Alignment, align, at_places, follow, poses_at_places};
+pub use spline::SampledSpline;
+pub use statistics::{
+    CirclePlane, CircularTest, ContourSummary, DirectionFigures, NominalCircle, OrientationError, PAPER_B_RATIO, PAPER_B_SUPPORT,
+    SupportRegion, TableRow, circular_test, corner_flags, corner_ratios, orientation_errors, sample_estimators, stretches,
+    summary, summary_by_length, summary_of, table_row,
+};
 
 use crate::{MotionError, Vec3};
 

@@ -13,7 +13,7 @@ const MOST_HALVINGS: u32 = 30;
 
 /// The pieces and the parameters at which they meet.
 #[derive(Debug, Clone, Default)]
-pub(super) struct CurvePieces {
+pub(in crate::contour) struct CurvePieces {
     pub pieces: Pieces,
     /// Curve parameter at the start of every piece, and at the end of the last.
     ends: Vec<f64>,

@@ -3,13 +3,13 @@
 use crate::Vec3;
 
 /// Distances are minimised to within this, mm.
-pub(super) const TOLERANCE_MM: f64 = 1e-10;
+pub(in crate::contour) const TOLERANCE_MM: f64 = 1e-10;
 /// A Newton step that provably misses the minimum by less than this, mm along the piece, is the last.
 const MISS_MM: f64 = 1e-10;
 
 /// A place on a piece.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Near {
+pub(in crate::contour) struct Near {
     /// Parameter in `[0, 1]`.
     pub t: f64,
     /// Squared distance from the point sought, mm².
@@ -32,7 +32,7 @@ struct Step {
 /// With `s` the larger of `|C′ − chord|/4` at the two ends, the Bézier points give: no point of the piece is farther than `s` from the
 /// chord, `|C″| ≤ 24 s` and `|C′| ≥ |chord| − 8 s`.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cubic {
+pub(in crate::contour) struct Cubic {
     c: [Vec3; 4],
     /// Length of the chord, mm.
     pub length: f64,

@@ -1,6 +1,6 @@
 //! Where on the path to look: a window that moves along with the machine's lag.
 
-use super::pieces::{Pieces, Place, first_where};
+use crate::contour::spline::{Pieces, Place, first_where};
 use crate::{MotionError, Vec3};
 
 /// Share of a foot point's lead over the time match that enters the usual lead.
@@ -40,7 +40,7 @@ impl Default for Window {
 }
 
 impl Window {
-    pub(super) fn check(&self) -> Result<(), MotionError> {
+    pub(in crate::contour) fn check(&self) -> Result<(), MotionError> {
         for (name, value) in [("the window's margin", self.margin), ("the window's noise, mm,", self.noise_mm)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" });
@@ -58,13 +58,13 @@ impl Window {
 
     /// Samples either side of a time match that the search can reach: the expected foot point may be a window away, and it looks a window
     /// further.
-    pub(super) fn span(&self) -> usize {
+    pub(in crate::contour) fn span(&self) -> usize {
         2 * self.max_samples + 2
     }
 
     /// Foot point of `p` on `road` where it is `due`.
     #[inline]
-    pub(super) fn nearest(&self, road: &impl Road, due: &Due, p: &Vec3) -> Place {
+    pub(in crate::contour) fn nearest(&self, road: &impl Road, due: &Due, p: &Vec3) -> Place {
         let pieces = road.pieces();
         let mut look = self.around(road, due.moved_on, p);
         if (due.usual - due.moved_on).abs() > SAME_INDEX {
@@ -125,7 +125,7 @@ struct Look {
 }
 
 /// Pieces and how they are passed in time.
-pub(super) trait Road {
+pub(in crate::contour) trait Road {
     fn pieces(&self) -> &Pieces;
     /// Piece and parameter at a sample index, which is brought into range.
     fn place(&self, index: f64) -> (usize, f64);
@@ -174,7 +174,7 @@ fn walk_back(pieces: &Pieces, piece: usize, limit: usize, arc_mm: f64) -> usize 
 
 /// Where the next foot point is due, as indices in samples of `to`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Due {
+pub(in crate::contour) struct Due {
     /// The last foot point, moved on by the time that has passed.
     pub moved_on: f64,
     /// The time match, moved by the usual lead.
@@ -185,7 +185,7 @@ pub(super) struct Due {
 
 /// Keeps the lead of the foot points over the time match.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Follower {
+pub(in crate::contour) struct Follower {
     track: Option<Track>,
 }
 

@@ -1,12 +1,12 @@
 //! A path of cubic pieces, and the nearest place on a stretch of it.
 
 use super::cubic::{Cubic, Near, TOLERANCE_MM};
-use super::{ContourError, Location};
 use crate::Vec3;
+use crate::contour::{ContourError, Location};
 
 /// Cubic pieces end to end; those that were dropped at the front still count in every index.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Pieces {
+pub(in crate::contour) struct Pieces {
     /// Piece `i` is at `i` modulo the length, which is a power of two.
     ring: Vec<Piece>,
     /// Length of the ring less 1.
@@ -36,7 +36,7 @@ const SLOPE_REACH: usize = 2;
 
 /// A place found.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(in crate::contour) struct Place {
     pub piece: usize,
     /// Parameter in `[0, 1]`.
     pub t: f64,
@@ -257,7 +257,7 @@ impl Pieces {
 
 /// First number of `range` for which `holds`, or the range's end; where it holds once it goes on holding. Steps double: what is near is found
 /// at once, what is far in few steps.
-pub(super) fn first_where(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usize {
+pub(in crate::contour) fn first_where(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high, mut step) = (range.start, range.end, 1);
     while low + step <= range.end {
         let probe = low + step - 1;

@@ -1,8 +1,8 @@
 //! The exact contour error against the smooth path through samples.
 
-use super::sampled::SampledSpline;
-use super::window::Follower;
-use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use super::window::{Follower, Window};
+use crate::contour::spline::SampledSpline;
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Samples handled at a time: the path through `to` is made just ahead of them, while it fits into the cache.

@@ -1,8 +1,8 @@
 //! Circle approximation: the path is its osculating circle at the time-matched sample.
 
-use super::local::{Arcs, distinct_neighbours, error};
 use super::tangent::REST_REACH;
-use super::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::spline::{Arcs, distinct_neighbours, error};
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Distance to the circle through the time-matched sample of `to` and its neighbours (competitor of Paper D, table I).

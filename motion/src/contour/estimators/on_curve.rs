@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::curve_pieces::CurvePieces;
-use super::pieces::Pieces;
-use super::window::{Due, Follower, Road};
-use super::{ContourError, ContourEstimator, Location, TimeMatch, Window, check_paths};
+use super::window::{Due, Follower, Road, Window};
+use crate::contour::spline::{CurvePieces, Pieces};
+use crate::contour::{ContourError, ContourEstimator, Location, TimeMatch, check_paths};
 use crate::{Curve, MotionError, Vec3};
 
 /// A Newton step shorter than this, mm, ends the iteration.
@@ -47,7 +46,7 @@ impl ExactOnCurve {
     /// The same with another window.
     ///
     /// # Errors
-    /// As [`Exact::with_window`](super::Exact::with_window).
+    /// As [`Exact::with_window`](crate::contour::Exact::with_window).
     pub fn with_window(mut self, window: Window) -> Result<Self, MotionError> {
         window.check()?;
         self.window = window;

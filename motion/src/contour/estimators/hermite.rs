@@ -1,7 +1,8 @@
 //! Paper A's estimator: foot of the perpendicular on the adjoining chords, carried over to a Hermite spline.
 
-use super::local::{Arcs, error, foot_on_chord, hermite};
-use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use super::window::Window;
+use crate::contour::spline::{Arcs, error, foot_on_chord, hermite};
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// How far forward of the last foot point the nearest sample is sought.
@@ -88,7 +89,7 @@ impl ContourEstimator for HermiteFootPoint {
 
 /// Segment and share of the foot of the perpendicular on the chords at sample `nearest`: the nearer one where both have one, the sample
 /// itself where neither has.
-pub(super) fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
+pub(in crate::contour) fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
     let chords = [nearest.checked_sub(1), (nearest + 1 < to.len()).then_some(nearest)];
     let feet = chords.into_iter().flatten().filter_map(|segment| {
         let (a, b) = (&to[segment], &to[segment + 1]);

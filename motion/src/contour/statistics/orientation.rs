@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::ContourError;
-use super::local::hermite;
+use crate::contour::ContourError;
+use crate::contour::spline::hermite;
 use crate::{Pose, SHARE, Vec3};
 
 /// The orientation error of one sample.

@@ -1,6 +1,6 @@
 //! Where on the desired path a run is that does not keep its time: a re-planned, compensated or recorded program.
 
-use super::local::hermite;
+use crate::contour::spline::hermite;
 use crate::{MotionError, Pose, Vec3};
 
 /// Share of its own step by which a place is corrected towards the foot of the perpendicular, at most.

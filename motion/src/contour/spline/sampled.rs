@@ -1,7 +1,7 @@
 //! The smooth path through samples.
 
 use super::pieces::Pieces;
-use super::{ContourError, check_point};
+use crate::contour::{ContourError, check_point};
 use crate::{MotionError, Vec3};
 
 /// Samples that the slope at one of them depends on.
@@ -14,7 +14,7 @@ const STENCIL: usize = 5;
 /// so it can grow while it is being used.
 #[derive(Debug, Clone, Default)]
 pub struct SampledSpline {
-    pub(super) pieces: Pieces,
+    pub(in crate::contour) pieces: Pieces,
     /// The last samples, oldest first; while there are fewer than [`STENCIL`], those at the front.
     recent: [Vec3; STENCIL],
     /// Samples pushed since the last clear.
@@ -62,19 +62,19 @@ impl SampledSpline {
     }
 
     /// Starts anew with these samples, which must not be empty.
-    pub(super) fn rebuild(&mut self, samples: &[Vec3]) {
+    pub(in crate::contour) fn rebuild(&mut self, samples: &[Vec3]) {
         self.clear();
         self.extend(samples, samples.len());
         self.finish();
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(in crate::contour) fn clear(&mut self) {
         self.pieces.clear();
         self.count = 0;
     }
 
     /// Adds a sample; pieces follow two samples behind, where their slopes are known.
-    pub(super) fn push(&mut self, sample: Vec3) {
+    pub(in crate::contour) fn push(&mut self, sample: Vec3) {
         self.count += 1;
         if self.count <= STENCIL {
             self.recent[self.count - 1] = sample;
@@ -94,7 +94,7 @@ impl SampledSpline {
     }
 
     /// Adds the samples of `path` up to `end`; those added so far must be its first ones.
-    pub(super) fn extend(&mut self, path: &[Vec3], end: usize) {
+    pub(in crate::contour) fn extend(&mut self, path: &[Vec3], end: usize) {
         while self.count < end.min(STENCIL) {
             self.push(path[self.count]);
         }
@@ -113,7 +113,7 @@ impl SampledSpline {
     }
 
     /// Adds the pieces up to the last sample.
-    pub(super) fn finish(&mut self) {
+    pub(in crate::contour) fn finish(&mut self) {
         let known = self.count.min(STENCIL);
         let recent = self.recent;
         let slope = |at: usize| slope(&recent[..known], at);

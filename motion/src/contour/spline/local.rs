@@ -1,11 +1,11 @@
 //! What the approximating estimators see of a path: a few samples and differences.
 
-use super::{ContourError, Location};
-use crate::Vec3;
+use crate::contour::{ContourError, Location};
+use crate::{Vec3, interpolate};
 
 /// A path with the length of its chords, reused between calls.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Arcs {
+pub(in crate::contour) struct Arcs {
     /// Length from the first sample, mm, one a sample.
     values: Vec<f64>,
 }
@@ -31,7 +31,7 @@ impl Arcs {
 }
 
 /// Half the way from the sample before `k` to the one after it, mm a sample; at an end the way to its only neighbour.
-pub(super) fn slope(path: &[Vec3], k: usize) -> Vec3 {
+pub(in crate::contour) fn slope(path: &[Vec3], k: usize) -> Vec3 {
     let before = k.saturating_sub(1);
     let after = (k + 1).min(path.len() - 1);
     match after - before {
@@ -41,7 +41,7 @@ pub(super) fn slope(path: &[Vec3], k: usize) -> Vec3 {
 }
 
 /// The nearest samples before and after `k` that do not coincide with it, at most `reach` away.
-pub(super) fn distinct_neighbours(path: &[Vec3], k: usize, reach: usize) -> (Option<Vec3>, Option<Vec3>) {
+pub(in crate::contour) fn distinct_neighbours(path: &[Vec3], k: usize, reach: usize) -> (Option<Vec3>, Option<Vec3>) {
     let here = path[k];
     let differs = |point: &&Vec3| **point != here;
     let before = path[k.saturating_sub(reach)..k].iter().rev().find(differs);
@@ -50,7 +50,7 @@ pub(super) fn distinct_neighbours(path: &[Vec3], k: usize, reach: usize) -> (Opt
 }
 
 /// Share in `[0, 1]` of the chord `a → b` at the foot of the perpendicular from `p`, and whether the foot lies within the chord.
-pub(super) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, bool) {
+pub(in crate::contour) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, bool) {
     let chord = b - a;
     let length_squared = chord.norm_squared();
     if length_squared == 0.0 {
@@ -61,7 +61,7 @@ pub(super) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, bool) {
 }
 
 /// The error of `sample` with this foot point; `along` gives the direction of travel.
-pub(super) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, at_end: bool) -> ContourError {
+pub(in crate::contour) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, at_end: bool) -> ContourError {
     let vector = sample - foot;
     ContourError {
         vector,
@@ -74,14 +74,11 @@ pub(super) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, 
 }
 
 /// Point and derivative of the cubic Hermite spline through `to` (Paper A, eq. 5).
-pub(super) fn hermite(to: &[Vec3], segment: usize, t: f64) -> (Vec3, Vec3) {
+pub(in crate::contour) fn hermite(to: &[Vec3], segment: usize, t: f64) -> (Vec3, Vec3) {
     let start = to[segment];
     let Some(end) = to.get(segment + 1) else {
         return (start, slope(to, segment));
     };
     let (leaving, arriving) = (slope(to, segment), slope(to, segment + 1));
-    let chord = end - start;
-    let square = 3.0 * chord - 2.0 * leaving - arriving;
-    let cube = leaving + arriving - 2.0 * chord;
-    (start + (leaving + (square + cube * t) * t) * t, leaving + (2.0 * square + 3.0 * cube * t) * t)
+    interpolate::hermite(start, *end, leaving, arriving, t)
 }

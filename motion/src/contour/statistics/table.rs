@@ -1,6 +1,8 @@
 //! Paper D's table I: every estimator on the same pair of paths.
 
-use super::{ContourError, ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent};
+use crate::contour::{
+    ContourError, ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent,
+};
 
 /// One row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +31,7 @@ pub fn sample_estimators() -> Vec<Box<dyn ContourEstimator>> {
 }
 
 /// The row of an estimator whose `errors`, found within `elapsed_s`, should have had the magnitudes `truth`: those of
-/// [`ExactOnCurve`](super::ExactOnCurve) on the same samples. Samples that lack a partner are left out.
+/// [`ExactOnCurve`](crate::contour::ExactOnCurve) on the same samples. Samples that lack a partner are left out.
 #[must_use]
 pub fn table_row(estimator: &'static str, errors: &[ContourError], truth: &[ContourError], elapsed_s: f64) -> TableRow {
     let misses_um = errors.iter().zip(truth).map(|(error, truth)| (error.magnitude_mm - truth.magnitude_mm).abs() * 1e3);

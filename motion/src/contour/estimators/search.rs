@@ -1,7 +1,8 @@
 //! Paper D's estimator: the nearest of ten points of a spline around the nearest sample.
 
-use super::local::{Arcs, error, slope};
-use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use super::window::Window;
+use crate::contour::spline::{Arcs, error, slope};
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Points that each of the two segments is cut into (Paper D, `Δt = 0.2`).

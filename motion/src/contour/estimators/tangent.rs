@@ -1,11 +1,11 @@
 //! Tangent approximation: the path is its tangent at the time-matched sample.
 
-use super::local::{Arcs, distinct_neighbours, error};
-use super::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::spline::{Arcs, distinct_neighbours, error};
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// How far back and ahead a rest is passed over to find a direction, samples.
-pub(super) const REST_REACH: usize = 64;
+pub(in crate::contour) const REST_REACH: usize = 64;
 
 /// Distance to the tangent of `to` at the time-matched sample: `ε = e − (e·τ)τ` (competitor of Paper D, table I).
 ///

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use super::sampled::SampledSpline;
-use super::window::Follower;
-use super::{ContourError, Window, check_point};
+use super::window::{Follower, Window};
+use crate::contour::spline::SampledSpline;
+use crate::contour::{ContourError, check_point};
 use crate::{MotionError, Vec3};
 
-/// [`Exact`](super::Exact) on two paths that are sampled together and arrive in time order: the same figures, twice
+/// [`Exact`](crate::contour::Exact) on two paths that are sampled together and arrive in time order: the same figures, twice
 /// `window.max_samples` (and a few) periods late, out of a buffer of a few windows.
 #[derive(Debug, Clone)]
 pub struct ExactStream {
@@ -24,7 +24,7 @@ impl ExactStream {
     /// A stream that looks within `window`; its `max_samples` sets the delay.
     ///
     /// # Errors
-    /// As [`Exact::with_window`](super::Exact::with_window).
+    /// As [`Exact::with_window`](crate::contour::Exact::with_window).
     pub fn new(window: Window) -> Result<Self, MotionError> {
         window.check()?;
         Ok(Self {

@@ -1,8 +1,9 @@
 //! Paper C's estimator: an adaptive window around the time-matched sample, then the adjoining chords.
 
 use super::hermite::foot_near;
-use super::local::{Arcs, error};
-use super::{ContourError, ContourEstimator, TimeMatch, Window, check_paths};
+use super::window::Window;
+use crate::contour::spline::{Arcs, error};
+use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Paper C, section II-A: the nearest sample within `n = |P_d P_a| / |P_a P_{a−1}|` samples either side of the time-matched one, so that a

@@ -1,7 +1,7 @@
 //! A path's contour errors in three figures.
 
-use super::ContourError;
 use crate::Vec3;
+use crate::contour::ContourError;
 
 /// Figures of a path, mm (Paper D, eq. 29, 31).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use super::sampled::SampledSpline;
-use super::{ContourEstimator, Exact, TimeMatch, check_point};
+use crate::contour::spline::SampledSpline;
+use crate::contour::{ContourEstimator, Exact, TimeMatch, check_point};
 use crate::{MotionError, Vec3};
 
 /// A rest at the end counts only when it has lasted this long, s: then the slowest servo has settled.

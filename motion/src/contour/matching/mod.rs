@@ -1,0 +1,7 @@
+//! Which sample of one run belongs to which place of another.
+
+mod align;
+mod follow;
+
+pub use align::{AlignSettings, AlignedBy, Alignment, align};
+pub use follow::{at_places, follow, poses_at_places};
