@@ -12,9 +12,34 @@ struct Named {
     unit: Option<Unit>,
 }
 
+/// Name of an axis with the columns of its reference and its actual position, as far as they are given.
+type Sides = (String, Option<Named>, Option<Named>);
+
 pub(super) fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
+    let (time, sides) = entries(text, table)?;
+    let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
+    let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;
+    if axes.is_empty() {
+        return Err(whole("no axis is named".to_owned()));
+    }
+    let time = match time {
+        Some(time) => Some(time),
+        None => time_column(table).map_err(|reason| DatasetError::Columns {
+            path: path.to_owned(),
+            reason,
+            names: table.names.clone(),
+        })?,
+    };
+    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
+    used.extend(axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]));
+    let unused = unused(table, &used);
+    Ok(ColumnMap { time, axes, unused })
+}
+
+/// The entries of a mapping, as `t=time_s,x_ref=cmd`: the column of time, and those of the axes.
+fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), DatasetError> {
     let mut time = None;
-    let mut sides: Vec<(String, Option<Named>, Option<Named>)> = Vec::new();
+    let mut sides: Vec<Sides> = Vec::new();
     for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
         let fail = |reason: String| DatasetError::Mapping { text: entry.to_owned(), reason };
         let (key, value) = entry.split_once('=').ok_or_else(|| fail("there is no `=`".to_owned()))?;
@@ -47,33 +72,15 @@ pub(super) fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap,
             return Err(duplicate());
         }
     }
-    let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
-    let mut axes = Vec::new();
-    for (name, reference, actual) in sides {
-        let (Some(reference), Some(actual)) = (reference, actual) else {
-            return Err(whole(format!("axis `{name}` needs both `{name}_ref` and `{name}_act`")));
-        };
-        axes.push(AxisColumns {
-            axis: axis(&name, &[reference.unit, actual.unit]).map_err(whole)?,
-            reference: reference.source,
-            actual: actual.source,
-        });
-    }
-    if axes.is_empty() {
-        return Err(whole("no axis is named".to_owned()));
-    }
-    let time = match time {
-        Some(time) => Some(time),
-        None => time_column(table).map_err(|reason| DatasetError::Columns {
-            path: path.to_owned(),
-            reason,
-            names: table.names.clone(),
-        })?,
+    Ok((time, sides))
+}
+
+/// Refuses an axis of which one column is missing.
+fn both_sides((name, reference, actual): Sides) -> Result<AxisColumns, String> {
+    let (Some(reference), Some(actual)) = (reference, actual) else {
+        return Err(format!("axis `{name}` needs both `{name}_ref` and `{name}_act`"));
     };
-    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
-    used.extend(axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]));
-    let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused })
+    Ok(AxisColumns { axis: axis(&name, &[reference.unit, actual.unit])?, reference: reference.source, actual: actual.source })
 }
 
 /// A column's name or `#` and its number, with `*factor` or `:unit`.

@@ -51,31 +51,25 @@ impl Lines<'_> {
         if moved.is_empty() {
             return Ok(None);
         }
-        let plunging: Vec<(usize, usize)> = moved.iter().copied().filter(|(_, slot)| *slot < 3).collect();
+        let path = self.draw(&moved, rng, &mut position);
+        self.planned(&path, &moved).map(Some)
+    }
+
+    /// Lines drawn until their estimated time is over, and back home.
+    fn draw<R: Rng>(&self, moved: &[(usize, usize)], rng: &mut R, position: &mut impl FnMut(&mut R, usize) -> f64) -> ToolPath {
+        let has_linear = moved.iter().any(|(_, slot)| *slot < 3);
         let turns = moved.iter().any(|(_, slot)| *slot >= 3);
-        let limits = self.axis_limits_only(&moved);
         let mut home = [0.0; 6];
         moved.iter().for_each(|&(axis, slot)| home[slot] = self.home[axis]);
         let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
         loop {
             let last = planned_s >= self.seconds - 2.0 * self.rest_s;
-            let approach = !last && !plunging.is_empty() && rng.random_bool(APPROACHES);
-            let mut end = if last { home } else { at };
-            if approach {
-                let (axis, slot) = plunging[rng.random_range(0..plunging.len())];
-                let towards = (position(rng, axis) - at[slot]).signum();
-                let (lowest, highest) = self.travel[axis];
-                end[slot] = (end[slot] + towards * rng.random_range(APPROACH_MM)).clamp(lowest, highest);
-            } else if !last && rng.random_bool(SINGLE) {
-                let (axis, slot) = moved[rng.random_range(0..moved.len())];
-                end[slot] = position(rng, axis);
-            } else if !last {
-                moved.iter().for_each(|&(axis, slot)| end[slot] = position(rng, axis));
-            }
+            let approach = !last && has_linear && rng.random_bool(APPROACHES);
+            let end = if last { home } else { self.end_of_line(&at, approach, moved, rng, position) };
             let way: [f64; 6] = std::array::from_fn(|slot| (end[slot] - at[slot]) * way_mm(slot));
             let length = way.iter().map(|step| step * step).sum::<f64>().sqrt();
             if length > 1e-3 {
-                let top = self.speed_share * self.top_speed(&moved, &way.map(|step| step / length));
+                let top = self.speed_share * self.top_speed(moved, &way.map(|step| step / length));
                 let share = match approach {
                     true => rng.random_range(APPROACH_SPEED),
                     false if rng.random_bool(FULL) => 1.0,
@@ -93,9 +87,38 @@ impl Lines<'_> {
                 at = end;
             }
             if last {
-                break;
+                return path;
             }
         }
+    }
+
+    /// Where a line from `at` ends: a short way along a linear axis for an `approach`, else along one axis or all of them.
+    fn end_of_line<R: Rng>(
+        &self,
+        at: &[f64; 6],
+        approach: bool,
+        moved: &[(usize, usize)],
+        rng: &mut R,
+        position: &mut impl FnMut(&mut R, usize) -> f64,
+    ) -> [f64; 6] {
+        let mut end = *at;
+        if approach {
+            let plunging: Vec<(usize, usize)> = moved.iter().copied().filter(|(_, slot)| *slot < 3).collect();
+            let (axis, slot) = plunging[rng.random_range(0..plunging.len())];
+            let towards = (position(rng, axis) - at[slot]).signum();
+            let (lowest, highest) = self.travel[axis];
+            end[slot] = (end[slot] + towards * rng.random_range(APPROACH_MM)).clamp(lowest, highest);
+        } else if rng.random_bool(SINGLE) {
+            let (axis, slot) = moved[rng.random_range(0..moved.len())];
+            end[slot] = position(rng, axis);
+        } else {
+            moved.iter().for_each(|&(axis, slot)| end[slot] = position(rng, axis));
+        }
+        end
+    }
+
+    /// The motion of all axes along `path`; those that lines do not know stay at home.
+    fn planned(&self, path: &ToolPath, moved: &[(usize, usize)]) -> Result<Trajectory, DatasetError> {
         let settings = PlanSettings {
             period_s: self.period_s,
             corner_tolerance_mm: CORNER_TOLERANCE_MM,
@@ -103,14 +126,14 @@ impl Lines<'_> {
             ..PlanSettings::default()
         };
         let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(self.axes.to_vec()));
-        let planned = plan(&path, &kinematics, &limits, &settings)?.desired.trajectory().clone();
+        let planned = plan(path, &kinematics, &self.axis_limits_only(moved), &settings)?.desired.trajectory().clone();
         let mut columns = planned.columns().to_vec();
         for (axis, column) in columns.iter_mut().enumerate() {
             if !moved.iter().any(|(known, _)| *known == axis) {
                 column.fill(self.home[axis]);
             }
         }
-        Ok(Some(planned.with_columns(columns)?))
+        Ok(planned.with_columns(columns)?)
     }
 
     /// The limits with those of the path out of the way.

@@ -11,15 +11,42 @@ const SMALLEST: (f64, f64) = (5e-3, 5e-5);
 /// A command's speed may change in one sample by this share of its largest.
 const SPEED_SHARE: f64 = 0.4;
 
-pub(super) fn check(axis: &Signals, lost: &[bool], purpose: Purpose, report: &mut Report) {
-    let smallest = axis.of_kind(SMALLEST.0, SMALLEST.1);
-    let lost_at = |k: usize| lost.get(k).copied().unwrap_or(false);
-    let commanded = isolated(&axis.reference_steps, smallest);
-    let moved = isolated(&axis.actual_steps, smallest);
-    let deviated = isolated(&steps(&axis.error), smallest);
-    let speed_changes =
-        isolated(&steps(&axis.reference_steps), SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
+/// Samples that stand out of an axis's signals.
+struct Jumps {
+    /// Steps of the command, and those of them at which the actual position steps as well.
+    alone: Vec<usize>,
+    together: Vec<usize>,
+    /// Changes of the command's speed.
+    speed_changes: Vec<usize>,
+    /// Steps of the tracking error that the command does not explain.
+    resets: Vec<usize>,
+    /// Single samples, and how far they stand out.
+    spikes: Vec<(usize, f64)>,
+}
 
+impl Jumps {
+    /// Those of an axis, apart from rows that are known to be `lost`.
+    fn find(axis: &Signals, lost: &[bool]) -> Self {
+        let smallest = axis.of_kind(SMALLEST.0, SMALLEST.1);
+        let lost_at = |k: usize| lost.get(k).copied().unwrap_or(false);
+        let commanded = isolated(&axis.reference_steps, smallest);
+        let moved = isolated(&axis.actual_steps, smallest);
+        let deviated = isolated(&steps(&axis.error), smallest);
+        let speed_changes =
+            isolated(&steps(&axis.reference_steps), SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
+        // After a jump of the command or of its speed the tracking error has a kink of its own.
+        let explained = |k: usize| {
+            let near = |other: &usize| other.abs_diff(k) <= 3;
+            commanded.iter().any(near) || speed_changes.iter().any(near)
+        };
+        let resets = deviated.iter().copied().filter(|&k| !explained(k) && !lost_at(k) && !lost_at(k + 1)).collect();
+        let spikes = spikes(&axis.error, smallest).into_iter().filter(|(k, _)| !explained(*k) && !lost_at(*k)).collect();
+        let (together, alone) = commanded.iter().partition(|k| moved.contains(k));
+        Self { alone, together, speed_changes, resets, spikes }
+    }
+}
+
+pub(super) fn check(axis: &Signals, lost: &[bool], purpose: Purpose, report: &mut Report) {
     let mut push = |severity, check, found: Vec<(usize, f64)>, what: &str| {
         let Some(&(first, _)) = found.first() else {
             return;
@@ -33,46 +60,39 @@ pub(super) fn check(axis: &Signals, lost: &[bool], purpose: Purpose, report: &mu
                 .at_sample(first, axis.period_s),
         );
     };
-    // A step from sample k to k + 1 is told at k + 1.
+    // A step from sample k to k + 1 is reported at k + 1.
     let arrive = |steps: &[f64], found: Vec<usize>| found.into_iter().map(|k| (k + 1, steps[k])).collect();
-    let (together, alone) = commanded.iter().partition(|k| moved.contains(k));
+    let jumps = Jumps::find(axis, lost);
     push(
         purpose.grave(),
         Check::Jumps,
-        arrive(&axis.reference_steps, together),
+        arrive(&axis.reference_steps, jumps.together),
         "command and actual position jump together: rows are lost there; cut the file at these rows into separate runs",
     );
     push(
         Severity::Warn,
         Check::Command,
-        arrive(&axis.reference_steps, alone),
+        arrive(&axis.reference_steps, jumps.alone),
         "the command jumps from one sample to the next: infinite speed, which no axis follows; leave these runs out or smooth the program",
     );
-    // After a jump of the command or of its speed the tracking error has a kink of its own.
-    let explained = |k: usize| {
-        let near = |other: &usize| other.abs_diff(k) <= 3;
-        commanded.iter().any(near) || speed_changes.iter().any(near)
-    };
-    let resets = deviated.iter().copied().filter(|&k| !explained(k) && !lost_at(k) && !lost_at(k + 1)).collect();
     push(
         purpose.grave(),
         Check::Jumps,
-        arrive(&axis.actual_steps, resets),
+        arrive(&axis.actual_steps, jumps.resets),
         "the actual position steps while the command goes on smoothly: a counter was reset or counts were lost; cut the file at these \
          rows into separate runs",
     );
-    let spikes = spikes(&axis.error, smallest).into_iter().filter(|(k, _)| !explained(*k) && !lost_at(*k)).collect();
     push(
         Severity::Warn,
         Check::Jumps,
-        spikes,
+        jumps.spikes,
         "single samples of the actual position stand out of their neighbours: transmission faults; mend or leave out these rows",
     );
     let speeds: Vec<f64> = steps(&axis.reference_steps).iter().map(|step| step / axis.period_s).collect();
     push(
         Severity::Warn,
         Check::Command,
-        arrive(&speeds, speed_changes.clone()),
+        arrive(&speeds, jumps.speed_changes),
         "the command's speed (per s) jumps within one sample: infinite acceleration; what follows is not learned well",
     );
 }

@@ -18,89 +18,85 @@ const SCALE_SHARE: f64 = 0.05;
 /// A mean offset larger than this many times the spread of the tracking error, and than 1 mm or 10 mrad, is one of zero points.
 const OFFSET_SPREADS: f64 = 5.0;
 
+/// A finding, the column that it is about, and what is wrong there.
+type Fault = (Severity, String, String);
+
 pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
-    let mut push = |severity, column: String, message: String| {
-        report.push(Finding::new(severity, Check::Units, message).in_column(column));
+    let faults = match different_travel(axis) {
+        Some(fault) => vec![fault],
+        None => implausible_size(axis, purpose).into_iter().chain(different_zeros(axis, purpose)).collect(),
     };
-    let (correlation, scale) = correlation(axis.reference, axis.actual);
-    if correlation > 0.9 && (scale - 1.0).abs() > SCALE_SHARE {
-        push(
-            Severity::Refuse,
-            axis.actual_name(),
-            format!(
-                "the actual position travels {scale:.6} times as far as the command{}; state the units in the column mapping",
-                known_factor(scale)
-            ),
-        );
-        return;
+    for (severity, column, message) in faults {
+        report.push(Finding::new(severity, Check::Units, message).in_column(column));
     }
+}
+
+/// Actual and command position in different units.
+fn different_travel(axis: &Signals) -> Option<Fault> {
+    let (correlation, scale) = correlation(axis.reference, axis.actual);
+    (correlation > 0.9 && (scale - 1.0).abs() > SCALE_SHARE).then(|| {
+        let message = format!(
+            "the actual position travels {scale:.6} times as far as the command{}; state the units in the column mapping",
+            known_factor(scale)
+        );
+        (Severity::Refuse, axis.actual_name(), message)
+    })
+}
+
+/// Positions or speeds of a size that tells of another unit.
+fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let travel = range(axis.reference).max(largest(axis.reference));
     let speed = largest(&axis.reference_steps) / axis.period_s;
     let (guess, named) = if axis.unit() == "mm" { ("µm", "um") } else { ("degrees", "deg") };
-    if travel > axis.of_kind(TRAVEL.0, TRAVEL.1) {
-        push(
-            Severity::Warn,
-            axis.reference_name(),
-            format!(
-                "positions reach {travel:.1} {}; if they are {guess}, say so in the column mapping, as `{}_ref=column:{named}`",
-                axis.unit(),
-                axis.axis
-            ),
-        );
+    let message = if travel > axis.of_kind(TRAVEL.0, TRAVEL.1) {
+        format!(
+            "positions reach {travel:.1} {}; if they are {guess}, say so in the column mapping, as `{}_ref=column:{named}`",
+            axis.unit(),
+            axis.axis
+        )
     } else if speed > axis.of_kind(SPEED.0, SPEED.1) {
-        push(
-            Severity::Warn,
-            axis.reference_name(),
-            format!(
-                "the command reaches {speed:.0} {}/s; check the units of positions and time, or look for a jump",
-                axis.unit()
-            ),
-        );
+        format!("the command reaches {speed:.0} {}/s; check the units of positions and time, or look for a jump", axis.unit())
     } else if axis.unit() == "mm"
         && travel < TRAVEL_OF_METRES
         && speed < TRAVEL_OF_METRES
         && rms(&axis.error) < 1e-3
         && rms(&axis.error) > 0.0
     {
-        push(
-            Severity::Warn,
-            axis.reference_name(),
-            format!(
-                "positions reach {travel:.4} mm and the tracking error {:.2e} mm RMS; if they are m, say so in the column mapping, as \
-                 `{}_ref=column:m`",
-                rms(&axis.error),
-                axis.axis
-            ),
-        );
+        format!(
+            "positions reach {travel:.4} mm and the tracking error {:.2e} mm RMS; if they are m, say so in the column mapping, as \
+             `{}_ref=column:m`",
+            rms(&axis.error),
+            axis.axis
+        )
     } else if axis.unit() == "mm"
         && range(axis.reference) < TRAVEL_OF_INCHES
         && speed < SPEED_OF_INCHES
         && purpose == Purpose::Training
     {
-        push(
-            Severity::Warn,
-            axis.reference_name(),
-            format!(
-                "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
-                 as `{}_ref=column:in`; if not, record longer and faster motion",
-                range(axis.reference),
-                axis.axis
-            ),
-        );
-    }
+        format!(
+            "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
+             as `{}_ref=column:in`; if not, record longer and faster motion",
+            range(axis.reference),
+            axis.axis
+        )
+    } else {
+        return None;
+    };
+    Some((Severity::Warn, axis.reference_name(), message))
+}
+
+/// Positions that are counted from different zeros.
+fn different_zeros(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
     let spread = rms(&axis.error.iter().map(|error| error - mean).collect::<Vec<_>>());
-    if mean.abs() > OFFSET_SPREADS * spread && mean.abs() > axis.of_kind(1.0, 0.01) {
-        push(
-            purpose.grave(),
-            axis.actual_name(),
-            format!(
-                "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset \
-                 from the column",
-                axis.unit()
-            ),
+    (mean.abs() > OFFSET_SPREADS * spread && mean.abs() > axis.of_kind(1.0, 0.01)).then(|| {
+        let message = format!(
+            "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset \
+             from the column",
+            axis.unit()
         );
-    }
+        (purpose.grave(), axis.actual_name(), message)
+    })
 }
 
 fn known_factor(scale: f64) -> &'static str {
