@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+use crate::hex::hex;
 use crate::{Array, ArrayData, AxisPredictor, Band, Coverage, LearnedMachine, ModelError, SavedPredictor, load_predictor};
 
 /// Format of the bundles that this build writes and reads.
@@ -253,8 +254,4 @@ fn arrays(weights: &[u8], manifest: &Manifest) -> Result<Vec<SavedPredictor>, Mo
 
 fn malformed(part: &str, error: &dyn std::fmt::Display) -> ModelError {
     ModelError::Malformed { part: part.into(), why: error.to_string() }
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

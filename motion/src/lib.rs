@@ -14,6 +14,7 @@ mod limits;
 mod path;
 pub mod planner;
 mod pose;
+mod quantile;
 mod share;
 mod trajectory;
 
@@ -29,5 +30,6 @@ pub use planner::{
     MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve, plan_curve_on,
 };
 pub use pose::{Pose, Vec3, Vec6};
+pub use quantile::quantile;
 pub use share::SHARE;
 pub use trajectory::Trajectory;

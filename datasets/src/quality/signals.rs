@@ -92,11 +92,7 @@ pub(super) fn rms(values: &[f64]) -> f64 {
 /// The `share` quantile of the magnitudes, 0 for none.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
-    if magnitudes.is_empty() {
-        return 0.0;
-    }
-    let index = ((magnitudes.len() - 1) as f64 * share).round() as usize;
-    *magnitudes.select_nth_unstable_by(index, f64::total_cmp).1
+    motion::quantile(&mut magnitudes, share).unwrap_or(0.0)
 }
 
 /// Correlation about the means, and the slope of `b` on `a`; 0 where one of them is constant.

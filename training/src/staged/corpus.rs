@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use models::staged::{FeatureSet, Pass, Signals};
+use motion::quantile;
 use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut};
 
 use super::gram::{FoldGrams, Gram};
@@ -292,15 +293,6 @@ impl<'a> Corpus<'a> {
         let cells: Vec<Vec<Gram>> = cells.into_iter().map(|(_, grams)| grams).collect();
         FoldGrams::new(&cells, columns)
     }
-}
-
-/// The value below which the share `q` of `values` lies.
-pub fn quantile(values: &mut [f64], q: f64) -> Option<f64> {
-    let rank = ((values.len() as f64 - 1.0) * q).round().max(0.0) as usize;
-    if values.is_empty() {
-        return None;
-    }
-    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
 /// Shortest rest from which the start of a run is known, s.
