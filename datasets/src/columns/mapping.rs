@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::map::{AxisColumns, ColumnMap, Source};
 use super::recognise::{axis, time_column, unit_of_name, unused};
-use super::{AxisColumns, ColumnMap, Quantity, Source, Unit};
+use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
 /// A column named on the right of an entry.
@@ -15,7 +16,20 @@ struct Named {
 /// Name of an axis with the columns of its reference and its actual position, as far as they are given.
 type Sides = (String, Option<Named>, Option<Named>);
 
-pub(super) fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
+impl ColumnMap {
+    /// The map that a text like `t=time_s,x_ref=x_cmd_mm,x_act=raw*0.001,y_ref=#4:um,y_act=#5:um` says.
+    ///
+    /// On the right: a column's name or `#` and its number, then `*factor` or `:unit` where the unit in the column's name, else s, mm
+    /// or rad, is not meant. Without `t` a time column is looked for by its name.
+    ///
+    /// # Errors
+    /// When the text cannot be read, or names what the table has not.
+    pub fn parse(text: &str, path: &Path, table: &Table) -> Result<Self, DatasetError> {
+        parse(text, path, table)
+    }
+}
+
+fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let (time, sides) = entries(text, table)?;
     let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
     let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;

@@ -1,6 +1,6 @@
 //! The words of a column name.
 
-use super::Unit;
+use super::unit::Unit;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,11 +4,22 @@ use std::path::Path;
 
 use motion::{Axis, AxisKind};
 
+use super::map::{AxisColumns, ColumnMap, Source};
 use super::names::{Meaning, Role, understand};
-use super::{AxisColumns, ColumnMap, Quantity, Source, Unit};
+use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
-pub(super) fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
+impl ColumnMap {
+    /// The map that a table's column names speak for; names are understood only when every word in them is.
+    ///
+    /// # Errors
+    /// When no axis has both columns, two columns claim the same place, or units contradict each other.
+    pub fn recognise(path: &Path, table: &Table) -> Result<Self, DatasetError> {
+        recognise(path, table)
+    }
+}
+
+fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
     let meanings = meanings(table);
     let time = time(&meanings).map_err(fail)?;

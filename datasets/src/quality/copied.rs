@@ -1,6 +1,6 @@
 //! Command recorded in place of the actual position.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use super::signals::Signals;
 use crate::{Check, Finding, Report, Severity};
 

@@ -1,6 +1,6 @@
 //! Digits: rounding of the positions, found as a grid on which all values lie.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use super::signals::{Signals, rms};
 use crate::{Check, Finding, Report, Severity};
 

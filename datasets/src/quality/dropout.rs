@@ -1,7 +1,7 @@
 //! Rows in which the actual position was not measured: zeros, or the last value again and again.
 
-use super::Purpose;
 use super::copied::stretches;
+use super::purpose::Purpose;
 use super::signals::{Signals, largest, quantile};
 use crate::{Check, Finding, Report};
 

@@ -1,6 +1,6 @@
 //! Steps that no motion makes: counter resets, lost rows, spikes, and commands that jump.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use super::signals::{Signals, quantile, steps};
 use crate::{Check, Finding, Report, Severity};
 

@@ -6,37 +6,20 @@ mod dropout;
 mod jumps;
 mod motion_checks;
 mod pairing;
+mod purpose;
 mod rate;
 mod runs;
 mod signals;
 mod units;
 
 pub(crate) use digits::{significant_digits, step_of};
+pub use purpose::Purpose;
 pub use rate::SLOWEST_HZ;
 pub use runs::assess_runs;
 pub(crate) use signals::rest_speed;
 
-use crate::{Log, Report, Severity};
+use crate::{Log, Report};
 use signals::Signals;
-
-/// What a log is wanted for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
-    /// To learn a machine from.
-    Training,
-    /// To measure tracking and contour error of the run.
-    Measuring,
-}
-
-impl Purpose {
-    /// `Refuse` for training, for measuring only `Warn`.
-    fn grave(self) -> Severity {
-        match self {
-            Self::Training => Severity::Refuse,
-            Self::Measuring => Severity::Warn,
-        }
-    }
-}
 
 /// All checks of one run. For training, ask [`assess_runs`] about all runs together: it also sees what no run of them shows.
 #[must_use]

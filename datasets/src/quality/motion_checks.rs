@@ -1,6 +1,6 @@
 //! Axes that never move, and axes that never move back.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use super::signals::{Signals, range};
 use crate::{Check, Finding, Report, Severity};
 

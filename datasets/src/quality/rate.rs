@@ -1,6 +1,6 @@
 //! Sampling rate and length.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Slowest sampling rate from which a machine can be learned, Hz: below it reversals and starts fall between samples.

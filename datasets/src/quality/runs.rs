@@ -1,8 +1,9 @@
 //! What only all runs together show.
 
+use super::assess;
 use super::motion_checks::reversals;
+use super::purpose::Purpose;
 use super::signals::Signals;
-use super::{Purpose, assess};
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Less motion than this in all runs together costs accuracy, s: 7.5 / 15 / 30 s gave 0.43 / 0.33 / 0.26 µm.

@@ -1,6 +1,6 @@
 //! Units and scales that look wrong.
 
-use super::Purpose;
+use super::purpose::Purpose;
 use super::signals::{Signals, correlation, largest, range, rms};
 use crate::{Check, Finding, Report, Severity};
 
