@@ -4,6 +4,8 @@
 //! columns, a [`ColumnMap`] says which column is which axis in which unit, and [`read_log`] makes a [`Log`] at a uniform rate of both.
 //! Nothing wrong with a log stays silent: every check adds a [`Finding`] to a [`Report`].
 
+#![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods)]
+
 mod atomic;
 pub mod columns;
 mod error;
@@ -31,7 +33,7 @@ pub use join::joined;
 pub use log::Log;
 pub use options::ReadOptions;
 pub use quality::{Purpose, assess, assess_runs, moving_axes};
-pub use read::read_log;
+pub use read::{log_from_bytes, read_log};
 pub use reference::{read_reference, reference_content, write_reference};
 pub use report::{Check, Finding, Place, Report, Severity};
 pub use side_file::side_file;

@@ -5,7 +5,7 @@ use std::path::Path;
 use motion::{Axis, Trajectory};
 
 use crate::columns::implied_period_s;
-use crate::formats::read_table;
+use crate::formats::{read_table, table_of};
 use crate::options::ReadOptions;
 use crate::quality::{significant_digits, step_of};
 use crate::side_file::read_side_file;
@@ -37,9 +37,23 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), Dat
         let message = format!("what columns and period are is taken from {}", beside.display());
         report.push(Finding::new(Severity::Note, Check::Mended, message));
     }
+    log_of(path, &table, &options, report)
+}
+
+/// As [`read_log`], of bytes that are at hand; errors and the run go by `name`.
+///
+/// # Errors
+/// As [`read_log`].
+pub fn log_from_bytes(name: &Path, bytes: Vec<u8>, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
+    let table = table_of(name, bytes)?;
+    let report = Report { findings: table.findings.clone() };
+    log_of(name, &table, options, report)
+}
+
+fn log_of(path: &Path, table: &Table, options: &ReadOptions, mut report: Report) -> Result<(Log, Report), DatasetError> {
     let map = match &options.columns {
-        Some(text) => ColumnMap::parse(text, path, &table)?,
-        None => ColumnMap::recognise(path, &table)?,
+        Some(text) => ColumnMap::parse(text, path, table)?,
+        None => ColumnMap::recognise(path, table)?,
     };
     if !map.unused.is_empty() {
         report.push(Finding::new(Severity::Note, Check::Mended, format!("columns not used: {}", map.unused.join(", "))));
@@ -51,7 +65,7 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), Dat
     for axis in &map.axes {
         sources.push((axis.axis.clone(), axis.actual));
     }
-    let ((period_s, start_s), mut columns, findings) = uniform_columns(path, &table, map.time, &sources, options.period_s)?;
+    let ((period_s, start_s), mut columns, findings) = uniform_columns(path, table, map.time, &sources, options.period_s)?;
     report.findings.extend(findings);
     let actual = columns.split_off(map.axes.len());
     let axes: Vec<Axis> = map.axes.into_iter().map(|columns| columns.axis).collect();

@@ -1,5 +1,7 @@
 //! Predictors of an axis's tracking error, and the model bundle that carries them.
 
+#![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods)]
+
 mod band;
 mod bundle;
 mod coverage;

@@ -1,5 +1,7 @@
 //! Fitting predictors to logs.
 
+#![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods)]
+
 mod error;
 pub mod network;
 mod recipe;

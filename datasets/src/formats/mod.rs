@@ -54,7 +54,14 @@ pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTr
 /// # Errors
 /// When the file cannot be read, no format recognises it, or it breaks its format's rules.
 pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
-    let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
+    table_of(path, std::fs::read(path).map_err(|source| DatasetError::io(path, source))?)
+}
+
+/// As [`read_table`], of bytes that are at hand; errors name `path`.
+///
+/// # Errors
+/// When no format recognises the bytes, or they break its rules.
+pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
     if bytes.is_empty() {
         return Err(DatasetError::format(path, "the file is empty"));
     }

@@ -11,5 +11,5 @@ pub(super) fn data_hash(logs: &[Log]) -> String {
             hash.update(value.to_le_bytes());
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    models::hex(&hash.finalize())
 }
