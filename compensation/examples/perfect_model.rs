@@ -3,7 +3,9 @@
 //! `cargo run --release -p precomp-compensation --example perfect_model -- 1 12`
 
 use compensation::laws::{ContourOptimal, Gain, SpatialIlc};
-use compensation::{Descent, Guard, ImpulseResponse, Ladder, LowPass, StopRule, descend, learn, spatial_ladder};
+use compensation::{
+    CorrectionLimits, CutOffCandidates, Descent, ImpulseResponse, LowPass, StopRule, descend, learn, spatial_candidates,
+};
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use motion::contour::{ContourEstimator, ContourSummary, Exact, ExactOnCurve, summary};
 use motion::curves::library;
@@ -56,16 +58,16 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
     let memory_s = 0.4_f64.min(0.25 * path.duration_s());
     let responses = ImpulseResponse::probe_model(&mut model, path, memory_s)?;
     let lag_s: f64 = responses.iter().map(|r| r.delay_samples() * path.period_s()).fold(0.0, f64::max);
-    let guard = Guard { limits: Some(spec.limits()), settle_s: lag_s.max(0.012), ..Guard::default() };
+    let guard = CorrectionLimits { limits: Some(spec.limits()), settle_s: lag_s.max(0.012), ..CorrectionLimits::default() };
     let mut law = ContourOptimal::new(responses, 0.03)?;
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
         figures(desired, actual).map_or(f64::INFINITY, |f| f.rms_mm + 0.1 * f.max_mm)
     };
-    let ladder = spatial_ladder(
+    let ladder = spatial_candidates(
         &mut model,
         desired,
         &guard,
-        &Ladder { turn_s: Some(lag_s.clamp(0.01, 0.1)), updates: 4, cut_offs: 5 },
+        &CutOffCandidates { turn_s: Some(lag_s.clamp(0.01, 0.1)), updates: 4, cut_offs: 5 },
         &mut measure,
     )?;
     let first = ladder[0].clone();
@@ -87,8 +89,9 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
     let mut ilc = (f64::INFINITY, f64::INFINITY, String::new());
     for hz in [6.0, 10.0, 16.0, 25.0, 40.0, 64.0, 100.0] {
         let mut law = SpatialIlc::new(Gain::Constant(0.8), LowPass::new(hz, path.period_s())?)?;
-        let learned = learn(&mut real()?, &mut law, desired, None, &Guard::default(), &StopRule::after(7), &mut |_, _| 0.0)?;
-        let last = figures(desired, &learned.rounds[7].actual)?;
+        let learned =
+            learn(&mut real()?, &mut law, desired, None, &CorrectionLimits::default(), &StopRule::after(7), &mut |_, _| 0.0)?;
+        let last = figures(desired, &learned.iterations[7].actual)?;
         if last.rms_mm < ilc.0 {
             ilc = (last.rms_mm, ilc.1.min(last.max_mm), format!("{hz} Hz"));
         }

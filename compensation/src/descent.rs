@@ -6,7 +6,7 @@ use motion::{DesiredPath, Trajectory};
 
 use crate::laws::{ContourOptimal, Gain, SpatialIlc};
 use crate::learn::learn_from;
-use crate::{CompensationError, CompensationLaw, Guard, LowPass, Round, StopRule};
+use crate::{CompensationError, CompensationLaw, CorrectionLimits, Iteration, LowPass, StopRule};
 
 /// Why a descent ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,15 +65,15 @@ pub fn descend(
     machine: &mut dyn Machine,
     law: &mut ContourOptimal,
     desired: &DesiredPath,
-    start: Round,
-    guard: &Guard,
+    start: Iteration,
+    guard: &CorrectionLimits,
     settings: &Descent,
     measure: &mut dyn FnMut(&DesiredPath, &Trajectory) -> f64,
-) -> Result<(Vec<Round>, Ended), CompensationError> {
-    let mut run = |reference: Trajectory| -> Result<Round, CompensationError> {
+) -> Result<(Vec<Iteration>, Ended), CompensationError> {
+    let mut run = |reference: Trajectory| -> Result<Iteration, CompensationError> {
         let actual = machine.run(&reference)?;
         let measure = measure(desired, &actual);
-        Ok(Round { reference, actual, measure })
+        Ok(Iteration { reference, actual, measure })
     };
     let mut rounds = vec![start];
     let (mut best, mut damping, mut failures) = (0, settings.damping[0], 0);
@@ -112,12 +112,12 @@ const IN_DOUBT: f64 = 0.02;
 /// mean squares `o` and `n` of the contour error before and after. `None` where next to all of the step stays.
 fn kept_where_better(
     desired: &DesiredPath,
-    best: &Round,
-    next: &Round,
+    best: &Iteration,
+    next: &Iteration,
     reach: usize,
 ) -> Result<Option<Trajectory>, CompensationError> {
     let path = desired.tips();
-    let local = |round: &Round| -> Result<Vec<f64>, CompensationError> {
+    let local = |round: &Iteration| -> Result<Vec<f64>, CompensationError> {
         let errors = Exact::default().estimate(&desired.tips_of(&round.actual)?, &path)?;
         Ok(around(&errors.iter().map(|error| error.magnitude_mm.powi(2)).collect::<Vec<f64>>(), reach))
     };
@@ -151,7 +151,7 @@ fn around(values: &[f64], reach: usize) -> Vec<f64> {
 
 /// Settings of the spatial law's ladder.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ladder {
+pub struct CutOffCandidates {
     /// Time in which a turn hands over to the tracking error, s; `None` where a control plans the time anew.
     pub turn_s: Option<f64>,
     /// Most updates with one cut-off.
@@ -171,16 +171,16 @@ const NEXT_CUT_OFF: f64 = 0.4;
 ///
 /// # Errors
 /// When the machine refuses a reference, or a moved pose cannot be reached.
-pub fn spatial_ladder(
+pub fn spatial_candidates(
     machine: &mut dyn Machine,
     desired: &DesiredPath,
-    guard: &Guard,
-    settings: &Ladder,
+    guard: &CorrectionLimits,
+    settings: &CutOffCandidates,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
-) -> Result<Vec<Round>, CompensationError> {
+) -> Result<Vec<Iteration>, CompensationError> {
     let period_s = desired.trajectory().period_s();
     let mut cut_off_hz = FIRST_CUT_OFF * 0.5 / period_s;
-    let mut rounds: Vec<Round> = Vec::new();
+    let mut rounds: Vec<Iteration> = Vec::new();
     let mut best = f64::INFINITY;
     for _ in 0..settings.cut_offs {
         let law = SpatialIlc::new(Gain::Constant(SPATIAL_GAIN), LowPass::new(cut_off_hz, period_s)?)?;
@@ -189,7 +189,7 @@ pub fn spatial_ladder(
         let stop = StopRule::while_better(settings.updates, WORTH);
         // The uncompensated run is the same for every cut-off.
         let first = rounds.first().cloned();
-        let learned = learn_from(machine, &mut law, desired, first, None, guard, &stop, measure)?.rounds;
+        let learned = learn_from(machine, &mut law, desired, first, None, guard, &stop, measure)?.iterations;
         let uncompensated = learned[0].measure;
         let reached = learned.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
         let skip = usize::from(!rounds.is_empty());
@@ -255,9 +255,9 @@ mod tests {
     #[test]
     fn a_slow_servo_is_learned_and_no_step_is_kept_that_is_worse() {
         let path = circles();
-        let (guard, mut machine) = (Guard { settle_s: 0.05, ..Guard::default() }, Slow);
-        let ladder = Ladder { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
-        let rounds = spatial_ladder(&mut machine, &path, &guard, &ladder, &mut off).unwrap();
+        let (guard, mut machine) = (CorrectionLimits { settle_s: 0.05, ..CorrectionLimits::default() }, Slow);
+        let ladder = CutOffCandidates { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
+        let rounds = spatial_candidates(&mut machine, &path, &guard, &ladder, &mut off).unwrap();
         let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap().clone();
         assert!(best.measure < 0.1 * rounds[0].measure, "{} of {}", best.measure, rounds[0].measure);
         let responses = ImpulseResponse::probe_model(&mut machine, path.trajectory(), 0.4).unwrap();
@@ -302,12 +302,12 @@ mod tests {
         let mut beyond = |_: &DesiredPath, actual: &Trajectory| actual.columns()[0].iter().map(|x| x - 4.0).fold(0.0, f64::max);
         let reference = path.trajectory().clone();
         let actual = Springy.run(&reference).unwrap();
-        let start = Round { measure: beyond(&path, &actual), reference, actual };
+        let start = Iteration { measure: beyond(&path, &actual), reference, actual };
         let before = start.measure;
         assert!(before > 0.05, "{before}");
         let mut law =
             ContourOptimal::new(ImpulseResponse::probe_model(&mut Springy, path.trajectory(), 0.4).unwrap(), 0.03).unwrap();
-        let guard = Guard { max_shift: 1.0, settle_s: 0.2, ..Guard::default() };
+        let guard = CorrectionLimits { max_shift: 1.0, settle_s: 0.2, ..CorrectionLimits::default() };
         let (rounds, _) = descend(&mut Springy, &mut law, &path, start, &guard, &Descent::default(), &mut beyond).unwrap();
         let reached = rounds.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
         assert!(reached < 0.2 * before, "{reached} of {before}");
@@ -326,7 +326,7 @@ mod tests {
             let actual = path.trajectory().with_columns(vec![column(0), column(1), column(2)]).unwrap();
             let shifted = path.trajectory().columns().iter().map(|column| column.iter().map(|x| x + reference_mm).collect());
             let reference = path.trajectory().with_columns(shifted.collect()).unwrap();
-            Round { reference, actual, measure: 0.0 }
+            Iteration { reference, actual, measure: 0.0 }
         };
         let (best, next) = (round(0..half, 0.0), round(half..samples, 0.1));
         let kept = kept_where_better(&path, &best, &next, 10).unwrap().unwrap();
@@ -343,10 +343,11 @@ mod tests {
     #[test]
     fn a_descent_ends_at_the_floor_and_says_so() {
         let path = circles();
-        let start = Round { reference: path.trajectory().clone(), actual: path.trajectory().clone(), measure: 1e-5 };
+        let start = Iteration { reference: path.trajectory().clone(), actual: path.trajectory().clone(), measure: 1e-5 };
         let mut law = ContourOptimal::new(vec![ImpulseResponse::new(vec![1.0]).unwrap(); 3], 0.03).unwrap();
         let settings = Descent { floor: 1e-4, ..Descent::default() };
-        let (rounds, ended) = descend(&mut Slow, &mut law, &path, start, &Guard::default(), &settings, &mut off).unwrap();
+        let (rounds, ended) =
+            descend(&mut Slow, &mut law, &path, start, &CorrectionLimits::default(), &settings, &mut off).unwrap();
         assert_eq!((rounds.len(), ended), (1, Ended::AtFloor));
         assert!(law.damp(0.0).is_err());
     }

@@ -72,7 +72,7 @@ pub fn pose_errors(
     let contour = estimator.estimate(&desired.tips(), &tips)?;
     let still = |error: &ContourError| Shift { tip: error.vector, tool: Vec3::zeros() };
     let mut shifts: Vec<Shift> = contour.iter().map(still).collect();
-    if desired.kinematics().turns() {
+    if desired.kinematics().has_rotary_axes() {
         for (shift, error) in shifts.iter_mut().zip(orientation_errors(&contour, desired.poses(), &actual)) {
             shift.tool = error.vector;
         }

@@ -3,7 +3,7 @@
 use machine::Machine;
 use motion::{DesiredPath, Trajectory};
 
-use crate::{CompensationError, CompensationLaw, Guard};
+use crate::{CompensationError, CompensationLaw, CorrectionLimits};
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +32,7 @@ impl StopRule {
 
 /// One run of the loop.
 #[derive(Debug, Clone)]
-pub struct Round {
+pub struct Iteration {
     /// What was commanded.
     pub reference: Trajectory,
     /// What the machine did.
@@ -45,14 +45,14 @@ pub struct Round {
 #[derive(Debug, Clone)]
 pub struct Learned {
     /// The runs in order; the first one is uncompensated unless the loop started from a given reference.
-    pub rounds: Vec<Round>,
+    pub iterations: Vec<Iteration>,
 }
 
 impl Learned {
     /// The last run.
     #[must_use]
-    pub fn last(&self) -> Option<&Round> {
-        self.rounds.last()
+    pub fn last(&self) -> Option<&Iteration> {
+        self.iterations.last()
     }
 }
 
@@ -67,7 +67,7 @@ pub fn learn(
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
     start: Option<Trajectory>,
-    guard: &Guard,
+    guard: &CorrectionLimits,
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
@@ -80,14 +80,14 @@ pub(crate) fn learn_from(
     machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
-    mut first: Option<Round>,
+    mut first: Option<Iteration>,
     start: Option<Trajectory>,
-    guard: &Guard,
+    guard: &CorrectionLimits,
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
     let mut reference = start.unwrap_or_else(|| desired.trajectory().clone());
-    let mut rounds: Vec<Round> = Vec::with_capacity(stop.updates + 1);
+    let mut rounds: Vec<Iteration> = Vec::with_capacity(stop.updates + 1);
     let mut best = 0;
     for update in 0..=stop.updates {
         let known = first.take();
@@ -106,7 +106,7 @@ pub(crate) fn learn_from(
             (update < stop.updates).then(|| law.update(desired, &reference, &actual))
         });
         let figure = figure.unwrap_or(f64::INFINITY);
-        rounds.push(Round { reference, actual, measure: figure });
+        rounds.push(Iteration { reference, actual, measure: figure });
         if figure < (1.0 - stop.worth) * rounds[best].measure {
             best = update;
         }
@@ -115,7 +115,7 @@ pub(crate) fn learn_from(
             _ => break,
         }
     }
-    Ok(Learned { rounds })
+    Ok(Learned { iterations: rounds })
 }
 
 #[cfg(test)]
@@ -145,8 +145,9 @@ mod tests {
             let mut figures = [5.0, 4.0, 6.0, 3.0, 7.0, 7.0, 2.0].into_iter();
             let mut law = TrackingIlc::new(Gain::Constant(0.5), None);
             let mut measure = |_: &DesiredPath, _: &Trajectory| figures.next().unwrap();
-            let learned = learn(&mut Obedient, &mut law, &desired, None, &Guard::default(), stop, &mut measure).unwrap();
-            learned.rounds.len()
+            let learned =
+                learn(&mut Obedient, &mut law, &desired, None, &CorrectionLimits::default(), stop, &mut measure).unwrap();
+            learned.iterations.len()
         };
         assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);
         assert_eq!(runs(&StopRule::while_better(6, 0.25)), 2);

@@ -5,19 +5,19 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods)]
 
+mod correction_limits;
 mod descent;
 mod error;
 mod filter;
-mod guard;
 mod law;
 pub mod laws;
 mod learn;
 mod response;
 
-pub use descent::{Descent, Ended, Ladder, descend, spatial_ladder};
+pub use correction_limits::CorrectionLimits;
+pub use descent::{CutOffCandidates, Descent, Ended, descend, spatial_candidates};
 pub use error::CompensationError;
 pub use filter::LowPass;
-pub use guard::Guard;
 pub use law::{CompensationLaw, PoseErrors, Shift, move_poses, pose_errors};
-pub use learn::{Learned, Round, StopRule, learn};
+pub use learn::{Iteration, Learned, StopRule, learn};
 pub use response::ImpulseResponse;

@@ -18,7 +18,7 @@ const REGIMES: usize = 2 + OCTAVES;
 /// runs that training never saw.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Band {
+pub struct PredictionInterval {
     /// Rest; just after a reversal or start; slow to fast.
     half_widths: [f64; REGIMES],
     /// Speed that the octaves count from, mm/s or rad/s.
@@ -28,7 +28,7 @@ pub struct Band {
     spread: Option<Spread>,
 }
 
-impl Band {
+impl PredictionInterval {
     /// The band of held-out `runs`: signals with the absolute errors of their prediction.
     #[must_use]
     pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64) -> Self {
@@ -116,7 +116,7 @@ mod tests {
     fn bands_hold_on_runs_they_were_not_fitted_to() {
         let (x, errors) = run(1);
         let signal = AxisSignal::uncompensated(&x, 0.002);
-        let band = Band::fit(&[(signal, errors)], 50.0);
+        let band = PredictionInterval::fit(&[(signal, errors)], 50.0);
         let (x, errors) = run(2);
         let signal = AxisSignal::uncompensated(&x, 0.002);
         let held = band.held(&signal, &errors);

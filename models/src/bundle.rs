@@ -14,7 +14,10 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::hex::hex;
-use crate::{Array, ArrayData, AxisPredictor, Band, Coverage, LearnedMachine, ModelError, SavedPredictor, load_predictor};
+use crate::{
+    Array, ArrayData, AxisPredictor, LearnedMachine, ModelError, OperatingRange, PredictionInterval, SavedPredictor,
+    load_predictor,
+};
 
 /// Format of the bundles that this build writes and reads.
 pub const FORMAT: u32 = 1;
@@ -58,9 +61,9 @@ pub struct AxisManifest {
     /// Errors on held-out runs.
     pub held_out: HeldOut,
     /// What it was trained on.
-    pub coverage: Coverage,
+    pub coverage: OperatingRange,
     /// Error bars.
-    pub band: Band,
+    pub band: PredictionInterval,
 }
 
 /// Everything that a bundle says of itself.
@@ -122,9 +125,9 @@ impl Bundle {
             .collect()
     }
 
-    /// Coverage of every axis.
+    /// OperatingRange of every axis.
     #[must_use]
-    pub fn coverage(&self) -> Vec<Coverage> {
+    pub fn coverage(&self) -> Vec<OperatingRange> {
         self.manifest.axes.iter().map(|axis| axis.coverage).collect()
     }
 

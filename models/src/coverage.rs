@@ -9,7 +9,7 @@ use crate::features::{EventKind, events, velocity};
 /// The motions of one axis that a model was trained on, in mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Coverage {
+pub struct OperatingRange {
     /// Smallest and largest reference position.
     pub position: (f64, f64),
     /// Largest speed.
@@ -52,8 +52,8 @@ impl std::fmt::Display for Outside {
     }
 }
 
-impl Coverage {
-    /// Coverage of the reference positions of some runs of one axis.
+impl OperatingRange {
+    /// OperatingRange of the reference positions of some runs of one axis.
     #[must_use]
     pub fn of<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> Self {
         let mut coverage = Self {
@@ -129,7 +129,7 @@ impl Coverage {
 
 /// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
 #[must_use]
-pub fn fade(coverage: &[Coverage], machine: &LearnedMachine, path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
+pub fn fade(coverage: &[OperatingRange], machine: &LearnedMachine, path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
     for (axis, ((coverage, predictor), column)) in coverage.iter().zip(machine.predictors()).zip(path.columns()).enumerate() {
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn inside_counts_fully_and_outside_fades_with_a_reason() {
         let trained = sine(10.0, 1.0);
-        let coverage = Coverage::of(std::iter::once(trained.as_slice()), 0.002);
+        let coverage = OperatingRange::of(std::iter::once(trained.as_slice()), 0.002);
         assert!(coverage.both_directions && coverage.reversals >= 3);
         let inside = coverage.weights(&sine(9.0, 1.0), 0.002, false);
         assert!(inside.iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));

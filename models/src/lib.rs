@@ -21,9 +21,9 @@ mod spread;
 pub mod stacked;
 pub mod staged;
 
-pub use band::Band;
+pub use band::PredictionInterval;
 pub use bundle::{AxisManifest, Bundle, FORMAT, HeldOut, Manifest};
-pub use coverage::{Coverage, Outside, fade};
+pub use coverage::{OperatingRange, Outside, fade};
 pub use error::ModelError;
 pub use features::{FeatureSet, FeatureSpec};
 pub use hex::hex;

@@ -5,8 +5,8 @@ use std::io::{Cursor, Read, Write};
 use models::narx::{Dense, PAST_ERRORS};
 use models::recurrent::{Head, Kind, LayerWeights, Recurrent};
 use models::{
-    AxisManifest, AxisPredictor, AxisSignal, Band, Bundle, Coverage, FORMAT, FeatureSet, FeatureSpec, HeldOut, Manifest,
-    ModelError, NarxPredictor, NetworkPredictor, Scaler,
+    AxisManifest, AxisPredictor, AxisSignal, Bundle, FORMAT, FeatureSet, FeatureSpec, HeldOut, Manifest, ModelError,
+    NarxPredictor, NetworkPredictor, OperatingRange, PredictionInterval, Scaler,
 };
 use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
@@ -57,8 +57,8 @@ fn manifest() -> Manifest {
         predictor: String::new(),
         settings: serde_json::Value::Null,
         held_out: HeldOut { rms: 1e-4, max: 1e-3, linear_rms: 3e-4, raw_rms: 0.05, band_held: 0.95, folds: 1, worst_window: 1.5 },
-        coverage: Coverage::of(std::iter::once(x.as_slice()), PERIOD_S),
-        band: Band::fit(&[(signal, numbers(1500, 3).into_iter().map(f64::from).collect())], 50.0),
+        coverage: OperatingRange::of(std::iter::once(x.as_slice()), PERIOD_S),
+        band: PredictionInterval::fit(&[(signal, numbers(1500, 3).into_iter().map(f64::from).collect())], 50.0),
     };
     Manifest {
         format: FORMAT,

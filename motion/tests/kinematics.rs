@@ -299,11 +299,11 @@ fn distance_to_the_pole_is_the_tilt() {
         let found = rotary.pole_distance_rad(&rotary.forward(&[1.0, 2.0, 3.0, tilt, 2.0]).tool).unwrap();
         assert!((found - distance).abs() < 1e-15, "{found} for {distance}");
     }
-    assert!(rotary.turns());
+    assert!(rotary.has_rotary_axes());
     let lone = machine(&machines()[8].1);
-    assert!(lone.turns() && lone.pole_distance_rad(&Vec3::z()).is_none());
+    assert!(lone.has_rotary_axes() && lone.pole_distance_rad(&Vec3::z()).is_none());
     let none = machine(&[]);
-    assert!(!none.turns() && none.pole_distance_rad(&Vec3::z()).is_none());
+    assert!(!none.has_rotary_axes() && none.pole_distance_rad(&Vec3::z()).is_none());
 }
 
 fn refusal(result: Result<Vec<f64>, MotionError>) -> String {

@@ -1,6 +1,6 @@
 //! Spatial ILC on a machine of one's own: anything that turns a commanded motion into an actual one.
 
-use compensation::{Guard, StopRule, laws::Gain, laws::SpatialIlc, learn};
+use compensation::{CorrectionLimits, StopRule, laws::Gain, laws::SpatialIlc, learn};
 use machine::{Machine, MachineError, MachineSpec};
 use motion::Trajectory;
 use pipeline::{Input, Setup};
@@ -31,9 +31,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let setup = Setup::new(&MachineSpec::builtin("ballscrew")?, None)?;
     let input = Input::curve("flower", 40.0, &setup)?;
     let mut law = SpatialIlc::new(Gain::Constant(0.8), None)?;
-    let (mut machine, guard, stop) = (Lagging { time_s: 0.005 }, Guard::default(), StopRule::after(6));
+    let (mut machine, guard, stop) = (Lagging { time_s: 0.005 }, CorrectionLimits::default(), StopRule::after(6));
     let learned = learn(&mut machine, &mut law, input.desired(), None, &guard, &stop, &mut |_, _| 0.0)?;
-    for (run, round) in learned.rounds.iter().enumerate() {
+    for (run, round) in learned.iterations.iter().enumerate() {
         println!("run {run}: {:.3} µm RMS", input.figures(&round.actual)?.tip.rms_mm * 1e3);
     }
     Ok(())

@@ -115,7 +115,7 @@ fn across(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> V
     let direction = |k: usize| (tip((k + 1).min(path.len() - 1)) - tip(k.saturating_sub(1))).try_normalize(1e-9);
     let of = |axis: &AxisError<'_>| {
         let effect = |k: usize| -> Vec3 {
-            if let Some(slot) = path.axes()[axis.axis].slot().filter(|_| !kinematics.turns()) {
+            if let Some(slot) = path.axes()[axis.axis].slot().filter(|_| !kinematics.has_rotary_axes()) {
                 return Vec3::from_fn(|row, _| f64::from(u8::from(row == slot)));
             }
             let mut joints: Vec<f64> = path.at(k).collect();

@@ -93,7 +93,7 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
     };
     // A log is in machine coordinates; where the workpiece turns its offset is not looked for.
-    let known = part.placement.known() || !plan.desired.kinematics().turns();
+    let known = part.placement.known() || !plan.desired.kinematics().has_rotary_axes();
     Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), ..part })
 }
 

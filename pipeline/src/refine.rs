@@ -1,7 +1,7 @@
 //! One iteration of learning on a real machine: the next reference from the last run.
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, LowPass};
+use compensation::{CompensationLaw, CorrectionLimits, LowPass};
 use datasets::Log;
 use motion::Trajectory;
 
@@ -35,7 +35,7 @@ pub struct RefineSettings {
     /// Largest correction of the tool tip, mm; that of [`shift_bound`] when `None`.
     pub max_shift: Option<f64>,
     /// Largest correction of the tool's direction, rad.
-    pub max_turn_rad: f64,
+    pub max_rotation_rad: f64,
 }
 
 impl RefineSettings {
@@ -47,7 +47,7 @@ impl RefineSettings {
             gain: 1.0 / f64::from(run),
             low_pass_hz: LOW_PASS_HZ,
             max_shift: None,
-            max_turn_rad: Guard::MAX_TURN_DEG.to_radians(),
+            max_rotation_rad: CorrectionLimits::MAX_ROTATION_DEG.to_radians(),
         }
     }
 }
@@ -79,7 +79,13 @@ pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settin
     let weights = input.part().map(|part| part.weights()).unwrap_or_default();
     let max_shift = settings.max_shift.unwrap_or_else(|| shift_bound(input.largest_shift(reference), before.tip.max_mm));
     let limits = input.limits().cloned();
-    let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits, weights, ..Guard::default() };
+    let guard = CorrectionLimits {
+        max_shift,
+        max_rotation_rad: settings.max_rotation_rad,
+        limits,
+        weights,
+        ..CorrectionLimits::default()
+    };
     let reference = guard.apply(desired, &law.update(desired, reference, actual)?)?;
     Ok(Refined { reference, before, max_shift })
 }

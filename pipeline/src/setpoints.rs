@@ -93,7 +93,7 @@ fn check_moves(part: &Part) -> Result<()> {
         (_, MoveKind::Home) | (Shiftable::No(Fixed::MachineCoordinates), _) => {
             Some("leads to a place that only the control knows")
         }
-        _ if !part.plan.desired.kinematics().turns() && turns(of) => {
+        _ if !part.plan.desired.kinematics().has_rotary_axes() && turns(of) => {
             Some("turns axes that the machine description does not hold")
         }
         _ => None,

@@ -93,7 +93,7 @@ const LEVER_MM: f64 = 20.0;
 impl Figures {
     /// One figure to judge a run by: the root mean square of the tip's error and of the direction's at a lever of 20 mm, mm.
     #[must_use]
-    pub fn judged_mm(&self) -> f64 {
+    pub fn cost_mm(&self) -> f64 {
         self.tip.rms_mm.hypot(self.orientation.map_or(0.0, |orientation| orientation.rms_rad * LEVER_MM))
     }
 }
@@ -114,7 +114,7 @@ pub fn figures_where(desired: &DesiredPath, actual: &Trajectory, counts: impl Fn
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
     let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
     let errors = errors_from(desired, &tips, &desired.tips())?;
-    let turns = desired.kinematics().turns();
+    let turns = desired.kinematics().has_rotary_axes();
     let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, &counts)).transpose()?;
     let counted: Vec<ContourError> = errors.into_iter().enumerate().filter(|(k, _)| counts(k)).map(|(_, error)| error).collect();
     let tip = summary(&counted).ok_or(Error::NoSamples)?;
@@ -146,7 +146,7 @@ pub fn orientation(
     actual: &Trajectory,
     counts: impl Fn(&usize) -> bool,
 ) -> Result<Option<OrientationSummary>> {
-    if !desired.kinematics().turns() {
+    if !desired.kinematics().has_rotary_axes() {
         return Ok(None);
     }
     let poses = poses_of(actual, desired.kinematics().as_ref())?;

@@ -62,7 +62,7 @@ pub fn is_unchecked(input: &Input, setup: &Setup) -> bool {
 fn is_unplaced(input: &Input, kind: AxisKind) -> bool {
     let unplaced = input.part().is_some_and(|part| !part.placement.known());
     // Where the workpiece turns, the path was planned at 0,0,0 by its kinematics.
-    unplaced && kind == AxisKind::Linear && !input.desired().kinematics().turns()
+    unplaced && kind == AxisKind::Linear && !input.desired().kinematics().has_rotary_axes()
 }
 
 fn refused(input: &Input, sample: usize, why: String) -> Error {

@@ -1,7 +1,7 @@
 //! Laws that learn programs, whose time the control plans anew.
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard};
+use compensation::{CompensationLaw, CorrectionLimits};
 use machine::{MachineSpec, SimulatedMachine};
 use motion::contour::MovingWindow;
 use pipeline::Setup;
@@ -14,7 +14,7 @@ fn spatial_learning_beats_tracking_where_programs_are_planned_anew() {
     let butterfly = curve_program("saddle-butterfly", 50.0, 0.2, &Setup::new(&spec, None).unwrap()).unwrap();
     let mut machine = SimulatedMachine::new(&spec, 1001).unwrap();
     let mut learned = |law: &mut dyn CompensationLaw, pairing| {
-        let runs = learn_program(&butterfly, &mut machine, law, pairing, 5, &Guard::default()).unwrap();
+        let runs = learn_program(&butterfly, &mut machine, law, pairing, 5, &CorrectionLimits::default()).unwrap();
         // Nothing is learned before the first run: its program is the original.
         assert_eq!(&runs[0].run.command, butterfly.plan.desired.trajectory());
         let figures = [0, 5].map(|run| runs[run].figures.tip);

@@ -138,7 +138,7 @@ impl Compare {
 
 /// The curves that no training saw, for a machine.
 pub fn unseen(setup: &Setup) -> &'static [&'static str] {
-    if setup.kinematics.turns() { &UNSEEN_TURNED } else { &UNSEEN }
+    if setup.kinematics.has_rotary_axes() { &UNSEEN_TURNED } else { &UNSEEN }
 }
 
 /// Pictures of every path.

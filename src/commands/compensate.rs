@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use compensation::Guard;
+use compensation::CorrectionLimits;
 use machine::{Machine, MachineSpec};
 use models::Bundle;
 use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
@@ -62,7 +62,7 @@ pub struct Compensate {
     #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
     max_shift: Option<f64>,
     /// Largest correction of the tool's direction on a machine that turns tool or workpiece, degrees
-    #[arg(long, value_name = "DEG", default_value_t = Guard::MAX_TURN_DEG, value_parser = parse_not_negative)]
+    #[arg(long, value_name = "DEG", default_value_t = CorrectionLimits::MAX_ROTATION_DEG, value_parser = parse_not_negative)]
     max_turn: f64,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
@@ -181,7 +181,7 @@ impl Compensate {
             law: self.law.into(),
             iterations: self.iterations,
             max_shift: self.max_shift,
-            max_turn_rad: self.max_turn.to_radians(),
+            max_rotation_rad: self.max_turn.to_radians(),
             written: format.program().filter(|_| input.part().is_some()),
             slowest: if self.output.carrier.is_some() { f64::INFINITY } else { SLOWEST },
             ..Settings::default()

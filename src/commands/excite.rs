@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use datasets::{ExcitationPlan, excite, reference_content};
 use machine::ProgramWords;
-use models::Coverage;
+use models::OperatingRange;
 use motion::{Trajectory, poses_of};
 use pipeline::Setup;
 use pipeline::excitation::{Style, program, travel};
@@ -96,7 +96,7 @@ fn say_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &[
     let (mut covered, mut enough) = (Map::new(), true);
     for (index, (axis, &(lowest, highest))) in setup.kinematics.axes().iter().zip(travel).enumerate() {
         let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());
-        let (low, high) = Coverage::of(positions, setup.period_s).position;
+        let (low, high) = OperatingRange::of(positions, setup.period_s).position;
         let (scale, unit) = in_programs(axis.kind);
         let [from, to, lowest_shown, highest_shown] = [low, high, lowest, highest].map(|position| position * scale);
         printer.line(format!("{}: {from:.1} to {to:.1} of {lowest_shown:.1} to {highest_shown:.1} {unit}", axis.name));

@@ -143,7 +143,7 @@ impl Measure {
 /// Says which rotary axes of a log are taken to turn nothing.
 fn note_turned_axes(log: &Log, desired: &Input, printer: &Printer) {
     let turned: Vec<&str> = log.axes().iter().filter(|axis| axis.slot() >= Some(3)).map(|axis| axis.name.as_str()).collect();
-    if !turned.is_empty() && !desired.desired().kinematics().turns() {
+    if !turned.is_empty() && !desired.desired().kinematics().has_rotary_axes() {
         printer.line(format!(
             "note: axes {} are taken to turn neither tool nor workpiece; say how they do with --machine",
             turned.join(", ")

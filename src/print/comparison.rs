@@ -16,7 +16,7 @@ pub fn render(comparison: &Comparison, settings: &CompareSettings) -> String {
     let results = &comparison.paths;
     let Some(first) = results.first() else { return String::new() };
     let mut text = rows(results, first, "tool tip, RMS / MAX, µm", &TIP);
-    if first.desired.kinematics().turns() {
+    if first.desired.kinematics().has_rotary_axes() {
         text.push('\n');
         text.push_str(&rows(results, first, "tool direction, RMS / MAX, µrad", &TURN));
     }

@@ -73,7 +73,7 @@ impl CompensationLaw for ContourOptimal {
         actual: &Trajectory,
     ) -> Result<Trajectory, CompensationError> {
         let path = desired.trajectory();
-        if desired.kinematics().turns() || path.axes().len() != self.responses.len() || path.axes().len() > 3 {
+        if desired.kinematics().has_rotary_axes() || path.axes().len() != self.responses.len() || path.axes().len() > 3 {
             return Err(CompensationError::BadSetting {
                 name: "number of axes",
                 value: path.axes().len() as f64,

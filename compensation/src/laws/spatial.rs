@@ -95,7 +95,7 @@ impl CompensationLaw for SpatialIlc {
             }
         }
         if let Some(filter) = &self.low_pass {
-            smooth(&mut shifts, filter, desired.kinematics().turns());
+            smooth(&mut shifts, filter, desired.kinematics().has_rotary_axes());
         }
         self.updates += 1;
         move_poses(desired, reference, &shifts)

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Carrier, Channel, Waves};
 use super::fir::LagBasis;
+use super::regressor::{MotionFactor, Regressor, Waves};
 use super::signals::{Scales, Signals};
 
 /// Channels that share a basis; one column for each channel and response.
@@ -13,7 +13,7 @@ pub struct FeatureGroup {
     /// The responses.
     pub basis: LagBasis,
     /// The channels, each through every response.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<Regressor>,
 }
 
 impl FeatureGroup {
@@ -92,7 +92,7 @@ impl FeatureSet {
     #[must_use]
     pub fn signals(&self, reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64, start: f64) -> Signals {
         let mut channels = self.groups.iter().flat_map(|group| &group.channels);
-        let start = if channels.any(|channel| matches!(channel.carrier, Carrier::Play(_))) { start } else { 0.0 };
+        let start = if channels.any(|channel| matches!(channel.motion, MotionFactor::Backlash(_))) { start } else { 0.0 };
         Signals::new(reference, flags, expected, period_s, start, self.pad(), &self.scales)
     }
 
@@ -132,7 +132,7 @@ impl FeatureSet {
         for group in &self.groups {
             let responses = group.basis.len();
             for channel in &group.channels {
-                if let Carrier::Play(stop) = channel.carrier {
+                if let MotionFactor::Backlash(stop) = channel.motion {
                     let response = group.basis.combine(&weights[column..column + responses]);
                     let start = (signals.pad() as isize + response.first_lag) as usize;
                     let out = out.get_or_insert_with(|| vec![0.0; signals.len()]);

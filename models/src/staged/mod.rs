@@ -4,21 +4,21 @@
 //! Each stage is there because held-out runs asked for it, so that a simple axis keeps a simple predictor. A network on what is left
 //! over can be stacked on it: see [`crate::StackedPredictor`].
 
-mod channel;
 mod features;
 mod fir;
 mod friction_map;
 mod phase;
 mod predictor;
+mod regressor;
 mod signals;
 mod stop;
 mod taps;
 mod weighted;
 
-pub use channel::{Carrier, Channel, Wave, Waves};
 pub use features::{FeatureGroup, FeatureSet};
 pub use fir::{Fir, LagBasis};
 pub use friction_map::{FrictionMap, Levels};
 pub use predictor::{KIND, Pass, StagedPredictor};
+pub use regressor::{MotionFactor, PositionFactor, Regressor, Waves};
 pub use signals::{Scales, Signals};
 pub use stop::run_stops;

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::channel::{Channel, Waves};
 use super::features::FeatureSet;
 use super::fir::Fir;
+use super::regressor::{Regressor, Waves};
 use super::signals::Signals;
 use super::taps::{Tap, add_bent, add_taps};
 
@@ -24,7 +24,7 @@ impl FeatureSet {
 /// A feature set with its weights, arranged for prediction.
 struct Weighted<'a> {
     features: &'a FeatureSet,
-    channels: Vec<Channel>,
+    channels: Vec<Regressor>,
     /// First and last lag of any response.
     first: isize,
     last: isize,
@@ -99,11 +99,17 @@ struct Room(Vec<f64>);
 
 impl Room {
     /// The channels over the padded samples `rows`.
-    fn inputs<'a>(&'a mut self, channels: &[Channel], signals: &'a Signals, waves: &Waves, rows: Range<usize>) -> Vec<&'a [f64]> {
+    fn inputs<'a>(
+        &'a mut self,
+        channels: &[Regressor],
+        signals: &'a Signals,
+        waves: &Waves,
+        rows: Range<usize>,
+    ) -> Vec<&'a [f64]> {
         let made = channels.iter().filter(|channel| channel.signal(signals).is_none()).count();
         self.0.resize(made * rows.len(), 0.0);
         let mut free = self.0.chunks_exact_mut(rows.len());
-        let of = |channel: &Channel| match channel.signal(signals) {
+        let of = |channel: &Regressor| match channel.signal(signals) {
             Some(signal) => &signal[rows.clone()],
             None => free.next().map_or(&[][..], |out| {
                 channel.fill(signals, waves, rows.start, out);

@@ -84,6 +84,6 @@ mod tests {
             [Vec3::z(), Vec3::zeros(), Vec3::x(), Vec3::zeros()]
         );
         assert!(columns.iter().all(|column| column[1] == Vec3::zeros()));
-        assert!(!machine.turns() && machine.pole_distance_rad(&Vec3::z()).is_none() && machine.travel(0).is_none());
+        assert!(!machine.has_rotary_axes() && machine.pole_distance_rad(&Vec3::z()).is_none() && machine.travel(0).is_none());
     }
 }

@@ -56,7 +56,7 @@ pub trait Kinematics: std::fmt::Debug + Send + Sync {
     fn jacobian(&self, joints: &[f64]) -> Vec<[Vec3; 2]>;
 
     /// Whether an axis turns tool or workpiece.
-    fn turns(&self) -> bool {
+    fn has_rotary_axes(&self) -> bool {
         false
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::piece::{MM_PER_RAD, Piece, Seats, Turning, Way};
+use super::piece::{AxisSlots, MM_PER_RAD, Piece, Turning, Way};
 use crate::{AxisKind, MotionError, Vec3};
 
 /// Longest step between grid nodes, mm.
@@ -73,7 +73,7 @@ pub(super) struct Stretch<'a> {
 impl<'a> Stretch<'a> {
     /// Lays the grid; at every joint of pieces there are two nodes, so that jumps of curvature are kept.
     /// `None` when the pieces have no length. `near` are the axis positions before it.
-    pub fn new(pieces: &'a [Piece], index: &'a [usize], machine: &Seats, near: &[f64]) -> Result<Option<Self>, MotionError> {
+    pub fn new(pieces: &'a [Piece], index: &'a [usize], machine: &AxisSlots, near: &[f64]) -> Result<Option<Self>, MotionError> {
         // The parts are the same on every machine, and with them the sums.
         let parts = pieces.par_chunks(PART).enumerate().map(|(part, pieces)| lay(pieces, part * PART, machine));
         let parts: Vec<(Vec<Node>, Vec<Shape>)> = parts.collect();
@@ -141,7 +141,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// Axis positions and pieces every sample of `motion`, which never goes back, from `near` on.
-    pub fn follow(&self, motion: &[f64], machine: &Seats, near: &[f64]) -> Result<Followed, MotionError> {
+    pub fn follow(&self, motion: &[f64], machine: &AxisSlots, near: &[f64]) -> Result<Followed, MotionError> {
         // Of several solutions the one nearest to the sample before is taken; where there is one only, parts are worked on side by side.
         let part = if self.bends { motion.len() } else { SAMPLES };
         let parts = motion.par_chunks(part).map(|motion| self.follow_part(motion, machine, near));
@@ -155,7 +155,7 @@ impl<'a> Stretch<'a> {
         Ok(whole)
     }
 
-    fn follow_part(&self, motion: &[f64], machine: &Seats, near: &[f64]) -> Result<Followed, MotionError> {
+    fn follow_part(&self, motion: &[f64], machine: &AxisSlots, near: &[f64]) -> Result<Followed, MotionError> {
         let mut joints = near.to_vec();
         let mut columns = vec![Vec::with_capacity(motion.len()); near.len()];
         let mut pieces = Vec::with_capacity(motion.len());
@@ -175,7 +175,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// Derivatives of the axes where they do not follow from the way itself: differences over the curve's parameter.
-    fn bend_axes(&mut self, machine: &Seats, near: &[f64]) -> Result<(), MotionError> {
+    fn bend_axes(&mut self, machine: &AxisSlots, near: &[f64]) -> Result<(), MotionError> {
         let mut near = near.to_vec();
         let mut before: Option<(f64, Vec<f64>)> = None;
         for (node, shape) in self.nodes.iter().zip(self.shapes.iter_mut().flatten()) {
@@ -226,7 +226,7 @@ impl<'a> Stretch<'a> {
 }
 
 /// The nodes of some pieces, the first of which has this number, over the way from its start.
-fn lay(pieces: &[Piece], first: usize, machine: &Seats) -> (Vec<Node>, Vec<Shape>) {
+fn lay(pieces: &[Piece], first: usize, machine: &AxisSlots) -> (Vec<Node>, Vec<Shape>) {
     let (mut nodes, mut shapes) = (Vec::with_capacity(3 * pieces.len()), Vec::with_capacity(3 * pieces.len()));
     let mut parameters = Vec::new();
     let mut s = 0.0;
@@ -259,12 +259,12 @@ const POLE_RAD: f64 = 1.2;
 const POLE_RAD_MM: f64 = 12.0;
 
 /// Whether axes move otherwise than the way: a tip in the workpiece frame on a machine that turns it.
-fn bends(piece: &Piece, machine: &Seats) -> bool {
-    machine.kinematics.turns() && !matches!(piece.turning, Turning::Axes(_))
+fn bends(piece: &Piece, machine: &AxisSlots) -> bool {
+    machine.kinematics.has_rotary_axes() && !matches!(piece.turning, Turning::Axes(_))
 }
 
 /// Into how many intervals a piece of this length is cut before they are refined.
-fn first_cuts(piece: &Piece, length_mm: f64, machine: &Seats) -> usize {
+fn first_cuts(piece: &Piece, length_mm: f64, machine: &AxisSlots) -> usize {
     let least = match piece.degree() {
         _ if bends(piece, machine) => 2.0,
         Some(1) => return 1,

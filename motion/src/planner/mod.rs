@@ -26,7 +26,7 @@ use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Traj
 use corner::Rounding;
 use excess::excess;
 use geometry::{Followed, Stretch};
-use piece::Seats;
+use piece::AxisSlots;
 use profile::SpeedLimit;
 use settings::check;
 
@@ -67,7 +67,7 @@ pub fn plan(
     let mut samples: Vec<PathSample> = Vec::new();
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
-    let machine = Seats::of(kinematics.as_ref());
+    let machine = AxisSlots::of(kinematics.as_ref());
     for pieces in path.stretches(&Rounding::new(settings, limits)) {
         let near: Vec<f64> = columns.iter().map(|column| column.last().copied().unwrap_or(0.0)).collect();
         // Pieces without length have nowhere to go; only their dwell counts.
@@ -161,7 +161,7 @@ const FIRST_ROUNDS: usize = 3;
 /// Arc length at every sample of one stretch, from rest to rest, and where the axes are.
 fn plan_stretch(
     stretch: &Stretch,
-    machine: &Seats,
+    machine: &AxisSlots,
     limits: &Limits,
     settings: &PlanSettings,
     near: &[f64],

@@ -151,7 +151,7 @@ impl Piece {
     }
 
     /// Moves `joints` to the axis positions at `u`, the nearest where there are several.
-    pub(super) fn joints(&self, u: f64, machine: &Seats, joints: &mut [f64]) -> Result<(), MotionError> {
+    pub(super) fn joints(&self, u: f64, machine: &AxisSlots, joints: &mut [f64]) -> Result<(), MotionError> {
         let point = self.curve.point(u);
         match &self.turning {
             Turning::Curve => machine.kinematics.reach(&Pose { tip: point, tool: self.curve.tool(u) }, joints),
@@ -171,12 +171,12 @@ fn way(linear: Vec3, rotary: Vec3) -> Way {
 const BEYOND: f64 = 1e-6;
 
 /// A machine with the place of each of its axes among X, Y, Z, A, B, C.
-pub(super) struct Seats<'a> {
+pub(super) struct AxisSlots<'a> {
     pub kinematics: &'a dyn Kinematics,
     slots: Vec<Option<usize>>,
 }
 
-impl<'a> Seats<'a> {
+impl<'a> AxisSlots<'a> {
     pub fn of(kinematics: &'a dyn Kinematics) -> Self {
         Self { kinematics, slots: kinematics.axes().iter().map(Axis::slot).collect() }
     }

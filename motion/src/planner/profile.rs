@@ -28,7 +28,7 @@ pub(super) struct SpeedLimit<'a> {
     /// Least acceleration along the path that is ever planned with, mm/s².
     least_acceleration: f64,
     /// What bounds the acceleration along the path, node after node.
-    room: Vec<Room>,
+    room: Vec<AccelerationBound>,
     /// Where the bounds of each node begin, and where those of the last one end.
     room_of: Vec<usize>,
     /// Cap on the squared speed at every node, mm²/s².
@@ -41,12 +41,12 @@ pub(super) struct SpeedLimit<'a> {
 
 /// A bound on the acceleration along the path that falls with the squared speed `w`: `most − bend·w`, mm/s².
 #[derive(Debug, Clone, Copy)]
-struct Room {
+struct AccelerationBound {
     most: f64,
     bend: f64,
 }
 
-impl Room {
+impl AccelerationBound {
     fn at(&self, squared: f64) -> f64 {
         self.most - self.bend * squared
     }
@@ -116,7 +116,7 @@ impl<'a> SpeedLimit<'a> {
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
         let room_of_part = |part: usize| {
             let shapes = parts.of(part);
-            let mut room: Vec<Room> = Vec::with_capacity(shapes.len());
+            let mut room: Vec<AccelerationBound> = Vec::with_capacity(shapes.len());
             let mut ends = Vec::with_capacity(shapes.len());
             for (k, shape) in (parts.first[part]..).zip(shapes) {
                 // The speed at a node is asked for with that of its neighbours.
@@ -127,8 +127,9 @@ impl<'a> SpeedLimit<'a> {
             }
             (room, ends)
         };
-        let rooms: Vec<(Vec<Room>, Vec<usize>)> = (0..stretch.shapes.len()).into_par_iter().map(room_of_part).collect();
-        let mut room: Vec<Room> = Vec::with_capacity(rooms.iter().map(|(room, _)| room.len()).sum());
+        let rooms: Vec<(Vec<AccelerationBound>, Vec<usize>)> =
+            (0..stretch.shapes.len()).into_par_iter().map(room_of_part).collect();
+        let mut room: Vec<AccelerationBound> = Vec::with_capacity(rooms.iter().map(|(room, _)| room.len()).sum());
         let mut room_of = Vec::with_capacity(nodes.len() + 1);
         room_of.push(0);
         for (part, ends) in rooms {
@@ -251,7 +252,7 @@ impl<'a> SpeedLimit<'a> {
 }
 
 /// Adds a bound to those of a node, which begin at `first`, unless it follows from one of them; drops those that follow from it.
-fn add(bound: Room, top: f64, first: usize, room: &mut Vec<Room>) {
+fn add(bound: AccelerationBound, top: f64, first: usize, room: &mut Vec<AccelerationBound>) {
     if room[first..].iter().any(|other| bound.follows_from(other, top)) {
         return;
     }
@@ -267,13 +268,13 @@ fn add(bound: Room, top: f64, first: usize, room: &mut Vec<Room>) {
 }
 
 /// What bounds the acceleration along the path at one place: the path itself, of whose acceleration `part` may be used, and every axis.
-fn bounds(shape: &Shape, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = Room> {
+fn bounds(shape: &Shape, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = AccelerationBound> {
     let [tangent, normal, _] = shape.axes;
     // Along a turn on the spot the path has no acceleration of its own.
-    let path = Room { most: part * limits.path_acceleration_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
+    let path = AccelerationBound { most: part * limits.path_acceleration_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
     let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
-        share if share > 1e-9 => Room { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
-        _ => Room { most: f64::INFINITY, bend: 0.0 },
+        share if share > 1e-9 => AccelerationBound { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
+        _ => AccelerationBound { most: f64::INFINITY, bend: 0.0 },
     };
     std::iter::once(path).chain(axes.iter().map(of_axis))
 }
@@ -312,7 +313,7 @@ fn interval(ds: f64, e0: f64, e1: f64, acceleration: f64, top: f64, phases: &mut
 mod tests {
     use std::sync::Arc;
 
-    use super::super::piece::{Piece, Seats};
+    use super::super::piece::{AxisSlots, Piece};
     use super::*;
     use crate::curves::Line;
     use crate::{Cartesian, Vec3};
@@ -320,7 +321,7 @@ mod tests {
     #[test]
     fn parts_come_to_the_same_bits_as_the_whole() {
         let machine = Cartesian::new(Axis::xyz());
-        let machine = Seats::of(&machine);
+        let machine = AxisSlots::of(&machine);
         // Fast lines of 1 mm, five nodes each, with slow ones just before and after every part's end: the ramps reach from one part into the other.
         let nodes = 5;
         let piece = |k: usize| {

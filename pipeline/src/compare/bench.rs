@@ -133,8 +133,8 @@ impl Bench<'_> {
 
     /// The reference of the second run, as `precomp refine --run 2` makes it of the first run's log.
     pub(super) fn refined(&self, path: &Input, reference: &Trajectory, actual: &Trajectory) -> Result<Trajectory> {
-        let Settings { max_shift, max_turn_rad, .. } = self.settings.learning;
-        let settings = RefineSettings { max_shift, max_turn_rad, ..RefineSettings::of_run(2) };
+        let Settings { max_shift, max_rotation_rad, .. } = self.settings.learning;
+        let settings = RefineSettings { max_shift, max_rotation_rad, ..RefineSettings::of_run(2) };
         Ok(refine(path, reference, actual, &settings)?.reference)
     }
 }

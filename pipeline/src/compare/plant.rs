@@ -38,7 +38,7 @@ impl Plant<'_> {
 
     /// The laws that can learn on it. Across a path there is only a plane where the axes are the coordinates of the tip.
     pub(super) fn laws(self) -> Result<Vec<Ilc>> {
-        let turns = self.setup()?.kinematics.turns();
+        let turns = self.setup()?.kinematics.has_rotary_axes();
         Ok(Ilc::ALL.into_iter().filter(|law| !(turns && *law == Ilc::CrossCoupled)).collect())
     }
 }

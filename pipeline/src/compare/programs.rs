@@ -57,7 +57,7 @@ pub fn compare_programs(
             let mut machine = plant.machine(settings.seed.wrapping_add(TUNING_SEED), settings.simulation)?;
             let run = learned(&tuning, machine.as_mut(), settings.ilc_runs, *law, *one);
             // A law whose program cannot be planned any more has diverged.
-            Ok(run.map_or(f64::INFINITY, |run| run.figures.judged_mm()))
+            Ok(run.map_or(f64::INFINITY, |run| run.figures.cost_mm()))
         };
         let costs: Vec<f64> = tried.par_iter().map(cost).collect::<Result<_>>()?;
         let best = costs.iter().zip(&tried).min_by(|one, other| one.0.total_cmp(other.0));

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, ImpulseResponse, LowPass, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, ImpulseResponse, LowPass, StopRule, learn};
 use machine::Machine;
 use motion::contour::Exact;
 use motion::curves::{Curve, OnSaddle, library};
@@ -243,7 +243,7 @@ impl Trial<'_> {
         let settings = point.settings(law, &self.grid);
         let mut law = settings.law(law, desired.trajectory().period_s(), &responses)?;
         let guard = ilc_guard(desired, &uncompensated, settings)?;
-        let most = DIVERGED * statistics::figures(desired, None, &uncompensated)?.judged_mm();
+        let most = DIVERGED * statistics::figures(desired, None, &uncompensated)?.cost_mm();
         let mut reference = desired.trajectory().clone();
         let mut actual = uncompensated;
         let mut costs = Vec::new();
@@ -252,7 +252,7 @@ impl Trial<'_> {
             reference = guard.apply(desired, &next)?;
             let Ok(run) = machine.run(&reference) else { return Ok(f64::INFINITY) };
             actual = run;
-            let cost = statistics::figures(desired, None, &actual)?.judged_mm();
+            let cost = statistics::figures(desired, None, &actual)?.cost_mm();
             if cost.is_nan() || cost > most {
                 return Ok(f64::INFINITY);
             }
@@ -272,7 +272,7 @@ impl Trial<'_> {
 /// # Errors
 /// When it cannot be planned on the machine.
 pub fn tuning_curve(setup: &Setup) -> Result<DesiredPath> {
-    let turns = setup.kinematics.turns();
+    let turns = setup.kinematics.has_rotary_axes();
     let dimensions = if turns { 2 } else { setup.kinematics.axes().len().min(3) };
     let nurbs = library::random_nurbs(TUNING_POINTS, TUNING_SIGMA_MM, dimensions, TUNING_CURVE_SEED)?;
     let curve: Arc<dyn Curve> = if turns { Arc::new(OnSaddle(nurbs)) } else { Arc::new(nurbs) };
@@ -294,7 +294,7 @@ const SHIFT_OF_ERROR: f64 = 2.0;
 ///
 /// # Errors
 /// When the run does not have the path's axes.
-pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: LawSettings) -> Result<Guard> {
+pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: LawSettings) -> Result<CorrectionLimits> {
     let poses = poses_of(uncompensated, desired.kinematics().as_ref())?;
     let (mut tip_mm, mut turn_rad) = (0.0_f64, 0.0_f64);
     for (wanted, actual) in desired.poses().iter().zip(&poses) {
@@ -309,15 +309,15 @@ pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: La
             AxisKind::Rotary => turn_rad = turn_rad.max(largest),
         }
     }
-    let default = Guard::default();
+    let default = CorrectionLimits::default();
     let settle_s = match settings {
         // In the default's ratio to the window that the first run has.
         LawSettings::Filtered { window_s, .. } => (window_s / WINDOWS_S[START_WINDOW] * default.settle_s).max(default.settle_s),
         LawSettings::NormOptimal { .. } => default.settle_s,
     };
-    Ok(Guard {
+    Ok(CorrectionLimits {
         max_shift: default.max_shift.max(SHIFT_OF_ERROR * tip_mm),
-        max_turn_rad: default.max_turn_rad.max(SHIFT_OF_ERROR * turn_rad),
+        max_rotation_rad: default.max_rotation_rad.max(SHIFT_OF_ERROR * turn_rad),
         settle_s,
         ..default
     })
@@ -331,10 +331,10 @@ pub fn run_ilc(
     machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
-    guard: &Guard,
+    guard: &CorrectionLimits,
     runs: usize,
 ) -> Result<Vec<Trajectory>> {
     // Never stops early: the last run counts, whatever the noise of the one before.
     let learned = learn(machine, law, desired, None, guard, &StopRule::after(runs), &mut |_, _| 0.0)?;
-    Ok(learned.rounds.into_iter().map(|round| round.actual).collect())
+    Ok(learned.iterations.into_iter().map(|round| round.actual).collect())
 }

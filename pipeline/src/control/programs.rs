@@ -1,6 +1,6 @@
 //! Learning on a machine that is given programs: every reference is written as G-code, whose time the control plans anew.
 
-use compensation::{CompensationLaw, Guard, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, StopRule, learn};
 use machine::Machine;
 use motion::Trajectory;
 
@@ -56,10 +56,10 @@ pub fn learn_program(
     law: &mut dyn CompensationLaw,
     pairing: Pairing,
     updates: usize,
-    bounds: &Guard,
+    bounds: &CorrectionLimits,
 ) -> Result<Vec<ProgramRun>> {
     let desired = &part.plan.desired;
-    let guard = Guard { weights: weights(desired.trajectory()), ..bounds.clone() };
+    let guard = CorrectionLimits { weights: weights(desired.trajectory()), ..bounds.clone() };
     let mut control = ControlledMachine::new(machine, Some(part));
     (control.replans, control.pairing, control.runs) = (Some(MOVE_POINTS), pairing, Some(Vec::with_capacity(updates + 1)));
     learn(&mut control, law, desired, None, &guard, &StopRule::after(updates), &mut |_, _| 0.0)?;

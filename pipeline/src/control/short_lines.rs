@@ -25,7 +25,7 @@ pub fn curve_program(name: &str, feed_mm_s: f64, spacing_mm: f64, setup: &Setup)
 fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
     let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\n");
     let kinematics = path.kinematics().as_ref();
-    if kinematics.turns() {
+    if kinematics.has_rotary_axes() {
         text.push_str("G43.4 H1\n");
     }
     for (number, point) in points(path, spacing_mm).into_iter().enumerate() {

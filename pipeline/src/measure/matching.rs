@@ -112,7 +112,7 @@ pub fn match_places(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) ->
 fn delay_and_offset(desired: &DesiredPath, path: &[Vec3], commanded: &[Vec3], period_s: f64) -> Result<(f64, Vec3)> {
     let found = align(path, commanded, period_s, &AlignSettings::default())?;
     // Where the workpiece turns, an offset of the axes is none of the tip's.
-    let none = found.offset.norm() < LEAST_OFFSET_MM || desired.kinematics().turns();
+    let none = found.offset.norm() < LEAST_OFFSET_MM || desired.kinematics().has_rotary_axes();
     let rounded = found.offset.map(|value| (value / OFFSET_STEP_MM).round() * OFFSET_STEP_MM);
     Ok((found.delay_s, if none { Vec3::zeros() } else { rounded }))
 }

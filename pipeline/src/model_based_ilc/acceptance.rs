@@ -1,35 +1,35 @@
 //! Which forecast is taken, if any: it has to gain, and to be worse in nothing.
 
-use compensation::Round;
+use compensation::Iteration;
 
 use crate::statistics::Figures;
 
 /// What a forecast is judged by, mm: RMS, and a tenth of MAX, which is three to ten times as large.
 pub(super) fn cost(figures: &Figures) -> f64 {
-    figures.judged_mm() + 0.1 * figures.tip.max_mm
+    figures.cost_mm() + 0.1 * figures.tip.max_mm
 }
 
 /// What a forecast has to stay below to be accepted: the measure that learning goes by falls, and neither RMS nor MAX grows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bound {
     measure: f64,
-    judged_mm: f64,
+    cost_mm: f64,
     max_mm: f64,
 }
 
 impl Bound {
     /// The bound of a first run, of whose measure this share has to be gained.
-    pub fn of((round, figures): &(Round, Figures), gain: f64) -> Self {
-        Self { measure: (1.0 - gain) * round.measure, judged_mm: figures.judged_mm(), max_mm: figures.tip.max_mm }
+    pub fn of((round, figures): &(Iteration, Figures), gain: f64) -> Self {
+        Self { measure: (1.0 - gain) * round.measure, cost_mm: figures.cost_mm(), max_mm: figures.tip.max_mm }
     }
 
     pub fn holds(self, measure: f64, figures: &Figures) -> bool {
-        measure < self.measure && figures.judged_mm() <= self.judged_mm && figures.tip.max_mm <= self.max_mm
+        measure < self.measure && figures.cost_mm() <= self.cost_mm && figures.tip.max_mm <= self.max_mm
     }
 }
 
 /// The run with the smallest measure of those within the bound.
-pub(super) fn best(runs: &[(Round, Figures)], most: Bound) -> Option<usize> {
+pub(super) fn best(runs: &[(Iteration, Figures)], most: Bound) -> Option<usize> {
     let measure = |run: &usize| runs[*run].0.measure;
     let held = (0..runs.len()).filter(|run| most.holds(measure(run), &runs[*run].1));
     held.min_by(|a, b| measure(a).total_cmp(&measure(b)))
@@ -50,7 +50,7 @@ mod tests {
         let reference = motion::Trajectory::new(0.002, motion::Axis::xyz(), vec![vec![0.0; 3]; 3]).unwrap();
         let run = |rms_mm: f64, max_mm: f64| {
             let figures = figures(rms_mm, max_mm);
-            (Round { reference: reference.clone(), actual: reference.clone(), measure: cost(&figures) }, figures)
+            (Iteration { reference: reference.clone(), actual: reference.clone(), measure: cost(&figures) }, figures)
         };
         let runs =
             [run(2.6e-3, 28.0e-3), run(3.0e-3, 15.0e-3), run(2.0e-3, 29.0e-3), run(2.5e-3, 27.0e-3), run(2.59e-3, 28.0e-3)];

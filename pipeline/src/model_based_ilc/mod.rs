@@ -7,9 +7,9 @@ mod outside;
 mod settings;
 mod task;
 
-use compensation::{Ended, Guard, LowPass, Round, StopRule};
+use compensation::{CorrectionLimits, Ended, Iteration, LowPass, StopRule};
 use machine::Machine;
-use models::{Bundle, Coverage, LearnedMachine, fade};
+use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
 
 use acceptance::{Bound, best, cost};
@@ -68,7 +68,7 @@ pub fn model_based_ilc(input: &Input, model: &Bundle, settings: &Settings, progr
 pub fn on_learned_machine(
     input: &Input,
     machine: &mut LearnedMachine,
-    coverage: &[Coverage],
+    coverage: &[OperatingRange],
     settings: &Settings,
     floor_mm: f64,
     progress: Progress<'_>,
@@ -77,7 +77,13 @@ pub fn on_learned_machine(
     let mut control = ControlledMachine::learned(machine, input.part());
     let max_shift = bound_of(settings, &mut control, input)?;
     let limits = input.limits().cloned();
-    let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits, weights, ..Guard::default() };
+    let guard = CorrectionLimits {
+        max_shift,
+        max_rotation_rad: settings.max_rotation_rad,
+        limits,
+        weights,
+        ..CorrectionLimits::default()
+    };
     let mut task = Task::new(input, guard, floor_mm, progress);
 
     let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, settings)?;
@@ -96,7 +102,7 @@ pub fn on_learned_machine(
 
 /// How much of a correction every sample may take, and where the model is out of its depth. The machine learns which way the path leads, and
 /// leaves out what depends on a position that is not known.
-fn prepare(input: &Input, machine: &mut LearnedMachine, coverage: &[Coverage]) -> (Vec<f64>, Vec<OutsideRange>) {
+fn prepare(input: &Input, machine: &mut LearnedMachine, coverage: &[OperatingRange]) -> (Vec<f64>, Vec<OutsideRange>) {
     let command = input.command();
     machine.freeze_flags(command);
     if input.part().is_some_and(|part| !part.placement.known()) {
@@ -145,7 +151,7 @@ fn learn_on_reference(
 /// The run that is taken if it makes nothing worse, on the way that the control takes it.
 #[derive(Default)]
 struct OnProgram {
-    run: Option<(Round, Figures)>,
+    run: Option<(Iteration, Figures)>,
     /// Updates up to here, on the reference and on the program.
     updates: usize,
     /// How long the program takes before and after, s, where the control plans it anew.
@@ -190,7 +196,7 @@ fn relearn_on_program(
         after_s = run.map_or(after_s, |run| control.durations_s()[first + run]);
         run.map(|run| planned.swap_remove(run))
     } else {
-        most.holds(measure, &figures).then_some((Round { reference, actual: seen, measure }, figures))
+        most.holds(measure, &figures).then_some((Iteration { reference, actual: seen, measure }, figures))
     };
     let cycle_s = run.is_some().then_some((path.duration_s(), after_s));
     Ok(OnProgram { run, updates, cycle_s, kept_feeds })
@@ -204,16 +210,17 @@ struct Learned {
 }
 
 /// Takes the chosen run where what may not be changed does not come out worse for what is changed beside it either, else the uncompensated one.
-fn choose(input: &Input, first: Round, chosen: OnProgram, learned: Learned) -> Result<Outcome> {
+fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) -> Result<Outcome> {
     let before = input.figures(&first.actual)?;
-    let overall = |(round, _): (Round, Figures)| -> Result<(Figures, Round)> { Ok((input.figures(&round.actual)?, round)) };
+    let overall =
+        |(round, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> { Ok((input.figures(&round.actual)?, round)) };
     let kept = chosen.run.map(overall).transpose()?.filter(|(after, _)| {
         let most = |before: f64| before * (1.0 + SAME);
-        after.judged_mm() <= most(before.judged_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
+        after.cost_mm() <= most(before.cost_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
     });
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
-    let (after, Round { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
+    let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
     let (updates, kept_feeds) = (chosen.updates, chosen.kept_feeds);
     let Learned { max_shift, ended, outside } = learned;
     Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
@@ -226,7 +233,12 @@ fn choose(input: &Input, first: Round, chosen: OnProgram, learned: Learned) -> R
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Trajectory> {
     let max_shift = bound_of(settings, machine, input)?;
-    let guard = Guard { max_shift, max_turn_rad: settings.max_turn_rad, limits: input.limits().cloned(), ..Guard::default() };
+    let guard = CorrectionLimits {
+        max_shift,
+        max_rotation_rad: settings.max_rotation_rad,
+        limits: input.limits().cloned(),
+        ..CorrectionLimits::default()
+    };
     let (runs, _) = Task::new(input, guard, 0.0, SILENT).descend(machine, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))

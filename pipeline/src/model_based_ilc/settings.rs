@@ -1,6 +1,6 @@
 //! What is asked of the learning.
 
-use compensation::Guard;
+use compensation::CorrectionLimits;
 use serde::Serialize;
 
 use crate::refit::RefitSettings;
@@ -35,7 +35,7 @@ pub struct Settings {
     /// Largest correction of the tool tip, mm; that of [`shift_bound`] when `None`.
     pub max_shift: Option<f64>,
     /// Largest correction of the tool's direction, rad.
-    pub max_turn_rad: f64,
+    pub max_rotation_rad: f64,
     /// How a program will be written: the last updates are then made on what a control commands when it has read it. `None` where the
     /// control takes the reference itself.
     pub written: Option<RefitSettings>,
@@ -51,7 +51,7 @@ impl Default for Settings {
             gain: 0.9,
             low_pass_hz: 100.0,
             max_shift: None,
-            max_turn_rad: Guard::MAX_TURN_DEG.to_radians(),
+            max_rotation_rad: CorrectionLimits::MAX_ROTATION_DEG.to_radians(),
             written: None,
             slowest: f64::INFINITY,
         }

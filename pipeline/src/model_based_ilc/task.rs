@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use compensation::laws::ContourOptimal;
 use compensation::{
-    CompensationError, CompensationLaw, Descent, Ended, Guard, ImpulseResponse, Ladder, Round, StopRule, descend, learn,
-    spatial_ladder,
+    CompensationError, CompensationLaw, CorrectionLimits, CutOffCandidates, Descent, Ended, ImpulseResponse, Iteration, StopRule,
+    descend, learn, spatial_candidates,
 };
 use machine::{Machine, MachineError};
 use motion::{DesiredPath, Trajectory};
@@ -34,12 +34,12 @@ const LADDER_SAMPLES: usize = 400_000;
 const STEPS_SAMPLES: usize = 400_000;
 
 /// Runs on a machine, each with its figures.
-pub(super) type Runs = Vec<(Round, Figures)>;
+pub(super) type Runs = Vec<(Iteration, Figures)>;
 
 /// What is learned, and within which bounds.
 pub(super) struct Task<'a> {
     input: &'a Input,
-    guard: Guard,
+    guard: CorrectionLimits,
     /// Forecast at which nothing is gained by going on, mm.
     floor_mm: f64,
     progress: Progress<'a>,
@@ -56,7 +56,7 @@ fn judged(part: &Part) -> Vec<bool> {
 }
 
 impl<'a> Task<'a> {
-    pub fn new(input: &'a Input, guard: Guard, floor_mm: f64, progress: Progress<'a>) -> Self {
+    pub fn new(input: &'a Input, guard: CorrectionLimits, floor_mm: f64, progress: Progress<'a>) -> Self {
         Self { input, guard, floor_mm, progress, cancelled: AtomicBool::new(false), judged: input.part().map(judged) }
     }
 
@@ -81,7 +81,7 @@ impl<'a> Task<'a> {
     /// coordinates of the tip: every run with its figures, and why the steps ended. Times of turns and stops are the machine's own response's.
     pub fn descend(&mut self, machine: &mut dyn Machine, iterations: usize) -> Result<(Runs, Option<Ended>)> {
         let (desired, path) = (self.input.desired(), self.input.trajectory());
-        let steps = !desired.kinematics().turns() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
+        let steps = !desired.kinematics().has_rotary_axes() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
         let responses = if steps { ImpulseResponse::probe_model(machine, path, MODEL_RESPONSE_S)? } else { Vec::new() };
         let late = responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
         let [least, most] = TURN_RANGE_S;
@@ -91,11 +91,11 @@ impl<'a> Task<'a> {
         let most_runs = 1 + CUT_OFFS * updates + if steps { 2 + (1 + STEPS) * iterations } else { 0 };
         // A control plans a program's time anew: it takes a shift along the path for another place to slow down at.
         let turn_s = self.input.part().is_none().then_some(turn_s);
-        let ladder = Ladder { turn_s, updates, cut_offs: (LADDER_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS) };
+        let ladder = CutOffCandidates { turn_s, updates, cut_offs: (LADDER_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS) };
         let mut known = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.judge(actual, &mut known, most_runs);
         let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
-        let mut rounds = self.checked(spatial_ladder(machine, desired, &self.guard, &ladder, &mut measure))?;
+        let mut rounds = self.checked(spatial_candidates(machine, desired, &self.guard, &ladder, &mut measure))?;
         let mut ended = None;
         if steps {
             let mut law = ContourOptimal::new(responses, Descent::default().damping[0])?;
@@ -125,7 +125,7 @@ impl<'a> Task<'a> {
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.judge(actual, &mut known, stop.updates + 1);
         let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
         let learned = self.checked(learn(machine, law, self.input.desired(), start, &self.guard, &stop, &mut measure))?;
-        with_figures(learned.rounds, known)
+        with_figures(learned.iterations, known)
     }
 
     /// The result of a loop, which ends with an error of the machine where the caller asked to stop.
@@ -134,7 +134,7 @@ impl<'a> Task<'a> {
     }
 }
 
-fn with_figures(rounds: Vec<Round>, known: Vec<Result<Figures>>) -> Result<Runs> {
+fn with_figures(rounds: Vec<Iteration>, known: Vec<Result<Figures>>) -> Result<Runs> {
     rounds.into_iter().zip(known).map(|(round, figures)| Ok((round, figures?))).collect()
 }
 

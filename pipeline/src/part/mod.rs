@@ -113,7 +113,7 @@ impl Part {
     /// # Errors
     /// As [`Part::read`].
     pub fn of(name: &str, program: Program, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
-        if setup.kinematics.turns() && settings.tool_length_mm != 0.0 {
+        if setup.kinematics.has_rotary_axes() && settings.tool_length_mm != 0.0 {
             return Err(Error::ToolLengthOfTurningMachine);
         }
         let dialect = settings.dialect.or(setup.dialect).unwrap_or_else(|| Dialect::detect(&program));
@@ -239,7 +239,7 @@ impl Part {
         let tip = self.toolpath.modal(of).tool_length == ToolLength::TipControl;
         let stops_within = self.stops_exactly(of) && matches!(of.kind, MoveKind::Arc(_));
         let known = of.shiftable == Shiftable::Yes && !stops_within;
-        known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().turns())
+        known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().has_rotary_axes())
     }
 
     /// Whether the control stops at the end of every line that stands for a move (G9, G61.1) or goes through it exactly (G61, G64 P0), so that points that are

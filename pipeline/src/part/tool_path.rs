@@ -54,7 +54,7 @@ pub(super) fn pieces(
                 };
                 let length = step.length_mm().unwrap_or(0.0);
                 // Only a machine that turns something counts its rotary axes.
-                let turned = if kinematics.turns() { rotary(&(end - start)).norm() * MM_PER_RAD } else { 0.0 };
+                let turned = if kinematics.has_rotary_axes() { rotary(&(end - start)).norm() * MM_PER_RAD } else { 0.0 };
                 let way = length.hypot(turned);
                 let feed_mm_s = match step.feed {
                     Some(Feed::Linear { mm_s }) if length > 0.0 => mm_s * way / length,
@@ -105,7 +105,7 @@ impl Builder<'_> {
     fn turning(&self, start: Vec6, end: Vec6) -> Turning {
         let path = RotaryPath::linear(rotary(&start), rotary(&end));
         match self.words {
-            _ if !self.kinematics.turns() => Turning::Curve,
+            _ if !self.kinematics.has_rotary_axes() => Turning::Curve,
             ProgramWords::Axes => Turning::Axes(path),
             ProgramWords::Tip => Turning::Tip(path),
         }
@@ -114,7 +114,7 @@ impl Builder<'_> {
     /// From here on coordinates have this meaning; the machine stays where it is.
     fn set_words(&mut self, words: ProgramWords) -> Result<()> {
         if words != self.words
-            && self.kinematics.turns()
+            && self.kinematics.has_rotary_axes()
             && let Some(at) = &mut self.at
         {
             let near = vec![0.0; self.kinematics.axes().len()];
@@ -138,7 +138,7 @@ impl Builder<'_> {
             return;
         };
         let way = to - at;
-        if linear(&way).norm() > POINT_MM || (self.kinematics.turns() && rotary(&way).norm() > POINT_MM) {
+        if linear(&way).norm() > POINT_MM || (self.kinematics.has_rotary_axes() && rotary(&way).norm() > POINT_MM) {
             self.stop();
             let line = Line { start: linear(&at), end: linear(&to) };
             let mut piece = Piece::whole(Arc::new(line), f64::INFINITY).turning(self.turning(at, to));

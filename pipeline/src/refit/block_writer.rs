@@ -20,7 +20,7 @@ pub(super) struct Target {
 /// Which of A, B, C a part's machine turns.
 fn turning_axes(part: &Part) -> [bool; 3] {
     let kinematics = part.plan.desired.kinematics();
-    ["a", "b", "c"].map(|name| kinematics.turns() && kinematics.axes().iter().any(|axis| axis.name == name))
+    ["a", "b", "c"].map(|name| kinematics.has_rotary_axes() && kinematics.axes().iter().any(|axis| axis.name == name))
 }
 
 /// Most bytes of a usual line.

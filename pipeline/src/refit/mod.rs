@@ -71,7 +71,7 @@ fn places(part: &Part) -> Vec<Vec6> {
 fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
     let desired = &part.plan.desired;
     let kinematics = desired.kinematics().as_ref();
-    if !kinematics.turns() {
+    if !kinematics.has_rotary_axes() {
         let tips = desired.tips_of(reference)?;
         let moved = tips.iter().zip(desired.poses()).map(|(tip, pose)| tip - pose.tip);
         return Ok(moved.map(|d| Vec6::new(d.x, d.y, d.z, 0.0, 0.0, 0.0)).collect());

@@ -34,7 +34,7 @@ pub fn verify(
     let toolpath = gcode::interpret(&program, options)?;
     let mut written = toolpath.moves.iter();
     let mut targets = refitted.targets.iter().peekable();
-    let turns = part.plan.desired.kinematics().turns();
+    let turns = part.plan.desired.kinematics().has_rotary_axes();
     for (index, original) in part.toolpath.moves.iter().enumerate() {
         let line = original.block as usize + 1;
         let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {

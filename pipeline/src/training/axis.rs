@@ -1,7 +1,7 @@
 //! One axis: its predictor, fitted to all runs and judged on runs left out.
 
 use datasets::Fold;
-use models::{AxisPredictor, Band, Coverage, HeldOut};
+use models::{AxisPredictor, HeldOut, OperatingRange, PredictionInterval};
 use motion::Axis;
 use training::AxisRun;
 use training::network::NetworkRecipe;
@@ -17,8 +17,8 @@ use crate::units::ErrorUnit;
 pub(super) struct FittedAxis {
     pub predictor: Box<dyn AxisPredictor>,
     pub held_out: HeldOut,
-    pub coverage: Coverage,
-    pub band: Band,
+    pub coverage: OperatingRange,
+    pub band: PredictionInterval,
     pub note: String,
 }
 
@@ -61,7 +61,7 @@ pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: 
     };
     let covered =
         runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
-    let coverage = Coverage::of(covered, period_of(runs));
+    let coverage = OperatingRange::of(covered, period_of(runs));
     let (band, band_held) = cross_fit::bands(runs, &choice.pieces, coverage.velocity);
     let errors: Vec<f64> = choice.pieces.iter().flat_map(|piece| &piece.errors).copied().collect();
     let (rms, max) = rms_max(&errors);

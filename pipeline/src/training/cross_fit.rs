@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use datasets::Fold;
-use models::{AxisPredictor, AxisSignal, Band, Spread};
+use models::{AxisPredictor, AxisSignal, PredictionInterval, Spread};
 use training::AxisRun;
 
 use crate::statistics::rms_max;
@@ -129,7 +129,7 @@ pub fn tracking_errors(runs: &[AxisRun], pieces: &[Piece]) -> Vec<f64> {
 
 /// The band of all pieces, and the share of errors in a quarter of each piece that a band of the other three holds, over all four.
 #[must_use]
-pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (Band, f64) {
+pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (PredictionInterval, f64) {
     let part = |from: f64, to: f64| -> Vec<(AxisSignal<'_>, Vec<f64>)> {
         pieces
             .iter()
@@ -144,13 +144,13 @@ pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (Band, f64) 
     let (mut held, mut all) = (0.0, 0.0);
     for quarter in [0.0, 0.25, 0.5, 0.75] {
         let others = [part(0.0, quarter), part(quarter + 0.25, 1.0)].concat();
-        let check = Band::fit(&others, top_speed);
+        let check = PredictionInterval::fit(&others, top_speed);
         for (signal, errors) in part(quarter, quarter + 0.25) {
             held += check.held(&signal, &errors) * errors.len() as f64;
             all += errors.len() as f64;
         }
     }
-    (Band::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
+    (PredictionInterval::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }
 
 /// What errors like those of `pieces` are like where they are as large as `expected` and at most as large as on the `held_out` ones, mm or rad.

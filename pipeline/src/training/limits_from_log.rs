@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use datasets::Log;
 use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis, Sensor};
-use models::Coverage;
+use models::OperatingRange;
 use motion::{AxisKind, PlanSettings};
 
 use crate::error::Result;
@@ -34,7 +34,7 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
         .iter()
         .filter_map(|&index| {
             let axis = logs.first()?.axes().get(index)?.clone();
-            let coverage = Coverage::of(logs.iter().map(|log| log.reference.columns()[index].as_slice()), period_s);
+            let coverage = OperatingRange::of(logs.iter().map(|log| log.reference.columns()[index].as_slice()), period_s);
             let columns = logs.iter().map(|log| log.reference.columns()[index].as_slice());
             let (velocity, acceleration) = (coverage.velocity, acceleration(columns, period_s));
             path = (path.0.min(velocity), path.1.min(acceleration));

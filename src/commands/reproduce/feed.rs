@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc};
-use compensation::{Guard, StopRule, learn};
+use compensation::{CorrectionLimits, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::contour::{PAPER_B_RATIO, PAPER_B_SUPPORT, corner_flags, stretches};
 use motion::curves::library;
@@ -58,8 +58,8 @@ impl Reproduce {
             let mut machine = SimulatedMachine::new(&spec, self.common.seed.wrapping_add(1000))?;
             let mut law = SpatialIlc::new(Gain::Constant(0.8), None)?;
             let stop = StopRule::after(RUNS);
-            let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
-            let max = |round: Option<&compensation::Round>| -> Result<f64> {
+            let learned = learn(&mut machine, &mut law, desired, None, &CorrectionLimits::default(), &stop, &mut |_, _| 0.0)?;
+            let max = |round: Option<&compensation::Iteration>| -> Result<f64> {
                 round.map_or(Ok(f64::NAN), |round| Ok(input.figures(&round.actual)?.tip.max_mm))
             };
             let first = model_based_ilc(&input, &bundle, &Settings::default(), SILENT)?;
@@ -67,7 +67,7 @@ impl Reproduce {
             rows.push(Row {
                 name: corner.map_or(format!("{feed}"), |corner| format!("{feed}, corners {corner}")),
                 printed,
-                first_max: max(learned.rounds.first())?,
+                first_max: max(learned.iterations.first())?,
                 converged_max: max(learned.last())?,
                 compensated_max: input.figures(&compensated)?.tip.max_mm,
                 seconds: desired.trajectory().duration_s(),

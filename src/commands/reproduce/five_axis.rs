@@ -5,7 +5,7 @@
 
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, LowPass, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, LowPass, StopRule, learn};
 use machine::{Machine, MachineError, MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::contour::MovingWindow;
@@ -118,7 +118,7 @@ impl Reproduce {
     /// Paper C's two paths on the machine `bc`, unless another five-axis machine is named.
     pub(super) fn five_axis(&self, printer: &Printer) -> Result<Vec<Value>> {
         let named = read::machine(&self.machine.machine)?;
-        let spec = if named.kinematics()?.turns() { named } else { MachineSpec::builtin("bc")? };
+        let spec = if named.kinematics()?.has_rotary_axes() { named } else { MachineSpec::builtin("bc")? };
         let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
         let recipe = Recipe::builtin("staged")?;
         let trained = train(&logs, Some(&spec), &TrainSettings::of(recipe, self.common.seed), SILENT)?;
@@ -161,7 +161,8 @@ impl Reproduce {
             found.push(UNCOMPENSATED, 0, input.figures(&machine.run(desired.trajectory())?)?);
             for (method, mut law) in laws {
                 let stop = StopRule::after(runs);
-                let learned = learn(&mut machine, law.as_mut(), desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+                let learned =
+                    learn(&mut machine, law.as_mut(), desired, None, &CorrectionLimits::default(), &stop, &mut |_, _| 0.0)?;
                 if let Some(last) = learned.last() {
                     found.push(method, runs, input.figures(&last.actual)?);
                 }
@@ -191,7 +192,9 @@ impl Reproduce {
             ];
             found.push(UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory())?.figures);
             for (method, mut law, pairing) in laws {
-                if let Some(last) = learn_program(part, &mut machine, law.as_mut(), pairing, runs, &Guard::default())?.last() {
+                if let Some(last) =
+                    learn_program(part, &mut machine, law.as_mut(), pairing, runs, &CorrectionLimits::default())?.last()
+                {
                     found.push(method, runs, last.figures);
                 }
             }

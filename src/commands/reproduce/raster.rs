@@ -1,7 +1,7 @@
 //! Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, from single axes (`a = 0`) to the contour alone (`a = 1`).
 
 use anyhow::Result;
-use compensation::{Guard, ImpulseResponse, StopRule, learn};
+use compensation::{CorrectionLimits, ImpulseResponse, StopRule, learn};
 use machine::{MachineSpec, SimulatedMachine};
 use motion::{DesiredPath, Trajectory};
 use pipeline::model_based_ilc::{PROBE, RESPONSE_S, norm_optimal};
@@ -55,9 +55,9 @@ impl Reproduce {
         let mut law = norm_optimal(row.a, responses)?;
         row.permitted += law.permitted_model_error(desired)? / self.seeds as f64;
         let stop = StopRule::after(RUNS);
-        let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
+        let learned = learn(&mut machine, &mut law, desired, None, &CorrectionLimits::default(), &stop, &mut |_, _| 0.0)?;
         let share = 1.0 / (CONVERGED as f64 * self.seeds as f64);
-        for round in learned.rounds.iter().rev().take(CONVERGED) {
+        for round in learned.iterations.iter().rev().take(CONVERGED) {
             row.contour_rms += share * statistics::contour(desired, None, &round.actual)?.rms_mm;
             row.across_rms += share * across(desired.trajectory(), &round.actual)?;
             row.axis_rms += share * rms(desired.trajectory(), &round.actual)?;

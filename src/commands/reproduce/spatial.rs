@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, Guard, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, StopRule, learn};
 use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::curves::Line;
 use motion::{DesiredPath, Piece, ToolPath, Trajectory, Vec3};
@@ -65,8 +65,8 @@ impl Reproduce {
         let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
         let stop = StopRule::after(updates);
-        let learned = learn(&mut machine, &mut law, desired, None, &Guard::default(), &stop, &mut |_, _| 0.0)?;
-        learned.rounds.iter().map(|round| figures(desired, &round.actual)).collect()
+        let learned = learn(&mut machine, &mut law, desired, None, &CorrectionLimits::default(), &stop, &mut |_, _| 0.0)?;
+        learned.iterations.iter().map(|round| figures(desired, &round.actual)).collect()
     }
 
     /// Each run's reference is a program through the shifted points, whose time the control plans itself.

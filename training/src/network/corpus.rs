@@ -95,7 +95,7 @@ struct Sequence {
 
 /// The training runs of one axis.
 #[derive(Debug)]
-pub struct Corpus {
+pub struct AxisDataset {
     /// How they are scaled.
     pub scaling: Scaling,
     sequences: Vec<Sequence>,
@@ -137,7 +137,7 @@ pub fn check_runs(runs: &[AxisRun]) -> Result<f64, TrainingError> {
     Ok(period_s)
 }
 
-impl Corpus {
+impl AxisDataset {
     /// Rows and targets of the runs, scaled to unit size.
     pub fn new(runs: &[AxisRun], task: Task, recipe: &NetworkRecipe) -> Result<Self, TrainingError> {
         let period_s = check_runs(runs)?;

@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Progress, State, identity};
-use super::corpus::{Corpus, Task, check_runs};
+use super::corpus::{AxisDataset, Task, check_runs};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
@@ -109,7 +109,7 @@ fn run(
 ) -> Result<Trained, TrainingError> {
     recipe.check()?;
     check_runs(held_out)?;
-    let corpus = Corpus::new(runs, task, recipe)?;
+    let corpus = AxisDataset::new(runs, task, recipe)?;
     let device = Device::flex().autodiff();
     let net = Net::draw(recipe, corpus.scaling.task.width(), &mut rng(seed, 0), &device)?;
     let progress =
@@ -140,7 +140,7 @@ fn run(
 }
 
 /// Steps over all windows once; the mean loss.
-fn epoch(state: &mut State, corpus: &Corpus, recipe: &NetworkRecipe, rate: f64, seed: u64, device: &Device) -> f64 {
+fn epoch(state: &mut State, corpus: &AxisDataset, recipe: &NetworkRecipe, rate: f64, seed: u64, device: &Device) -> f64 {
     let mut rng = rng(seed, state.progress.epochs as u64 + 1);
     let windows = corpus.shuffled(&mut rng);
     let (mut sum, mut count) = (0.0, 0);
@@ -160,7 +160,7 @@ fn epoch(state: &mut State, corpus: &Corpus, recipe: &NetworkRecipe, rate: f64, 
 }
 
 /// Looks at the held-out runs and keeps the network where it predicts them better than before.
-fn validate(state: &mut State, corpus: &Corpus, held_out: &[AxisRun]) -> Result<f64, TrainingError> {
+fn validate(state: &mut State, corpus: &AxisDataset, held_out: &[AxisRun]) -> Result<f64, TrainingError> {
     let rms = match state.net.predictor(&corpus.scaling) {
         Ok(predictor) => held_out_error(predictor.as_ref(), held_out),
         // Weights that are not numbers make no predictor.

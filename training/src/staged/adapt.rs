@@ -1,8 +1,8 @@
 //! Adapting a predictor to another machine, or to the same one later, with a few seconds of its log.
 
-use models::staged::{Carrier, FeatureSet, Pass, Scales, StagedPredictor};
+use models::staged::{FeatureSet, MotionFactor, Pass, Scales, StagedPredictor};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::Penalty;
 use super::recipe::StagedRecipe;
 use crate::{AxisRun, TrainingError};
@@ -38,7 +38,7 @@ pub fn adapt(
     runs: &[AxisRun],
     recipe: &StagedRecipe,
 ) -> Result<(StagedPredictor, AdaptReport), TrainingError> {
-    let corpus = Corpus::new(runs, recipe)?;
+    let corpus = AxisDataset::new(runs, recipe)?;
     if (corpus.period_s() / predictor.period_s() - 1.0).abs() > 1e-6 {
         return Err(TrainingError::Unusable(format!(
             "the log's period is {} s, the model's {} s",
@@ -67,7 +67,7 @@ pub fn adapt(
 
 /// One pass with its parts scaled and its low-order terms corrected.
 fn adapt_pass(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     pass: &Pass,
     expected: &[Vec<f64>],
     recipe: &StagedRecipe,
@@ -122,7 +122,7 @@ fn is_free(part: &Part) -> bool {
 /// Free columns of the linear law, and one part for each other channel (both waves of a line and carrier together).
 fn parts(pass: &Pass) -> Vec<Part> {
     let mut parts: Vec<Part> = Vec::new();
-    let mut keyed: Vec<((Carrier, Option<usize>), Part)> = Vec::new();
+    let mut keyed: Vec<((MotionFactor, Option<usize>), Part)> = Vec::new();
     let mut column = 0;
     for group in &pass.features.groups {
         let responses = group.basis.len();
@@ -130,7 +130,10 @@ fn parts(pass: &Pass) -> Vec<Part> {
             let columns = column..column + responses;
             column += responses;
             let line = channel.line();
-            let linear = matches!(channel.carrier, Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Sign);
+            let linear = matches!(
+                channel.motion,
+                MotionFactor::One | MotionFactor::Velocity | MotionFactor::VelocityStep | MotionFactor::Sign
+            );
             if linear && line.is_none() {
                 let free = RESPONSE_COLUMNS.iter().filter(|&&i| i < responses);
                 parts.extend(free.map(|i| vec![(columns.start + i, 1.0)]));
@@ -138,9 +141,9 @@ fn parts(pass: &Pass) -> Vec<Part> {
             }
             // The terms of a line share one gain for each kind, so that the correction stays small.
             let key = match line {
-                Some(_) if matches!(channel.carrier, Carrier::Stop(_)) => (Carrier::Stop(0), line),
-                Some(_) => (Carrier::One, line),
-                None => (channel.carrier, None),
+                Some(_) if matches!(channel.motion, MotionFactor::Stop(_)) => (MotionFactor::Stop(0), line),
+                Some(_) => (MotionFactor::One, line),
+                None => (channel.motion, None),
             };
             let moved = columns.map(|i| (i, pass.weights[i]));
             match keyed.iter_mut().find(|(other, _)| *other == key) {
@@ -153,7 +156,7 @@ fn parts(pass: &Pass) -> Vec<Part> {
     parts
 }
 
-fn mean_square(corpus: &Corpus<'_>, left: &[Vec<f64>]) -> f64 {
+fn mean_square(corpus: &AxisDataset<'_>, left: &[Vec<f64>]) -> f64 {
     let (sums, samples) = corpus.by_fold(|run, k| left[run][k].powi(2));
     sums.iter().sum::<f64>() / samples.iter().sum::<usize>().max(1) as f64
 }

@@ -57,7 +57,7 @@ impl Gathered {
     }
 }
 
-/// Writes columns of a run from a row on; see [`Corpus::grams_with`].
+/// Writes columns of a run from a row on; see [`AxisDataset::grams_with`].
 pub type Fill<'a> = dyn Fn(usize, usize, DMatrixViewMut<'_, f64>) + Sync + 'a;
 
 /// A stretch of a run that belongs to one fold and one band of speed.
@@ -71,7 +71,7 @@ struct Stretch {
 
 /// All runs of one axis.
 #[derive(Debug)]
-pub struct Corpus<'a> {
+pub struct AxisDataset<'a> {
     runs: &'a [AxisRun],
     errors: Vec<Vec<f64>>,
     /// How far the motor is off the table when each run begins.
@@ -85,7 +85,7 @@ pub struct Corpus<'a> {
     pub unit: f64,
 }
 
-impl<'a> Corpus<'a> {
+impl<'a> AxisDataset<'a> {
     /// Checks the runs and lays out the folds.
     ///
     /// # Errors

@@ -2,12 +2,12 @@
 
 use models::staged::StagedPredictor;
 
-use super::corpus::Corpus;
+use super::backlash::with_drag_and_play;
+use super::corpus::AxisDataset;
 use super::friction_map::with_friction_map;
 use super::gram::FoldErrors;
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
 use super::operators::{Bank, FittedPass, best_ridge, fit_pass, operator_features, penalties};
-use super::play::with_drag_and_play;
 use super::recipe::StagedRecipe;
 use super::refine::refined_lines;
 use super::report::{StageReport, StagedReport};
@@ -24,13 +24,13 @@ const OPERATOR_PASSES: usize = 2;
 /// When the runs are unusable (lengths, periods, too few samples, no motion), or no linear law can be fitted.
 pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, StagedReport), TrainingError> {
     recipe.map.check()?;
-    let corpus = Corpus::new(runs, recipe)?;
+    let corpus = AxisDataset::new(runs, recipe)?;
     let (ladder, ridge) = candidates(&corpus, recipe)?;
     assemble(&corpus, ladder, ridge, recipe)
 }
 
 /// Every candidate, simplest first, and the ridge of the non-linear columns.
-fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
+fn candidates(corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
     let references = corpus.references();
     let simple = velocity_acceleration_jerk(corpus, &references, recipe)?;
     if recipe.stop_half_widths.is_empty() {
@@ -81,7 +81,7 @@ fn candidates(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candida
 
 /// The candidates without friction.
 fn linear_candidates(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     references: &[Vec<f64>],
     simple: Candidate,
     recipe: &StagedRecipe,
@@ -112,7 +112,7 @@ fn pays(richer: &Candidate, simpler: &Candidate, recipe: &StagedRecipe) -> bool 
 
 /// Adds one bank of operators to the linear law, and the ridge that held-out blocks prefer for it.
 fn with_operators(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     references: &[Vec<f64>],
     linear: &Candidate,
     law: &LinearLaw,
@@ -138,7 +138,7 @@ fn with_operators(
 
 /// Adds position lines to the operators: look, refit, look again; then refine their frequencies. `None` where no line is found.
 fn with_position_lines(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     law: &LinearLaw,
     base: &Candidate,
     ridge: f64,
@@ -193,7 +193,7 @@ fn with_position_lines(
 
 /// Takes the simplest candidate that no richer one beats.
 fn assemble(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     ladder: Vec<Candidate>,
     ridge: Option<f64>,
     recipe: &StagedRecipe,

@@ -3,10 +3,10 @@
 //! The map is linear in what it adds to the friction terms: the level at a place times a hat around it, times what the friction terms contribute there. Its
 //! values are a smooth random function before the log is seen, so that a place that the log hardly visits keeps the level 1.
 
-use models::staged::{Carrier, Channel, Fir, FrictionMap, Pass, Scales, Signals, Waves};
+use models::staged::{Fir, FrictionMap, MotionFactor, Pass, Regressor, Scales, Signals, Waves};
 use nalgebra::{DMatrix, DMatrixViewMut};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw};
 use super::operators::{FittedPass, fit_pass, penalties};
@@ -24,7 +24,7 @@ const LEVELS: [f64; 2] = [0.1, 10.0];
 
 /// Adds a friction map to the last pass of `base`; `None` where it has no friction, or no map lowers the error of held-out blocks.
 pub fn with_friction_map(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     law: &LinearLaw,
     base: &Candidate,
     ridge: f64,
@@ -106,7 +106,7 @@ impl Values {
 
 /// Normal equations of the pass's columns and, after them, of the map's values: even ones, then odd ones. The target is the tracking error with what the
 /// map already explains of it, so that the values found are those of the whole map.
-fn gather(corpus: &Corpus<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
+fn gather(corpus: &AxisDataset<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
     let friction = Friction::of(pass)?;
     let signals = corpus.signals(&pass.features, expected);
     let inputs: Vec<Vec<Vec<f64>>> = signals.iter().map(|signals| friction.inputs(signals)).collect();
@@ -165,7 +165,7 @@ fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) ->
 
 /// The friction terms of a pass through a few responses: `Σ filter ∗ Σ share · channel`.
 struct Friction {
-    channels: Vec<Channel>,
+    channels: Vec<Regressor>,
     filters: Vec<Fir>,
     /// One row a channel, one column a filter.
     shares: DMatrix<f64>,
@@ -175,19 +175,19 @@ impl Friction {
     /// `None` where the pass has no friction terms.
     fn of(pass: &Pass) -> Option<Self> {
         let mut taken = 0;
-        let mut found: Vec<(Channel, Fir)> = Vec::new();
+        let mut found: Vec<(Regressor, Fir)> = Vec::new();
         for group in &pass.features.groups {
             for channel in &group.channels {
                 let weights = &pass.weights[taken..taken + group.basis.len()];
                 taken += group.basis.len();
-                let friction = match channel.carrier {
-                    Carrier::Sign
-                    | Carrier::Stop(_)
-                    | Carrier::StopLessSign(_)
-                    | Carrier::SlowStop(..)
-                    | Carrier::StopMagnitude(_)
-                    | Carrier::Drag(_) => true,
-                    Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Play(_) => false,
+                let friction = match channel.motion {
+                    MotionFactor::Sign
+                    | MotionFactor::Stop(_)
+                    | MotionFactor::StopLessSign(_)
+                    | MotionFactor::SlowStop(..)
+                    | MotionFactor::StopMagnitude(_)
+                    | MotionFactor::SaturatedViscous(_) => true,
+                    MotionFactor::One | MotionFactor::Velocity | MotionFactor::VelocityStep | MotionFactor::Backlash(_) => false,
                 };
                 if friction && channel.line().is_none() {
                     found.push((*channel, group.basis.combine(weights)));

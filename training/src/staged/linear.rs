@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use models::staged::{Carrier, FeatureGroup, FeatureSet, Fir, LagBasis, Pass, Scales};
+use models::staged::{FeatureGroup, FeatureSet, Fir, LagBasis, MotionFactor, Pass, Scales};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::{FoldErrors, Penalty};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
@@ -30,7 +30,7 @@ pub struct Candidate {
 }
 
 /// No error at all; and `e(t) = r(t) − r(t − τ)` with the best `τ`, linear between samples.
-pub fn pure_delays(corpus: &Corpus<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
+pub fn pure_delays(corpus: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
     let delays: Vec<f64> = (0..)
         .map(|i| f64::from(i) / DELAYS_PER_PERIOD as f64)
         .take_while(|delay| delay * corpus.period_s() <= LONGEST_DELAY_S)
@@ -72,21 +72,21 @@ fn delay_candidate(name: &'static str, delay: f64, period_s: f64, errors: FoldEr
     taps[0] *= delay - whole;
     let response = Fir { first_lag: -(whole as isize), taps };
     let features =
-        FeatureSet { scales: Scales::linear(), groups: vec![group(LagBasis::new(vec![response]), &[Carrier::Velocity])] };
+        FeatureSet { scales: Scales::linear(), groups: vec![group(LagBasis::new(vec![response]), &[MotionFactor::Velocity])] };
     Candidate { name, passes: vec![Pass { features, weights: vec![1.0] }], errors, carried: None, free: false }
 }
 
 /// `e = c + c_v·v + c_a·a + c_j·j`, from the velocity and its increments at the present and the next sample.
 pub fn velocity_acceleration_jerk(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     references: &[Vec<f64>],
     recipe: &StagedRecipe,
 ) -> Result<Candidate, TrainingError> {
     let features = FeatureSet {
         scales: Scales::linear(),
         groups: vec![
-            group(LagBasis::now(), &[Carrier::Velocity, Carrier::One]),
-            group(LagBasis::dense(0, 1), &[Carrier::VelocityStep]),
+            group(LagBasis::now(), &[MotionFactor::Velocity, MotionFactor::One]),
+            group(LagBasis::dense(0, 1), &[MotionFactor::VelocityStep]),
         ],
     };
     let signals = corpus.signals(&features, references);
@@ -132,8 +132,8 @@ impl LinearLaw {
             features: FeatureSet {
                 scales: Scales::linear(),
                 groups: vec![
-                    group(LagBasis::now(), &[Carrier::Velocity, Carrier::One]),
-                    group(LagBasis::sums(&groups, future), &[Carrier::VelocityStep]),
+                    group(LagBasis::now(), &[MotionFactor::Velocity, MotionFactor::One]),
+                    group(LagBasis::sums(&groups, future), &[MotionFactor::VelocityStep]),
                 ],
             },
             variances: [f64::INFINITY; 2].into_iter().chain(back).chain(ahead).collect(),
@@ -180,7 +180,7 @@ fn knots(seconds: &[f64], longest_s: f64, period_s: f64) -> Vec<isize> {
 
 /// The anchored linear law whose response dies out with time constant `memory_s`.
 pub fn anchored(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     references: &[Vec<f64>],
     recipe: &StagedRecipe,
     simpler: &Candidate,
@@ -207,6 +207,6 @@ pub fn anchored(
 }
 
 /// Carriers through one basis.
-pub fn group(basis: LagBasis, carriers: &[Carrier]) -> FeatureGroup {
+pub fn group(basis: LagBasis, carriers: &[MotionFactor]) -> FeatureGroup {
     FeatureGroup { basis, channels: carriers.iter().map(|&carrier| carrier.into()).collect() }
 }

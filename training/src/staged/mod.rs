@@ -1,6 +1,7 @@
 //! Fitting the staged predictor: least squares in stages, each kept only if held-out runs say that it pays.
 
 mod adapt;
+mod backlash;
 mod cholesky;
 mod corpus;
 mod fit;
@@ -9,7 +10,6 @@ mod gram;
 mod linear;
 mod lines;
 mod operators;
-mod play;
 mod recipe;
 mod refine;
 mod report;

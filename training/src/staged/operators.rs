@@ -1,8 +1,8 @@
 //! The hysteresis stage: stop operators on the position that the linear law expects.
 
-use models::staged::{Carrier, FeatureSet, LagBasis, Pass, Scales};
+use models::staged::{FeatureSet, LagBasis, MotionFactor, Pass, Scales};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw, group};
 use super::recipe::StagedRecipe;
@@ -31,30 +31,30 @@ impl Bank {
 }
 
 /// Columns of the linear law followed by those of the operators.
-pub fn operator_features(law: &LinearLaw, bank: Bank, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
+pub fn operator_features(law: &LinearLaw, bank: Bank, corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> FeatureSet {
     let knots = &law.knots;
     let mut groups = law.features.groups.clone();
     match bank {
         Bank::Anchored => {
-            let stops: Vec<Carrier> = recipe.few_stops.iter().map(|&i| Carrier::StopLessSign(i)).collect();
-            groups.push(group(LagBasis::now(), &[Carrier::Sign]));
+            let stops: Vec<MotionFactor> = recipe.few_stops.iter().map(|&i| MotionFactor::StopLessSign(i)).collect();
+            groups.push(group(LagBasis::now(), &[MotionFactor::Sign]));
             groups.push(group(LagBasis::hats(knots), &stops));
         }
         Bank::Full | Bank::Shaped => {
-            let stops: Vec<Carrier> = (0..recipe.stop_half_widths.len()).map(Carrier::Stop).collect();
+            let stops: Vec<MotionFactor> = (0..recipe.stop_half_widths.len()).map(MotionFactor::Stop).collect();
             groups.push(group(LagBasis::hats(knots), &stops));
         }
     }
     if bank == Bank::Shaped {
-        let slow = (0..recipe.slow_speeds.len()).map(|q| Carrier::SlowStop(recipe.slow_stop, q));
-        let shaped: Vec<Carrier> = slow.chain(recipe.shape_stops.iter().map(|&i| Carrier::StopMagnitude(i))).collect();
+        let slow = (0..recipe.slow_speeds.len()).map(|q| MotionFactor::SlowStop(recipe.slow_stop, q));
+        let shaped: Vec<MotionFactor> = slow.chain(recipe.shape_stops.iter().map(|&i| MotionFactor::StopMagnitude(i))).collect();
         groups.push(group(LagBasis::hats(&every(knots, 2)), &shaped));
     }
     FeatureSet { scales: scales(corpus, recipe), groups }
 }
 
 /// Widths and speeds of the operators on this axis.
-pub fn scales(corpus: &Corpus<'_>, recipe: &StagedRecipe) -> Scales {
+pub fn scales(corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> Scales {
     let scaled = |list: &[f64]| list.iter().map(|x| x * corpus.unit).collect();
     let (low, high) = corpus.travel();
     Scales {
@@ -88,7 +88,7 @@ const HARDLY_EXCITED: f64 = 0.1;
 pub fn penalties(
     law: &LinearLaw,
     noise: f64,
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     features: &FeatureSet,
     ridge: f64,
     recipe: &StagedRecipe,
@@ -100,7 +100,7 @@ pub fn penalties(
         for channel in &group.channels {
             for _ in 0..group.basis.len() {
                 if column >= penalties.len() {
-                    let prior = if channel.carrier == Carrier::VelocityStep { 0.0 } else { prior };
+                    let prior = if channel.motion == MotionFactor::VelocityStep { 0.0 } else { prior };
                     penalties.push(Penalty { ridge, prior });
                 }
                 column += 1;
@@ -148,7 +148,7 @@ impl FittedPass {
 
 /// One fit on the given expected positions.
 pub fn fit_pass(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     features: &FeatureSet,
     expected: &[Vec<f64>],
     penalties: Vec<Penalty>,
@@ -165,7 +165,7 @@ pub fn best_ridge(
     fitted: &FittedPass,
     law: &LinearLaw,
     noise: f64,
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     recipe: &StagedRecipe,
 ) -> Option<(f64, f64)> {
     let tried: Vec<(f64, f64)> = recipe

@@ -2,7 +2,7 @@
 
 use models::staged::Pass;
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::Penalty;
 use super::recipe::StagedRecipe;
 use super::waves::part_on_line;
@@ -17,7 +17,7 @@ const FREQUENCY_RIDGE: f64 = 1e-8;
 /// The prediction's derivatives with respect to the frequencies join the columns, so that the phase which the weights would absorb is
 /// not taken for a shift of the frequency.
 pub fn refined_lines(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     pass: &Pass,
     expected: &[Vec<f64>],
     penalties: &[Penalty],

@@ -2,7 +2,7 @@
 
 use models::staged::{FeatureGroup, FeatureSet, Pass, Signals};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::lines::{Residuals, peaks};
 use super::recipe::StagedRecipe;
@@ -12,7 +12,7 @@ use super::waves::{Line, WaveBasis};
 #[derive(Debug)]
 pub struct Search<'a> {
     /// The runs.
-    pub corpus: &'a Corpus<'a>,
+    pub corpus: &'a AxisDataset<'a>,
     /// The columns to which lines are added.
     pub base: &'a FeatureSet,
     /// How lines become columns.
@@ -100,7 +100,7 @@ fn columns_of(line: &Line, sizes: &[usize]) -> Vec<usize> {
 }
 
 /// What is left over, where the axis moves fast enough for waves along it to show.
-fn along_axis(corpus: &Corpus<'_>, signals: &[Signals], left: &[Vec<f64>], recipe: &StagedRecipe) -> Residuals {
+fn along_axis(corpus: &AxisDataset<'_>, signals: &[Signals], left: &[Vec<f64>], recipe: &StagedRecipe) -> Residuals {
     let slowest = recipe.lines.slowest * corpus.unit;
     let mut out = Residuals::default();
     for (run, k) in corpus.rows() {

@@ -1,6 +1,6 @@
 //! The columns of position lines.
 
-use models::staged::{Carrier, Channel, FeatureGroup, FeatureSet, Fir, LagBasis, Pass};
+use models::staged::{FeatureGroup, FeatureSet, Fir, LagBasis, MotionFactor, Pass, Regressor};
 use nalgebra::DMatrix;
 
 use super::operators::every;
@@ -34,22 +34,22 @@ pub struct WaveBasis {
 impl WaveBasis {
     /// The groups of columns of the given lines; channels refer to them by their place in the list.
     pub fn groups(&self, lines: &[Line]) -> Vec<FeatureGroup> {
-        let select = |wanted: &dyn Fn(&Line) -> bool, carriers: &[Carrier]| -> Vec<Channel> {
+        let select = |wanted: &dyn Fn(&Line) -> bool, carriers: &[MotionFactor]| -> Vec<Regressor> {
             lines
                 .iter()
                 .enumerate()
                 .filter(|(_, line)| wanted(line))
-                .flat_map(|(i, _)| carriers.iter().flat_map(move |&c| Channel::on_line(c, i)))
+                .flat_map(|(i, _)| carriers.iter().flat_map(move |&c| Regressor::on_line(c, i)))
                 .collect()
         };
         let fine = |line: &Line| line.frequency > self.fine_above;
-        let stops: Vec<Carrier> = self.stops.iter().map(|&i| Carrier::Stop(i)).collect();
-        let gains: Vec<Carrier> =
-            self.stops.get(1).map(|&i| Carrier::Stop(i)).into_iter().chain([Carrier::VelocityStep]).collect();
+        let stops: Vec<MotionFactor> = self.stops.iter().map(|&i| MotionFactor::Stop(i)).collect();
+        let gains: Vec<MotionFactor> =
+            self.stops.get(1).map(|&i| MotionFactor::Stop(i)).into_iter().chain([MotionFactor::VelocityStep]).collect();
         [
             (self.filters.clone(), select(&|line| line.friction, &stops)),
-            (LagBasis::hats(&every(&self.knots, 3)), select(&|line| line.force && !fine(line), &[Carrier::One])),
-            (LagBasis::hats(&self.knots), select(&|line| line.force && fine(line), &[Carrier::One])),
+            (LagBasis::hats(&every(&self.knots, 3)), select(&|line| line.force && !fine(line), &[MotionFactor::One])),
+            (LagBasis::hats(&self.knots), select(&|line| line.force && fine(line), &[MotionFactor::One])),
             (LagBasis::hats(&every(&self.knots, 2)), select(&|line| line.gain, &gains)),
         ]
         .into_iter()
@@ -74,7 +74,10 @@ pub fn leading_filters(pass: &Pass, count: usize) -> Option<LagBasis> {
     for group in &pass.features.groups {
         let responses = group.basis.len();
         for channel in &group.channels {
-            let friction = matches!(channel.carrier, Carrier::Stop(_) | Carrier::StopLessSign(_) | Carrier::Drag(_));
+            let friction = matches!(
+                channel.motion,
+                MotionFactor::Stop(_) | MotionFactor::StopLessSign(_) | MotionFactor::SaturatedViscous(_)
+            );
             if friction && channel.line().is_none() {
                 rows.push(group.basis.combine(&pass.weights[taken..taken + responses]));
             }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::window::{Due, Follower, Road, Window};
+use super::window::{Due, Follower, PathSource, Window};
 use crate::contour::spline::{CurvePieces, Pieces};
 use crate::contour::{ContourError, ContourEstimator, Location, TimeMatch, check_paths};
 use crate::{Curve, MotionError, Vec3};
@@ -161,7 +161,7 @@ struct Timed<'a> {
     positions: &'a [f64],
 }
 
-impl Road for Timed<'_> {
+impl PathSource for Timed<'_> {
     fn pieces(&self) -> &Pieces {
         self.pieces
     }

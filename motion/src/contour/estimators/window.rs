@@ -64,7 +64,7 @@ impl Window {
 
     /// Foot point of `p` on `road` where it is `due`.
     #[inline]
-    pub(in crate::contour) fn nearest(&self, road: &impl Road, due: &Due, p: &Vec3) -> Place {
+    pub(in crate::contour) fn nearest(&self, road: &impl PathSource, due: &Due, p: &Vec3) -> Place {
         let pieces = road.pieces();
         let mut look = self.around(road, due.moved_on, p);
         if (due.usual - due.moved_on).abs() > SAME_INDEX {
@@ -86,13 +86,13 @@ impl Window {
 
     /// As [`Self::around`], away from the straight way through.
     #[cold]
-    fn around_too(&self, road: &impl Road, index: f64, p: &Vec3) -> Look {
+    fn around_too(&self, road: &impl PathSource, index: f64, p: &Vec3) -> Look {
         self.around(road, index, p)
     }
 
     /// What to look at around a sample index.
     #[inline(always)]
-    fn around(&self, road: &impl Road, index: f64, p: &Vec3) -> Look {
+    fn around(&self, road: &impl PathSource, index: f64, p: &Vec3) -> Look {
         let pieces = road.pieces();
         let seed = road.place(index);
         let squared = (pieces.cubic(seed.0).point(seed.1) - p).norm_squared();
@@ -125,7 +125,7 @@ struct Look {
 }
 
 /// Pieces and how they are passed in time.
-pub(in crate::contour) trait Road {
+pub(in crate::contour) trait PathSource {
     fn pieces(&self) -> &Pieces;
     /// Piece and parameter at a sample index, which is brought into range.
     fn place(&self, index: f64) -> (usize, f64);
@@ -136,7 +136,7 @@ pub(in crate::contour) trait Road {
 }
 
 /// One piece a sample.
-impl Road for Pieces {
+impl PathSource for Pieces {
     #[inline]
     fn pieces(&self) -> &Pieces {
         self

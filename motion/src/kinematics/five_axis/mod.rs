@@ -243,7 +243,7 @@ impl Kinematics for FiveAxis {
         columns
     }
 
-    fn turns(&self) -> bool {
+    fn has_rotary_axes(&self) -> bool {
         !self.chain.is_empty()
     }
 

@@ -1,4 +1,4 @@
-//! Channels: the signals that act on the tracking error through a response of their own.
+//! Regressors: the signals that act on the tracking error through a response of their own.
 
 use std::ops::Range;
 
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::phase::sin_cos_of;
 use super::signals::{Scales, Signals};
 
-/// The part of a channel that follows the motion.
+/// The factor of a regressor that follows the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Carrier {
+pub enum MotionFactor {
     /// The constant 1.
     One,
     /// Velocity of the reference.
@@ -27,17 +27,19 @@ pub enum Carrier {
     SlowStop(usize, usize),
     /// Magnitude of a stop operator, which differs between the two directions.
     StopMagnitude(usize),
-    /// Drag that is proportional to the expected velocity up to a speed and constant beyond it: `v/q` within −1…1.
-    Drag(usize),
-    /// Play between the motor and what is measured: a stop operator whose contribution the motor does not feel, so that the next
+    /// Saturated viscous friction: proportional to the expected velocity up to a speed and constant beyond it, `v/q` within −1…1.
+    #[serde(rename = "drag")]
+    SaturatedViscous(usize),
+    /// Backlash between the motor and what is measured: a stop operator whose contribution the motor does not feel, so that the next
     /// pass's expected position is without it.
-    Play(usize),
+    #[serde(rename = "play")]
+    Backlash(usize),
 }
 
-/// The part of a channel that follows the place.
+/// The factor of a regressor that follows the position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Wave {
+pub enum PositionFactor {
     /// The same everywhere.
     Flat,
     /// `cos 2πfx` of a position line.
@@ -46,59 +48,62 @@ pub enum Wave {
     Sin(usize),
 }
 
-/// A carrier times a wave.
+/// A factor of the motion times one of the position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Channel {
+pub struct Regressor {
     /// What follows the motion.
-    pub carrier: Carrier,
-    /// What follows the place.
-    pub wave: Wave,
+    #[serde(rename = "carrier")]
+    pub motion: MotionFactor,
+    /// What follows the position.
+    #[serde(rename = "wave")]
+    pub position: PositionFactor,
 }
 
-impl From<Carrier> for Channel {
-    fn from(carrier: Carrier) -> Self {
-        Self { carrier, wave: Wave::Flat }
+impl From<MotionFactor> for Regressor {
+    fn from(motion: MotionFactor) -> Self {
+        Self { motion, position: PositionFactor::Flat }
     }
 }
 
-impl Channel {
-    /// The carrier times cosine and sine of `line`.
+impl Regressor {
+    /// The motion times cosine and sine of `line`.
     #[must_use]
-    pub fn on_line(carrier: Carrier, line: usize) -> [Self; 2] {
-        [Wave::Cos(line), Wave::Sin(line)].map(|wave| Self { carrier, wave })
+    pub fn on_line(motion: MotionFactor, line: usize) -> [Self; 2] {
+        [PositionFactor::Cos(line), PositionFactor::Sin(line)].map(|position| Self { motion, position })
     }
 
     /// The line that this channel follows, if any.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
-        match self.wave {
-            Wave::Flat => None,
-            Wave::Cos(line) | Wave::Sin(line) => Some(line),
+        match self.position {
+            PositionFactor::Flat => None,
+            PositionFactor::Cos(line) | PositionFactor::Sin(line) => Some(line),
         }
     }
 
     /// Whether `scales` has the operator, speed and line that this channel names.
     pub(super) fn fits(&self, scales: &Scales) -> bool {
         let stops = scales.stop_half_widths.len();
-        let carrier = match self.carrier {
-            Carrier::One | Carrier::Velocity | Carrier::VelocityStep | Carrier::Sign => true,
-            Carrier::Stop(stop) | Carrier::StopLessSign(stop) | Carrier::StopMagnitude(stop) | Carrier::Play(stop) => {
-                stop < stops
-            }
-            Carrier::SlowStop(stop, speed) => stop < stops && speed < scales.slow_speeds.len(),
-            Carrier::Drag(speed) => speed < scales.drag_speeds.len(),
+        let motion = match self.motion {
+            MotionFactor::One | MotionFactor::Velocity | MotionFactor::VelocityStep | MotionFactor::Sign => true,
+            MotionFactor::Stop(stop)
+            | MotionFactor::StopLessSign(stop)
+            | MotionFactor::StopMagnitude(stop)
+            | MotionFactor::Backlash(stop) => stop < stops,
+            MotionFactor::SlowStop(stop, speed) => stop < stops && speed < scales.slow_speeds.len(),
+            MotionFactor::SaturatedViscous(speed) => speed < scales.drag_speeds.len(),
         };
-        carrier && self.line().is_none_or(|line| line < scales.lines.len())
+        motion && self.line().is_none_or(|line| line < scales.lines.len())
     }
 
     /// The signal that this channel is as it stands, over all padded samples, if it is one.
     pub(super) fn signal<'a>(&self, signals: &'a Signals) -> Option<&'a [f64]> {
-        match (self.carrier, self.wave) {
-            (Carrier::Velocity, Wave::Flat) => Some(signals.velocity()),
-            (Carrier::VelocityStep, Wave::Flat) => Some(signals.step()),
-            (Carrier::Sign, Wave::Flat) => Some(signals.push()),
-            (Carrier::Stop(stop) | Carrier::Play(stop), Wave::Flat) => Some(signals.stop(stop)),
-            (Carrier::Drag(speed), Wave::Flat) => Some(signals.drag(speed)),
+        match (self.motion, self.position) {
+            (MotionFactor::Velocity, PositionFactor::Flat) => Some(signals.velocity()),
+            (MotionFactor::VelocityStep, PositionFactor::Flat) => Some(signals.step()),
+            (MotionFactor::Sign, PositionFactor::Flat) => Some(signals.push()),
+            (MotionFactor::Stop(stop) | MotionFactor::Backlash(stop), PositionFactor::Flat) => Some(signals.stop(stop)),
+            (MotionFactor::SaturatedViscous(speed), PositionFactor::Flat) => Some(signals.drag(speed)),
             _ => None,
         }
     }
@@ -106,37 +111,37 @@ impl Channel {
     /// Writes the channel's values at the padded samples `start..start + out.len()` to `out`.
     pub fn fill(&self, signals: &Signals, waves: &Waves, start: usize, out: &mut [f64]) {
         let rows = start..start + out.len();
-        match self.carrier {
-            Carrier::One => out.fill(1.0),
-            Carrier::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
-            Carrier::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
-            Carrier::Sign => out.copy_from_slice(&signals.push()[rows.clone()]),
-            Carrier::Stop(stop) | Carrier::Play(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
-            Carrier::StopLessSign(stop) => {
+        match self.motion {
+            MotionFactor::One => out.fill(1.0),
+            MotionFactor::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
+            MotionFactor::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
+            MotionFactor::Sign => out.copy_from_slice(&signals.push()[rows.clone()]),
+            MotionFactor::Stop(stop) | MotionFactor::Backlash(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
+            MotionFactor::StopLessSign(stop) => {
                 let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.push()[rows.clone()]);
                 for (y, (z, sign)) in out.iter_mut().zip(stops) {
                     *y = z - sign;
                 }
             }
-            Carrier::SlowStop(stop, speed) => {
+            MotionFactor::SlowStop(stop, speed) => {
                 let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.slow(speed)[rows.clone()]);
                 for (y, (z, slow)) in out.iter_mut().zip(stops) {
                     *y = z * slow;
                 }
             }
-            Carrier::Drag(speed) => out.copy_from_slice(&signals.drag(speed)[rows.clone()]),
-            Carrier::StopMagnitude(stop) => {
+            MotionFactor::SaturatedViscous(speed) => out.copy_from_slice(&signals.drag(speed)[rows.clone()]),
+            MotionFactor::StopMagnitude(stop) => {
                 for (y, z) in out.iter_mut().zip(&signals.stop(stop)[rows.clone()]) {
                     *y = z.abs();
                 }
             }
         }
-        let wave = match self.wave {
-            Wave::Flat => return,
-            Wave::Cos(line) => waves.cos(line, rows),
-            Wave::Sin(line) => waves.sin(line, rows),
+        let position = match self.position {
+            PositionFactor::Flat => return,
+            PositionFactor::Cos(line) => waves.cos(line, rows),
+            PositionFactor::Sin(line) => waves.sin(line, rows),
         };
-        for (y, w) in out.iter_mut().zip(wave) {
+        for (y, w) in out.iter_mut().zip(position) {
             *y *= w;
         }
     }
@@ -170,8 +175,8 @@ impl Waves {
             turns.iter_mut().zip(position).for_each(|(turns, x)| *turns = line * x);
             let (mut sin, mut cos) = (vec![0.0; turns.len()], vec![0.0; turns.len()]);
             sin_cos_of(&turns, &mut sin, &mut cos);
-            for wave in [&mut sin, &mut cos] {
-                wave.iter_mut().zip(&shares).for_each(|(wave, share)| *wave *= share);
+            for position in [&mut sin, &mut cos] {
+                position.iter_mut().zip(&shares).for_each(|(position, share)| *position *= share);
             }
             (cos, sin)
         };

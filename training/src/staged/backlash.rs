@@ -4,9 +4,9 @@
 //! position: the reference less the predicted error, without what play contributes to it. On the table's position a stop operator would
 //! stand still while the motor crosses the play, and never learn where the table comes to rest.
 
-use models::staged::{Carrier, FeatureSet, LagBasis, Pass};
+use models::staged::{FeatureSet, LagBasis, MotionFactor, Pass};
 
-use super::corpus::Corpus;
+use super::corpus::AxisDataset;
 use super::linear::{Candidate, LinearLaw, group};
 use super::operators::{FittedPass, best_ridge, fit_pass, penalties, scales};
 use super::recipe::StagedRecipe;
@@ -24,7 +24,7 @@ const HOPELESS: f64 = 4.0;
 /// its half-width times a stop operator of just this half-width, so that the weight found is the next half-width to try. Then drag,
 /// on the motor's position that comes out of it, as long as held-out blocks gain.
 pub fn with_drag_and_play(
-    corpus: &Corpus<'_>,
+    corpus: &AxisDataset<'_>,
     references: &[Vec<f64>],
     linear: &Candidate,
     law: &LinearLaw,
@@ -74,17 +74,17 @@ pub fn with_drag_and_play(
 }
 
 /// Columns of the linear law, then of friction by direction of motion, of drag, and of play.
-fn features(law: &LinearLaw, drag: bool, half_width: Option<f64>, corpus: &Corpus<'_>, recipe: &StagedRecipe) -> FeatureSet {
+fn features(law: &LinearLaw, drag: bool, half_width: Option<f64>, corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> FeatureSet {
     let mut scales = scales(corpus, recipe);
-    let mut friction = vec![Carrier::Sign];
+    let mut friction = vec![MotionFactor::Sign];
     if drag {
         scales.drag_speeds = recipe.drag_speeds.iter().map(|speed| speed * corpus.unit).collect();
-        friction.extend((0..recipe.drag_speeds.len()).map(Carrier::Drag));
+        friction.extend((0..recipe.drag_speeds.len()).map(MotionFactor::SaturatedViscous));
     }
     let mut groups = law.features.groups.clone();
     groups.push(group(LagBasis::hats(&law.knots), &friction));
     if let Some(half_width) = half_width {
-        groups.push(group(LagBasis::now(), &[Carrier::Play(scales.stop_half_widths.len())]));
+        groups.push(group(LagBasis::now(), &[MotionFactor::Backlash(scales.stop_half_widths.len())]));
         scales.stop_half_widths.push(half_width);
     }
     FeatureSet { scales, groups }
@@ -92,6 +92,6 @@ fn features(law: &LinearLaw, drag: bool, half_width: Option<f64>, corpus: &Corpu
 
 /// The half-width of the play that a pass found: its weight.
 fn play_in(pass: &Pass) -> Option<f64> {
-    let play = pass.features.groups.last()?.channels.iter().any(|channel| matches!(channel.carrier, Carrier::Play(_)));
+    let play = pass.features.groups.last()?.channels.iter().any(|channel| matches!(channel.motion, MotionFactor::Backlash(_)));
     pass.weights.last().copied().filter(|_| play)
 }

@@ -7,13 +7,13 @@ use crate::{CompensationError, LowPass};
 
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Guard {
+pub struct CorrectionLimits {
     /// Largest correction of the linear axes together, mm: the length of the vector. On a machine that turns tool or workpiece, of the tool tip in
     /// the workpiece frame.
     pub max_shift: f64,
     /// Largest correction of the tool's direction, rad, on a machine that turns it; of a rotary axis on a machine that does not.
-    pub max_turn_rad: f64,
-    /// The machine's limits; the corrected reference exceeds speeds and accelerations by no more than [`Guard::OVERSHOOT`].
+    pub max_rotation_rad: f64,
+    /// The machine's limits; the corrected reference exceeds speeds and accelerations by no more than [`CorrectionLimits::OVERSHOOT`].
     pub limits: Option<Limits>,
     /// The correction may move this long before a motion begins and after it ends, s; in between it stands still. Long enough to end a
     /// motion well, too short to carry an axis beyond its stop and back.
@@ -22,21 +22,27 @@ pub struct Guard {
     pub weights: Vec<f64>,
 }
 
-impl Default for Guard {
+impl Default for CorrectionLimits {
     fn default() -> Self {
-        Self { max_shift: 0.1, max_turn_rad: Self::MAX_TURN_DEG.to_radians(), limits: None, settle_s: 0.012, weights: Vec::new() }
+        Self {
+            max_shift: 0.1,
+            max_rotation_rad: Self::MAX_ROTATION_DEG.to_radians(),
+            limits: None,
+            settle_s: 0.012,
+            weights: Vec::new(),
+        }
     }
 }
 
-impl Guard {
+impl CorrectionLimits {
     /// Factors by which a corrected reference may exceed the speeds and accelerations that the desired path was planned to: a path at
     /// its limits could not be corrected at all otherwise. What a corner needs lasts milliseconds and stays well within what a
     /// planner's limits keep in hand.
     pub const OVERSHOOT: [f64; 2] = [1.1, 1.5];
 
-    /// Default of [`Guard::max_turn_rad`], degrees: at a 20 mm deep cut it moves the tool's end by 0.17 mm, as much as the default
+    /// Default of [`CorrectionLimits::max_rotation_rad`], degrees: at a 20 mm deep cut it moves the tool's end by 0.17 mm, as much as the default
     /// `max_shift` does.
-    pub const MAX_TURN_DEG: f64 = 0.5;
+    pub const MAX_ROTATION_DEG: f64 = 0.5;
 
     /// `reference` with its correction against `desired` bounded.
     ///
@@ -45,14 +51,14 @@ impl Guard {
     /// # Errors
     /// When the two do not match, or a bound is negative or not finite.
     pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
-        for (name, value) in [("largest shift, mm,", self.max_shift), ("largest turn, rad,", self.max_turn_rad)] {
+        for (name, value) in [("largest shift, mm,", self.max_shift), ("largest turn, rad,", self.max_rotation_rad)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(CompensationError::BadSetting { name, value, remedy: "it must be finite and not negative" });
             }
         }
         let path = desired.trajectory();
         path.check_matches(reference)?;
-        let turns = desired.kinematics().turns();
+        let turns = desired.kinematics().has_rotary_axes();
         let mut corrections = path.columns().iter().zip(reference.columns());
         let mut corrections: Vec<Vec<f64>> =
             corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
@@ -94,7 +100,10 @@ impl Guard {
     fn bound_axes(&self, path: &Trajectory, corrections: &mut [Vec<f64>]) {
         let (mut linear, mut rotary): (Vec<_>, Vec<_>) =
             corrections.iter_mut().zip(path.axes()).partition(|(_, axis)| axis.kind == AxisKind::Linear);
-        rotary.iter_mut().flat_map(|(c, _)| c.iter_mut()).for_each(|c| *c = c.clamp(-self.max_turn_rad, self.max_turn_rad));
+        rotary
+            .iter_mut()
+            .flat_map(|(c, _)| c.iter_mut())
+            .for_each(|c| *c = c.clamp(-self.max_rotation_rad, self.max_rotation_rad));
         for k in 0..path.len() {
             let length = linear.iter().map(|(correction, _)| correction[k] * correction[k]).sum::<f64>().sqrt();
             if length > self.max_shift {
@@ -111,7 +120,7 @@ impl Guard {
             joints.clear();
             joints.extend(path.at(k).zip(so_far).map(|(target, correction)| target + correction[k]));
             let pose = desired.kinematics().forward(joints);
-            (self.max_shift / (pose.tip - wanted.tip).norm()).min(self.max_turn_rad / pose.angle_to(wanted)).min(1.0)
+            (self.max_shift / (pose.tip - wanted.tip).norm()).min(self.max_rotation_rad / pose.angle_to(wanted)).min(1.0)
         };
         let poses = desired.poses().par_iter().enumerate().with_min_len(SHARE);
         let kept: Vec<f64> = poses.map_init(Vec::new, kept_of).collect();
@@ -296,8 +305,8 @@ fn too_fast<'a>(
     let rate = move |at: &dyn Fn(usize) -> f64, k: usize| (at(k) - 2.0 * at(k - 1) + at(k - 2)) / (period_s * period_s);
     let plain = move |k: usize| desired[k];
     (2..desired.len()).filter(move |k| {
-        let allowed_speed = (limit.velocity * Guard::OVERSHOOT[0]).max(speed(&plain, *k).abs());
-        let allowed_rate = (limit.acceleration * Guard::OVERSHOOT[1]).max(rate(&plain, *k).abs());
+        let allowed_speed = (limit.velocity * CorrectionLimits::OVERSHOOT[0]).max(speed(&plain, *k).abs());
+        let allowed_rate = (limit.acceleration * CorrectionLimits::OVERSHOOT[1]).max(rate(&plain, *k).abs());
         speed(&corrected, *k).abs() > allowed_speed * (1.0 + 1e-9) || rate(&corrected, *k).abs() > allowed_rate * (1.0 + 1e-9)
     })
 }
@@ -341,7 +350,7 @@ mod tests {
     fn nothing_moves_at_a_standstill_and_nothing_jumps() {
         let path = there_and_back();
         let wild = shifted(&path, |k| 0.01 * (k as f64 * 0.05).sin());
-        let held = correction(&path, &Guard::default().apply(&path, &wild).unwrap());
+        let held = correction(&path, &CorrectionLimits::default().apply(&path, &wild).unwrap());
         assert!(held[..79].iter().all(|c| *c == 0.0));
         // What the law says of the rest on average stays; only its ends follow the law.
         let level = held[400];
@@ -354,7 +363,7 @@ mod tests {
     #[test]
     fn no_shift_exceeds_the_bound() {
         let path = there_and_back();
-        let guard = Guard { max_shift: 0.02, ..Guard::default() };
+        let guard = CorrectionLimits { max_shift: 0.02, ..CorrectionLimits::default() };
         let bounded = correction(&path, &guard.apply(&path, &shifted(&path, |_| 5.0)).unwrap());
         assert!(bounded.iter().all(|c| c.abs() <= 0.02 + 1e-15));
     }
@@ -373,7 +382,7 @@ mod tests {
             let desired = DesiredPath::new(path.clone(), Arc::new(Cartesian::new(axes))).unwrap();
             let moved = |axis: usize| path.columns()[axis].iter().zip(&shift).map(|(d, s)| d + s[axis]).collect();
             let wild = path.with_columns(vec![moved(0), moved(1), moved(2)]).unwrap();
-            let bounded = Guard { max_shift, ..Guard::default() }.apply(&desired, &wild).unwrap();
+            let bounded = CorrectionLimits { max_shift, ..CorrectionLimits::default() }.apply(&desired, &wild).unwrap();
             for k in 0..60 {
                 let length = path.at(k).zip(bounded.at(k)).map(|(d, r)| (r - d) * (r - d)).sum::<f64>().sqrt();
                 prop_assert!(length <= max_shift + 1e-12, "{length} at {k}");
@@ -385,8 +394,8 @@ mod tests {
     fn bounds_that_are_none_are_refused() {
         let path = there_and_back();
         for bad in [-1.0, f64::NAN, f64::INFINITY] {
-            let shift = Guard { max_shift: bad, ..Guard::default() };
-            let turn = Guard { max_turn_rad: bad, ..Guard::default() };
+            let shift = CorrectionLimits { max_shift: bad, ..CorrectionLimits::default() };
+            let turn = CorrectionLimits { max_rotation_rad: bad, ..CorrectionLimits::default() };
             assert!(shift.apply(&path, path.trajectory()).is_err() && turn.apply(&path, path.trajectory()).is_err());
         }
     }
@@ -395,7 +404,7 @@ mod tests {
     fn the_axis_limits_are_held() {
         let path = there_and_back();
         let limits = Limits::uniform(1, 10.0, 100.0, 0.02);
-        let guard = Guard { limits: Some(limits), ..Guard::default() };
+        let guard = CorrectionLimits { limits: Some(limits), ..CorrectionLimits::default() };
         let reference = guard.apply(&path, &shifted(&path, |k| 0.01 * (k as f64 * 0.9).sin())).unwrap();
         let x = &reference.columns()[0];
         for k in 2..x.len() {

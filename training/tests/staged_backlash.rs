@@ -1,7 +1,7 @@
 //! Backlash between the motor and the measured table, on a drive that is known to the last digit.
 
 use models::AxisPredictor;
-use models::staged::{Carrier, StagedPredictor};
+use models::staged::{MotionFactor, StagedPredictor};
 use training::staged::{AxisRun, LineRecipe, StagedRecipe, StagedReport, fit};
 
 const PERIOD_S: f64 = 1e-3;
@@ -81,8 +81,8 @@ fn left(predictor: &StagedPredictor, half_width: f64) -> [f64; 2] {
 fn play_of(predictor: &StagedPredictor) -> Option<f64> {
     let features = &predictor.passes().last()?.features;
     let mut channels = features.groups.iter().flat_map(|group| &group.channels);
-    channels.find_map(|channel| match channel.carrier {
-        Carrier::Play(stop) => Some(1e3 * features.scales.stop_half_widths[stop]),
+    channels.find_map(|channel| match channel.motion {
+        MotionFactor::Backlash(stop) => Some(1e3 * features.scales.stop_half_widths[stop]),
         _ => None,
     })
 }
