@@ -65,7 +65,8 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// What the compiler denies in the library: printing, ending the process, reading the clock (`clippy.toml`).
 #[test]
 fn only_the_command_line_prints_reads_the_clock_or_exits() {
-    let denied = "#![deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods)]";
+    let denied =
+        "#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]";
     for (name, _) in FLOORS {
         let text = std::fs::read_to_string(root().join(name).join("src/lib.rs")).unwrap();
         assert!(text.lines().any(|line| line == denied), "{name}/src/lib.rs lacks {denied}");
