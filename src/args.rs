@@ -28,7 +28,7 @@ pub struct Common {
 /// What the machine is.
 #[derive(Debug, Clone, Args)]
 pub struct MachineArgs {
-    /// Machine description: a TOML file, or a built-in one (ballscrew, maxwell, worn, bc, xyzac), or one drawn at random (random:SEED)
+    /// Machine description: a TOML file, a built-in machine (ballscrew, maxwell, worn, bc, xyzac), or a random one (random:SEED)
     #[arg(long, value_name = "TOML", default_value = "ballscrew")]
     pub machine: String,
 }
@@ -36,17 +36,17 @@ pub struct MachineArgs {
 /// How a part program is read and planned.
 #[derive(Debug, Clone, Args)]
 pub struct ProgramArgs {
-    /// Control that the program is written for; the machine's profile says, or the program itself, when left out
+    /// Control that the program is written for. When left out, the machine's profile or the program itself decides
     #[arg(long, value_enum)]
     pub dialect: Option<DialectName>,
-    /// M codes with which this machine changes nothing of path or frame, as in M428,M140; an unknown one leaves the moves after it as they are
+    /// M codes that change neither path nor frame on this machine, as in M428,M140. Moves after an unknown M code are left unchanged
     #[arg(long, value_name = "M…", value_delimiter = ',', value_parser = parse_m_code)]
     pub passive: Vec<u16>,
-    /// Whether the control skips blocks that begin with `/`; without it they and what depends on them are left alone
+    /// Whether the control skips blocks that begin with `/`. Without it these blocks and the moves that depend on them are left unchanged
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub block_delete: Option<Switch>,
-    /// Machine minus program coordinates, mm: where the part lies on the machine; of one coordinate system with its name, as in
-    /// G55=10,20,0. Without it terms that depend on position are left out
+    /// Work offset: machine minus program coordinates, mm; for one coordinate system with its name, as in G55=10,20,0. Without it
+    /// terms that depend on position are left out
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
     pub work_offset: Vec<GivenOffset>,
     /// Length of the tool, mm, where the offset's Z is without it: added to Z
@@ -126,13 +126,13 @@ pub struct OutputArgs {
     /// Profile of the control: linuxcnc, fanuc, siemens, grbl, generic, or a TOML file; the machine's own when left out
     #[arg(long, value_name = "NAME|TOML")]
     pub controller: Option<String>,
-    /// How points carry their time; the controller's profile decides when left out
-    #[arg(long, value_enum)]
-    pub carrier: Option<FormatName>,
+    /// What is written: a program whose points carry their time in this way, or a table of setpoints; the controller's profile decides when left out
+    #[arg(long, alias = "carrier", value_enum)]
+    pub format: Option<FormatName>,
     /// Decimals of coordinates in mm (one more in inch programs), at most 12
     #[arg(long, value_parser = parse_decimals)]
     pub decimals: Option<usize>,
-    /// Least time between points within one move, or the time between rows of a table, ms
+    /// Least time between points within one move, or the time between setpoints, ms
     #[arg(long, value_name = "MS", value_parser = parse_spacing)]
     pub spacing: Option<f64>,
 }
@@ -150,7 +150,7 @@ impl OutputArgs {
     /// How output is written for a setup.
     #[must_use]
     pub fn settings(&self, setup: &Setup) -> OutputSettings {
-        OutputSettings::new(setup, self.carrier.map(Into::into), self.decimals, self.spacing)
+        OutputSettings::new(setup, self.format.map(Into::into), self.decimals, self.spacing)
     }
 }
 
@@ -163,9 +163,9 @@ pub enum FormatName {
     G94,
     /// The program's own feed words, unchanged
     Keep,
-    /// A CSV table of time and axis positions instead of a program, for controls that interpolate between rows in straight lines
+    /// Setpoints instead of a program: a CSV table of time and axis positions, for controls that interpolate between them in straight lines
     Table,
-    /// A CSV table of time, axis positions and velocities, for controls that interpolate by cubics (PVT)
+    /// Setpoints with velocities (PVT): for controls that interpolate by cubics
     Pvt,
 }
 
@@ -184,8 +184,9 @@ impl From<FormatName> for OutputFormat {
 /// How the reference is learned on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LawArg {
-    /// The contour error itself, minimised on the model: spatial learning, then Gauss-Newton steps (default)
-    Virtual,
+    /// Model-based ILC of the contour error: spatial ILC, then Gauss-Newton steps (default)
+    #[value(alias = "virtual")]
+    ModelBased,
     /// One shift by the predicted contour error (Paper D)
     OneShot,
     /// Every axis driven to its desired position at its time, iterated on the model
@@ -199,7 +200,7 @@ pub enum LawArg {
 impl From<LawArg> for LawName {
     fn from(law: LawArg) -> Self {
         match law {
-            LawArg::Virtual => Self::Virtual,
+            LawArg::ModelBased => Self::Virtual,
             LawArg::OneShot => Self::OneShot,
             LawArg::Tracking => Self::Tracking,
             LawArg::NormOptimal => Self::NormOptimal,

@@ -161,7 +161,7 @@ impl Named {
     }
 }
 
-/// What the file system calls the file itself, whatever links lead to it; `None` where there is no file, or it cannot be told.
+/// What the file system calls the file itself, whatever links lead to it; `None` where there is no file, or it is not known.
 #[cfg(unix)]
 fn inode(path: &Path) -> Option<(u64, u64)> {
     use std::os::unix::fs::MetadataExt;
@@ -214,7 +214,7 @@ mod tests {
             let error = refused(&Files::of(Some(&at(name))).reads("LOG", &*at("in")));
             assert!(error.contains("--json") && error.contains("LOG"), "{error}");
         }
-        // What is not there yet is told by its resolved path.
+        // What is not there yet is known by its resolved path.
         let error = refused(&Files::of(Some(&at("new/out"))).writes("-o", &*at("sub/../new/./out")));
         assert!(error.contains("--json and -o both write"), "{error}");
         assert!(Files::of(Some(&at("new/out"))).writes("-o", &*at("new/other")).reads("LOG", &*at("in")).check().is_ok());

@@ -20,7 +20,7 @@ pub struct Refusal(pub String);
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// What a command writes, kept until all of it is there: a command that fails leaves nothing behind.
+/// The outputs of a command, collected before anything is written: a command that fails leaves no file.
 #[derive(Debug, Default)]
 pub struct Outputs {
     files: Vec<(PathBuf, Vec<u8>)>,
@@ -41,7 +41,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes all files, and the figures where `--json` says: every file is complete beside its place before the first one is renamed.
+    /// Writes all files, and the figures to the path of `--json`. All files are complete, under temporary names, before the first one is renamed.
     /// Missing folders are made.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Outputs {
 /// Largest magnitude of a figure: far beyond a kilometre in micrometres or a year in milliseconds, far below what a damaged number gives.
 const LARGEST_FIGURE: f64 = 1e15;
 
-/// A figure that nobody measured.
+/// A figure far out of range, from a damaged number in the input.
 #[derive(Debug, thiserror::Error)]
 #[error("the figure `{key}` came out as {value}: the input holds a damaged number; nothing was written")]
 pub struct AbsurdFigure {
@@ -74,7 +74,7 @@ pub struct AbsurdFigure {
     pub value: f64,
 }
 
-/// Refuses figures out of all proportion; what is not finite is `null` in JSON already.
+/// Refuses figures that are out of range. Values that are not finite are `null` in JSON.
 fn check_figures(value: &Value, key: &str) -> Result<(), AbsurdFigure> {
     match value {
         Value::Number(number) if number.is_f64() => match number.as_f64() {
@@ -97,7 +97,7 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|error| Usage(format!("cannot read {}: {error}", path.display())).into())
 }
 
-/// Writes the figures of a command that writes nothing else where `--json` says.
+/// Writes the figures of a command that has no other output.
 pub fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
     Outputs::default().write(path, value)
 }
@@ -113,7 +113,7 @@ impl Printer {
         Self { to_stderr: json == Some(Path::new("-")) }
     }
 
-    /// Prints a line. A reader that has gone away (`| head`) does not matter: what is written to files is still wanted.
+    /// Prints a line. A closed pipe (`| head`) is ignored: the files are still written.
     pub fn line(&self, text: impl std::fmt::Display) {
         let _ = if self.to_stderr { writeln!(std::io::stderr(), "{text}") } else { writeln!(std::io::stdout(), "{text}") };
     }

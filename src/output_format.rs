@@ -15,10 +15,10 @@ use crate::read::is_reference;
 pub fn check(settings: &OutputSettings, input: &Input, out: &Path) -> Result<()> {
     let wrong = match settings.format {
         OutputFormat::Setpoints(_) if !out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv")) => {
-            "rows of positions are a table: name OUT with the ending .csv"
+            "setpoints are a table: name OUT with the ending .csv"
         }
         OutputFormat::Program(_) if input.part().is_some() == is_reference(out) => {
-            "INPUT and OUT must both be part programs or both be references; a table of positions from a program needs --carrier table or pvt"
+            "INPUT and OUT must both be part programs or both be references; a table of setpoints from a program needs --format table or pvt"
         }
         _ => return Ok(()),
     };

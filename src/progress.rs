@@ -16,11 +16,11 @@ struct Bar {
     what: String,
     total: u64,
     done: u64,
-    told: Instant,
+    reported: Instant,
 }
 
 /// Time between two lines where there is no terminal.
-const TELL_EVERY: Duration = Duration::from_secs(15);
+const REPORT_EVERY: Duration = Duration::from_secs(15);
 
 impl Bar {
     /// Progress of a job of `total` steps.
@@ -33,7 +33,7 @@ impl Bar {
             bar.set_message(what.to_owned());
             bar
         });
-        Self { bar, what: what.to_owned(), total, done: 0, told: Instant::now() }
+        Self { bar, what: what.to_owned(), total, done: 0, reported: Instant::now() }
     }
 
     /// So many steps are done; `note` says what was done last.
@@ -44,9 +44,9 @@ impl Bar {
                 bar.set_message(format!("{} {note}", self.what));
                 bar.set_position(self.done);
             }
-            None if self.told.elapsed() >= TELL_EVERY => {
+            None if self.reported.elapsed() >= REPORT_EVERY => {
                 eprintln!("{} {}/{} {note}", self.what, self.done, self.total);
-                self.told = Instant::now();
+                self.reported = Instant::now();
             }
             None => {}
         }
@@ -74,9 +74,9 @@ impl Shown {
             Event::Step { job, of, .. } => (What::Job(job), title(job), of, false),
         };
         if begins || shown.as_ref().is_none_or(|(known, _)| *known != what) {
-            let told = shown.take().map(|(_, before)| before.told);
+            let reported = shown.take().map(|(_, before)| before.reported);
             let mut bar = Bar::new(title, of as u64);
-            bar.told = told.unwrap_or(bar.told);
+            bar.reported = reported.unwrap_or(bar.reported);
             *shown = Some((what, bar));
         }
         if let Some((_, bar)) = shown.as_mut() {
@@ -113,14 +113,14 @@ mod tests {
     #[test]
     fn a_second_series_goes_on_from_the_first() {
         let shown = Shown::default();
-        let begun = Instant::now() - TELL_EVERY / 2;
+        let begun = Instant::now() - REPORT_EVERY / 2;
         let forecast = |number, most| shown.event(Event::Forecast { number, most, cost_mm: 1e-3 });
         assert_eq!(forecast(1, 5), ControlFlow::Continue(()));
-        shown.0.lock().unwrap().as_mut().unwrap().1.told = begun;
+        shown.0.lock().unwrap().as_mut().unwrap().1.reported = begun;
         let _ = forecast(2, 5);
         let _ = forecast(1, 13);
         let progress = shown.0.lock().unwrap();
         let (_, bar) = progress.as_ref().unwrap();
-        assert_eq!((bar.done, bar.total, bar.told), (1, 13, begun));
+        assert_eq!((bar.done, bar.total, bar.reported), (1, 13, begun));
     }
 }

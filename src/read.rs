@@ -21,7 +21,7 @@ pub const CURVE: &str = "curve:";
 /// The prefix of machines drawn at random, before their seed.
 const RANDOM: &str = "random:";
 
-/// What a path is read from, before the machine that runs it is known.
+/// The content of an input, before the machine is known.
 #[derive(Debug)]
 pub struct Source {
     name: String,
@@ -79,7 +79,7 @@ impl Source {
         Ok(input)
     }
 
-    /// The reference that it is: a path already, which no machine has to plan.
+    /// The reference, where the content is one: it needs no planning.
     ///
     /// # Errors
     /// Gives back a program or curve.
@@ -128,8 +128,8 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
     described("machine", machine, &names, MachineSpec::builtin, MachineSpec::from_toml)
 }
 
-/// The machine that real data belongs to: the one `named`, else that of a model; and a line that says which one and from where. `None` where
-/// neither is given: a built-in machine is no stand-in for a real one.
+/// The machine of real data: the one `named`, else that of the model; with its name and origin as text. `None` where neither is given: no
+/// built-in machine replaces a real one.
 ///
 /// # Errors
 /// When there is no such machine, or its description is not sound.

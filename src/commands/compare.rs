@@ -54,12 +54,12 @@ pub struct Compare {
     #[arg(long, value_name = "HZ", value_parser = parse_positive)]
     low_pass: Option<f64>,
     /// How the first run is learned on the model
-    #[arg(long, value_enum, default_value = "virtual")]
+    #[arg(long, value_enum, default_value = "model-based")]
     law: LawArg,
     /// Compare the same curves as G-code programs too, in a second table (built-in curves only)
     #[arg(long)]
     programs: bool,
-    /// Updates of virtual learning on the model
+    /// Updates of model-based ILC
     #[arg(long, default_value_t = 4)]
     iterations: usize,
     /// Where positions are measured [default: the machine's own]

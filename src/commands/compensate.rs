@@ -36,7 +36,7 @@ use crate::report::{PathReport, Series, report_page};
   precomp compensate part.nc -m mill.model -o compensated.nc --report forecast.html
   precomp compensate reference.csv -m mill.model -o compensated.csv
   precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log
-  precomp compensate part.nc -m mill.model -o rows.csv --carrier pvt --spacing 5")]
+  precomp compensate part.nc -m mill.model -o setpoints.csv --format pvt --spacing 5")]
 pub struct Compensate {
     /// Part program or reference (.csv, .parquet)
     input: PathBuf,
@@ -45,7 +45,7 @@ pub struct Compensate {
     /// Model of the machine, from `precomp train`
     #[arg(short, long, value_name = "MODEL")]
     model: PathBuf,
-    /// The file to write, of the same kind as INPUT; a table (.csv) with `--carrier table` or `pvt`
+    /// The file to write, of the same kind as INPUT; a table (.csv) with `--format table` or `pvt`
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
     #[command(flatten)]
@@ -53,17 +53,17 @@ pub struct Compensate {
     #[command(flatten)]
     output: OutputArgs,
     /// How the reference is learned on the model
-    #[arg(long, value_enum, default_value = "virtual")]
+    #[arg(long, value_enum, default_value = "model-based")]
     law: LawArg,
-    /// Updates on the model; a program that its control plans anew gets up to three times as many more, one of hours fewer
+    /// Updates on the model. A replanned program gets up to three times as many more; a program of hours gets fewer
     #[arg(long, default_value_t = 4)]
     iterations: usize,
-    /// Largest shift of the tool tip, mm: the length of the vector. Twice the largest error of the uncompensated forecast when left out, from 0.1 to 1 mm
+    /// Largest shift of the tool tip, mm. When left out: twice the largest error of the uncompensated forecast, from 0.1 to 1 mm
     #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
     max_shift: Option<f64>,
     /// Largest correction of the tool's direction on a machine that turns tool or workpiece, degrees
-    #[arg(long, value_name = "DEG", default_value_t = CorrectionLimits::MAX_ROTATION_DEG, value_parser = parse_not_negative)]
-    max_turn: f64,
+    #[arg(long, alias = "max-turn", value_name = "DEG", default_value_t = CorrectionLimits::MAX_ROTATION_DEG, value_parser = parse_not_negative)]
+    max_rotation: f64,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     tolerance: Option<f64>,
@@ -73,7 +73,7 @@ pub struct Compensate {
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
-    /// Log of a run of INPUT as it is: compensate from what the control commanded in it, where it plans otherwise than precomp
+    /// Log of an uncompensated run of INPUT: its command replaces the plan, for controls that plan differently from precomp
     #[arg(long, value_name = "LOG", conflicts_with = "tolerance")]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -110,7 +110,7 @@ impl Compensate {
         output_format::check(&format, &input, &self.out)?;
         let (input, readback) = self.recorded(input, &format, &printer)?;
         let terms = PositionTerms::of(&model, &input)?;
-        print::say_unknown(&printer, &input, &setup, terms.as_ref());
+        print::show_unknown(&printer, &input, &setup, terms.as_ref());
 
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &printer)?;
         self.keep_feeds(&outcome, &mut format, &printer);
@@ -119,10 +119,10 @@ impl Compensate {
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
-        print::say(&printer, &input, &outcome, expected.as_ref());
+        print::show(&printer, &input, &outcome, expected.as_ref());
 
         let output = input.write(&outcome.reference, &format, outcome.max_shift, &self.out)?;
-        self.say_output(&output, &outcome, &printer);
+        self.show_output(&output, &outcome, &printer);
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
         outputs.add(&self.out, output.content);
@@ -181,9 +181,9 @@ impl Compensate {
             law: self.law.into(),
             iterations: self.iterations,
             max_shift: self.max_shift,
-            max_rotation_rad: self.max_turn.to_radians(),
+            max_rotation_rad: self.max_rotation.to_radians(),
             written: format.program().filter(|_| input.part().is_some()),
-            slowest: if self.output.carrier.is_some() { f64::INFINITY } else { SLOWEST },
+            slowest: if self.output.format.is_some() { f64::INFINITY } else { SLOWEST },
             ..Settings::default()
         };
         let shown = Shown::default();
@@ -198,7 +198,7 @@ impl Compensate {
         };
         let goal = Goal { tolerance_mm, keep_time: self.keep_time };
         let adjusted = adjust(*part, model, &settings, goal, &progress)?;
-        print::say_feeds(printer, &adjusted, goal);
+        print::show_feeds(printer, &adjusted, goal);
         let feeds = print::feeds_json(&adjusted, goal);
         let Adjusted { input, outcome, .. } = adjusted;
         Ok(Learned { input, outcome, feeds })
@@ -208,7 +208,7 @@ impl Compensate {
     fn keep_feeds(&self, outcome: &Outcome, format: &mut OutputSettings, printer: &Printer) {
         if let (true, Some(slowdown), OutputFormat::Program(encoding)) = (outcome.gained, outcome.kept_feeds, format.format) {
             printer.line(format!(
-                "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--carrier {} states the times)",
+                "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--format {} states the times)",
                 100.0 * slowdown,
                 encoding.name()
             ));
@@ -216,7 +216,7 @@ impl Compensate {
         }
     }
 
-    fn say_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
+    fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
         printer.line(format!("largest shift {} µm; written to {}", um(output.largest_shift_mm), self.out.display()));
         if outcome.gained && output.largest_shift_mm > AT_BOUND * outcome.max_shift {
             printer.line(format!(
@@ -228,6 +228,8 @@ impl Compensate {
     }
 
     fn json(&self, input: &Input, outcome: &Outcome, output: &Output, expected: Option<&Expectation>) -> Value {
+        let format = output.format.filter(|_| outcome.gained || output.setpoints.is_some());
+        let setpoints = output.setpoints.as_ref().map(print::setpoints_json);
         json!({
             "changed": outcome.gained,
             "law": pipeline::model_based_ilc::LawName::from(self.law),
@@ -245,8 +247,11 @@ impl Compensate {
             "expected_contour_um": expected.map(print::expectation_json),
             "left_alone": input.part().map(|part| json!({ "moves": part.fixed_moves(), "feed_length_share": part.fixed_share() })),
             "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
-            "carrier": output.format.filter(|_| outcome.gained || output.setpoints.is_some()),
-            "rows": output.setpoints.as_ref().map(print::setpoints_json),
+            "format": format,
+            // The key of before.
+            "carrier": format,
+            "setpoints": setpoints,
+            "rows": setpoints,
             "warnings": print::warnings(input.part(), outcome),
         })
     }

@@ -23,7 +23,7 @@ const COVERED: f64 = 0.9;
 
 /// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
 ///
-/// The programs are in the words of the machine's control: its dialect, decimals, point spacing and carrier (`keep` puts a feed on every line).
+/// The programs are in the words of the machine's control: its dialect, decimals, point spacing and output format (`keep` puts a feed on every line).
 /// Each lifts Z to the highest point of its run, goes over its first point, and lowers Z at a feed.
 ///
 /// Record commanded and actual positions of every run, one log a run, and hand the logs to `precomp train`.
@@ -44,8 +44,8 @@ pub struct Excite {
     #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = parse_positive)]
     travel: f64,
     /// Rotary axes keep within ± this range, degrees, and within their own travel
-    #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
-    turn: f64,
+    #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
+    rotation: f64,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -67,7 +67,7 @@ impl Excite {
         let machine = read::machine(&self.machine.machine)?;
         let setup = self.output.setup(&machine)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        let travel = travel(&machine, self.travel, self.turn.to_radians());
+        let travel = travel(&machine, self.travel, self.rotation.to_radians());
         let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let printer = Printer::new(self.common.json.as_deref());
         let mut outputs = Outputs::default();
@@ -76,7 +76,7 @@ impl Excite {
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));
             outputs.add(&table, reference_content(&table, reference)?);
-            let program = program(name, number, &in_words(reference, &setup)?, &style)?;
+            let program = program(name, number, &text(reference, &setup)?, &style)?;
             outputs.add(&self.out.join(format!("{name}.nc")), program);
         }
         if setup.dialect.is_none() {
@@ -85,14 +85,14 @@ impl Excite {
         let seconds: f64 = runs.iter().map(|(_, reference)| reference.duration_s()).sum();
         let (name, folder) = (&machine.name, self.out.display());
         printer.line(format!("for the machine `{name}`: {} runs, {seconds:.1} s, in {folder}", runs.len()));
-        let covered = say_covered(&printer, &setup, &travel, &runs);
+        let covered = show_covered(&printer, &setup, &travel, &runs);
         let names: Vec<&str> = runs.iter().map(|(name, _)| name.as_str()).collect();
         outputs.write(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
     }
 }
 
 /// Says how far every axis goes of what it may, and returns it by axis.
-fn say_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &[(String, Trajectory)]) -> Map<String, Value> {
+fn show_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &[(String, Trajectory)]) -> Map<String, Value> {
     let (mut covered, mut enough) = (Map::new(), true);
     for (index, (axis, &(lowest, highest))) in setup.kinematics.axes().iter().zip(travel).enumerate() {
         let positions = runs.iter().map(|(_, run)| run.columns()[index].as_slice());
@@ -110,7 +110,7 @@ fn say_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &[
 }
 
 /// The positions that the words of a program have to state: on a control whose words are the tool tip's, those of the tip.
-fn in_words(reference: &Trajectory, setup: &Setup) -> Result<Trajectory> {
+fn text(reference: &Trajectory, setup: &Setup) -> Result<Trajectory> {
     if setup.words == ProgramWords::Axes {
         return Ok(reference.clone());
     }

@@ -102,15 +102,15 @@ impl Measure {
         }
         if self.readback {
             let (found, _) = measure::readback(&log, &desired, self.estimator.estimator().as_mut())?;
-            print::say_readback(&printer, &found);
+            print::show_readback(&printer, &found);
             return write_json(self.common.json.as_deref(), &print::readback_json(&found));
         }
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
-        print::say(&printer, &log, &measured, self.desired.is_some())?;
+        print::show(&printer, &log, &measured, self.desired.is_some())?;
         let mut figures = print::json(&log, &measured)?;
         if let Some(model) = model {
             let fits = measure::fits(&model, &log)?;
-            print::say_fits(&printer, &fits);
+            print::show_fits(&printer, &fits);
             figures["model"] = print::fits_json(&fits);
         }
         write_json(self.common.json.as_deref(), &figures)

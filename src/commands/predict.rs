@@ -17,7 +17,7 @@ use crate::args::{Common, ProgramArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, table};
 use crate::print::compensation as print;
-use crate::print::figures::{contour_json, in_words, orientation_json, tracking_json};
+use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
 
 /// Forecast the tracking and contour error of a path
@@ -57,10 +57,10 @@ impl Predict {
         let expected = Expectation::of(&model, &input, reference, &actual)?;
 
         let printer = Printer::new(self.common.json.as_deref());
-        print::say_unknown(&printer, &input, &setup, terms.as_ref());
-        printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), in_words(&figures)));
+        print::show_unknown(&printer, &input, &setup, terms.as_ref());
+        printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), text(&figures)));
         if let Some(expected) = &expected {
-            print::say_expectation(&printer, expected);
+            print::show_expectation(&printer, expected);
         }
         printer.line(errors(&model, reference, &actual)?);
         let mut outputs = Outputs::default();

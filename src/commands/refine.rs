@@ -15,7 +15,7 @@ use crate::files::Files;
 use crate::output::{Outputs, Printer, Refusal};
 use crate::output_format;
 use crate::print::compensation::{setpoints, setpoints_json};
-use crate::print::figures::{contour_json, in_words, orientation_json};
+use crate::print::figures::{contour_json, orientation_json, text};
 use crate::read;
 
 /// The next program from the last run's log: iterative learning control on a real machine, one command a run
@@ -101,7 +101,7 @@ impl Refine {
 
         let (refined, matched) = refine_from_log(&input, &log, &self.settings())?;
         let before = &refined.before;
-        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, in_words(before), um(before.tip.p95_mm)));
+        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, text(before), um(before.tip.p95_mm)));
         let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
         printer.line(format!(
             "largest shift {} µm; the program of run {} is {}",

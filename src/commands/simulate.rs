@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::args::{Common, MachineArgs, ProgramArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer};
-use crate::print::figures::{contour_json, in_words, orientation_json, tracking_json};
+use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
 
 /// Run a program, reference or test curve on the simulated machine and write the log
@@ -93,7 +93,7 @@ impl Simulate {
             input.name(),
             machine.name,
             reference.duration_s(),
-            in_words(&figures),
+            text(&figures),
             self.out.display()
         ));
         outputs.write(

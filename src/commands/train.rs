@@ -98,7 +98,7 @@ impl Train {
         let (started, shown) = (Instant::now(), Shown::default());
         let trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
         let seconds = started.elapsed().as_secs_f64();
-        say(&printer, &trained);
+        show(&printer, &trained);
         let doubts: Vec<String> = trained.doubts()?.iter().map(ToString::to_string).collect();
         doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
         warnings.extend(doubts);
@@ -150,7 +150,7 @@ impl Train {
     }
 }
 
-fn say(printer: &Printer, trained: &Trained) {
+fn show(printer: &Printer, trained: &Trained) {
     printer.line(print::held_out(&trained.bundle));
     trained.notes.iter().for_each(|note| printer.line(note));
     if trained.bundle.manifest.limits_from_log {

@@ -94,7 +94,7 @@ fn footer(results: &[PathComparison], tuned: &Tuned, settings: &CompareSettings)
         "{} noise seed(s); ± over the seeds, of the floor over its runs. ILC: run {} on the machine, settings {chosen}:",
         settings.seeds, settings.ilc_runs
     )];
-    lines.extend(tuned.laws.iter().map(|(law, settings)| format!("  {}: {}", law.name(), law_in_words(*settings, *law))));
+    lines.extend(tuned.laws.iter().map(|(law, settings)| format!("  {}: {}", law.name(), law_text(*settings, *law))));
     lines.push(
         "floor: run-to-run repeatability, the expected error of a perfect compensation; a single run may lie below it".to_owned(),
     );
@@ -104,7 +104,7 @@ fn footer(results: &[PathComparison], tuned: &Tuned, settings: &CompareSettings)
                 |method| result.of(method).and_then(Figures::worst_sample).map(|sample| where_on(&result.desired, sample));
             let places: Vec<String> = [Method::FirstRun, Method::BestIlc]
                 .into_iter()
-                .filter_map(|method| Some(format!("{} {}", method.name(), worst(method)?.in_words())))
+                .filter_map(|method| Some(format!("{} {}", method.name(), worst(method)?.text())))
                 .collect();
             lines.push(format!(
                 "{}: best ILC in RMS {}, in MAX {}; MAX of {}",
@@ -133,7 +133,7 @@ fn tuned_json(tuned: &Tuned) -> Value {
 }
 
 /// The settings of a law in words.
-fn law_in_words(settings: LawSettings, law: Ilc) -> String {
+fn law_text(settings: LawSettings, law: Ilc) -> String {
     match settings {
         LawSettings::NormOptimal { s, r } => format!("weights S {s}, R {r}"),
         LawSettings::Filtered { gain, low_pass_hz, window_s } => {
@@ -175,7 +175,7 @@ struct Place {
 }
 
 impl Place {
-    fn in_words(&self) -> String {
+    fn text(&self) -> String {
         format!("at {:.2} s, {:.1} mm ({})", self.seconds, self.position_mm, self.near)
     }
 

@@ -12,7 +12,7 @@ use super::figures::contour_json;
 use crate::output::Printer;
 
 /// What the forecast of `input` lacks, and what could not be checked.
-pub fn say_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
+pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
     if let Some(line) = terms.and_then(position_terms) {
         printer.line(line);
     }
@@ -24,7 +24,7 @@ pub fn say_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Optio
 }
 
 /// The forecast with and without compensation, what a run is expected to come to, and what is left alone.
-pub fn say(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>) {
+pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>) {
     if let Some(part) = input.part() {
         for warning in &part.toolpath.warnings {
             printer.line(warning.render(&part.program, &part.name));
@@ -33,11 +33,11 @@ pub fn say(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option
     for warning in warnings(input.part(), outcome) {
         printer.line(format!("warning: {warning}"));
     }
-    say_forecast(printer, input, outcome);
+    show_forecast(printer, input, outcome);
     if let Some(expected) = expected {
-        say_expectation(printer, expected);
+        show_expectation(printer, expected);
     }
-    say_orientation(printer, outcome);
+    show_orientation(printer, outcome);
     if let Some((before_s, after_s)) = outcome.cycle_s {
         printer
             .line(format!("expected cycle time: {before_s:.2} → {after_s:.2} s ({:+.1} %)", 100.0 * (after_s / before_s - 1.0)));
@@ -50,7 +50,7 @@ pub fn say(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option
     }
 }
 
-fn say_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
+fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
     printer.line(format!(
         "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model{})",
         if input.part().is_some() { " over feed moves" } else { "" },
@@ -64,11 +64,11 @@ fn say_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
 }
 
 /// What a run is expected to come to.
-pub fn say_expectation(printer: &Printer, expected: &Expectation) {
+pub fn show_expectation(printer: &Printer, expected: &Expectation) {
     printer.line(format!("expected on the machine, the model's own error included: {}, nine runs in ten", expectation(expected)));
 }
 
-fn say_orientation(printer: &Printer, outcome: &Outcome) {
+fn show_orientation(printer: &Printer, outcome: &Outcome) {
     let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) else { return };
     let urad = |rad: f64| format!("{:.2}", rad * 1e6);
     printer.line(format!(
@@ -128,7 +128,7 @@ pub fn setpoints(written: &SetpointsWritten) -> Vec<String> {
     let SetpointsWritten { count, interval_s, off_mm, .. } = written;
     let within = um(TOLERANCE_MM);
     let mut lines = vec![format!(
-        "{count} rows, one every {:.3} ms; between them an axis is at most {} µm from the compensated path",
+        "{count} setpoints, one every {:.3} ms; between them an axis is at most {} µm from the compensated path",
         interval_s * 1e3,
         um(*off_mm)
     )];
@@ -178,7 +178,7 @@ fn why_unchanged(part: Option<&Part>) -> String {
 /// Lines above the tolerance that are named one by one.
 const NAMED: usize = 5;
 
-pub fn say_feeds(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
+pub fn show_feeds(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
     let (before_s, after_s) = adjusted.cycle_s;
     let (slower, faster) = adjusted.moves;
     printer.line(format!(

@@ -17,7 +17,7 @@ pub fn orientation_json(figures: Option<&OrientationSummary>) -> Value {
 }
 
 /// The figures of a run in words: "0.25 µm RMS, 0.81 µm MAX", with those of the tool's direction where it turns.
-pub fn in_words(figures: &Figures) -> String {
+pub fn text(figures: &Figures) -> String {
     let tip = format!("contour error {} µm RMS, {} µm MAX", um(figures.tip.rms_mm), um(figures.tip.max_mm));
     match &figures.orientation {
         None => tip,

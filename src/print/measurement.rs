@@ -36,11 +36,11 @@ pub fn readback_json(found: &Readback) -> Value {
     })
 }
 
-pub fn say_readback(printer: &Printer, found: &Readback) {
+pub fn show_readback(printer: &Printer, found: &Readback) {
     printer.line(readback(found));
     printer.line(match found.is_faithful() {
-        [true, true] => "the carrier is faithful: the control commands what the program means",
-        [true, false] => "the path is kept, its time is not: run slower, or write the points' time (--carrier g93)",
+        [true, true] => "the output format is faithful: the commanded path matches the program",
+        [true, false] => "the path is kept, its time is not: run slower, or write the points' time (--format g93)",
         [false, _] => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
     });
 }
@@ -49,7 +49,7 @@ pub fn say_readback(printer: &Printer, found: &Readback) {
 const SHOWN: usize = 10;
 
 /// Everything that was measured; `laid_over` where the run was laid over a path of its own.
-pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) -> Result<(), MotionError> {
+pub fn show(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) -> Result<(), MotionError> {
     if laid_over {
         let offset = measured.matched.offset;
         let time = match measured.matched.delay_s {
@@ -59,7 +59,7 @@ pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool
         printer.line(format!("laid over the path: {time}, offset {:.4} {:.4} {:.4} mm", offset.x, offset.y, offset.z));
     }
     printer.line(tracking(log, measured)?);
-    say_contour(printer, measured);
+    show_contour(printer, measured);
     printer.line(worst(measured));
     if !measured.reversals.is_empty() {
         printer.line(format!("{} reversals, the largest glitches:", measured.reversals.len()));
@@ -70,7 +70,7 @@ pub fn say(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool
         printer.line(segments(measured));
     }
     if let Some(circle) = &measured.circle {
-        say_circle(printer, circle);
+        show_circle(printer, circle);
     }
     Ok(())
 }
@@ -89,7 +89,7 @@ fn tracking(log: &Log, measured: &Measurement) -> Result<String, MotionError> {
     Ok(table(&header, &rows.collect::<Vec<_>>()))
 }
 
-fn say_contour(printer: &Printer, measured: &Measurement) {
+fn show_contour(printer: &Printer, measured: &Measurement) {
     let contour = &measured.contour;
     printer.line(format!(
         "contour error {} µm RMS, {} µm MAX, {} µm at 95 %",
@@ -137,7 +137,7 @@ fn segments(measured: &Measurement) -> String {
     table(&["line", "from s", "RMS µm", "MAX µm", "samples"], &rows.collect::<Vec<_>>())
 }
 
-pub fn say_fits(printer: &Printer, fits: &[Fit]) {
+pub fn show_fits(printer: &Printer, fits: &[Fit]) {
     let rows: Vec<Vec<String>> = fits
         .iter()
         .map(|fit| {
@@ -159,7 +159,7 @@ pub fn say_fits(printer: &Printer, fits: &[Fit]) {
     printer.line(table(&["model, axis", "error RMS", "held-out RMS", "within its 95 % band", "outside its range", ""], &rows));
 }
 
-fn say_circle(printer: &Printer, circle: &CircularTest) {
+fn show_circle(printer: &Printer, circle: &CircularTest) {
     printer.line(format!("circular test (ISO 230-4), least-squares radius {:.4} mm", circle.radius_mm));
     let rows: Vec<Vec<String>> = [("counterclockwise", circle.counterclockwise), ("clockwise", circle.clockwise)]
         .into_iter()

@@ -23,7 +23,7 @@ fn compensate(folder: &Folder, options: &[&str]) -> (String, Value) {
 #[test]
 fn one_tolerance_and_inverse_time_hold_in_a_segment_and_the_programs_own_modes_behind_it() {
     let folder = folder_with(PART);
-    let (out, figures) = compensate(&folder, &["--controller", "linuxcnc", "--carrier", "g93"]);
+    let (out, figures) = compensate(&folder, &["--controller", "linuxcnc", "--format", "g93"]);
     assert_eq!(figures["changed"], true);
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!(lines[3], "G64P0.001Q0.", "{out}");
@@ -37,7 +37,7 @@ fn one_tolerance_and_inverse_time_hold_in_a_segment_and_the_programs_own_modes_b
 #[test]
 fn the_time_of_the_first_line_is_without_the_dwell_before_it() {
     let folder = folder_with(PART);
-    let (out, _) = compensate(&folder, &["--controller", "linuxcnc", "--carrier", "g93"]);
+    let (out, _) = compensate(&folder, &["--controller", "linuxcnc", "--format", "g93"]);
     // With 0.2 s more it would be below F300.
     let first = out.lines().nth(4).unwrap();
     let feed: f64 = first.rsplit('F').next().unwrap().parse().unwrap();
@@ -49,7 +49,7 @@ fn a_program_keeps_its_feeds_where_the_times_of_points_cost_too_much_of_the_cycl
     let folder = folder_with(PART);
     let words = ["compensate", "modes.ngc", "-m", "machine.model", "-o", "out.ngc", "--controller", "linuxcnc"];
     let printed = text(&folder.precomp(&words).stdout);
-    assert!(printed.contains("the program keeps its feeds instead (--carrier g93 states the times)"));
+    assert!(printed.contains("the program keeps its feeds instead (--format g93 states the times)"));
     assert!(!folder.read("out.ngc").contains("G93"));
 }
 
@@ -57,7 +57,7 @@ fn a_program_keeps_its_feeds_where_the_times_of_points_cost_too_much_of_the_cycl
 fn lines_with_feeds_may_be_merged_within_a_twentieth_of_the_tolerance_and_lines_with_times_not_at_all() {
     let folder = folder_with(&PART.replace("G17 G61\n", "G17 G64 P0.1\n"));
     for (carrier, mode) in [("keep", "G64P0.01Q0.005"), ("g93", "G64P0.01Q0.")] {
-        let (out, _) = compensate(&folder, &["--controller", "linuxcnc", "--carrier", carrier]);
+        let (out, _) = compensate(&folder, &["--controller", "linuxcnc", "--format", carrier]);
         assert_eq!(out.lines().nth(3), Some(mode), "{out}");
     }
 }
@@ -75,7 +75,7 @@ fn a_generic_control_gets_the_programs_own_modes() {
 }
 
 /// Options that keep the program's own time encoding.
-const AS_PROGRAMMED: [&str; 4] = ["--controller", "generic", "--carrier", "keep"];
+const AS_PROGRAMMED: [&str; 4] = ["--controller", "generic", "--format", "keep"];
 
 #[test]
 fn inverse_time_and_feeds_change_within_a_segment_as_programmed() {

@@ -117,7 +117,7 @@ fn each_half_of_a_program_is_compensated_in_its_own_coordinate_system() {
 #[test]
 fn a_table_of_two_coordinate_systems_is_refused() {
     let folder = folder_with_two_coordinate_systems();
-    let words = ["compensate", "two.nc", "-m", "machine.model", "-o", "rows.csv", "--carrier", "table"];
+    let words = ["compensate", "two.nc", "-m", "machine.model", "-o", "rows.csv", "--format", "table"];
     assert!(folder.fails(1, &[&words[..], &OFFSETS].concat()).contains("coordinate systems"));
 }
 

@@ -128,7 +128,7 @@ fn a_record_may_be_late_shifted_and_coarse() {
     });
     write_rows(&folder, "late.csv", HEADER, late);
     assert_same_shift(&folder, "late.csv", &[]);
-    assert_same_shift(&folder, "late.csv", &["--carrier", "g93"]);
+    assert_same_shift(&folder, "late.csv", &["--format", "g93"]);
 }
 
 /// Words that compensate `recorded.nc` from a log, into `no.nc`.

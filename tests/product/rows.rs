@@ -33,7 +33,7 @@ fn compensate(folder: &Folder, out: &str, options: &[&str]) -> Value {
 #[test]
 fn a_table_run_as_a_reference_is_closer_to_the_path_than_the_program() {
     let folder = folder_with_program();
-    let made = compensate(&folder, "table.csv", &["--carrier", "table"]);
+    let made = compensate(&folder, "table.csv", &["--format", "table"]);
     assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"table".into(), &2.0.into()));
     let raw = folder.figures(&["simulate", "rows.nc", "-o", "raw.csv"]);
     let cut = folder.figures(&["simulate", "table.csv", "--against", "rows.nc", "-o", "cut.csv"]);
@@ -45,9 +45,9 @@ fn a_table_run_as_a_reference_is_closer_to_the_path_than_the_program() {
 #[test]
 fn the_interpolation_error_between_rows_with_velocities_is_the_reported_one() {
     let folder = folder_with_program();
-    compensate(&folder, "table.csv", &["--carrier", "table"]);
+    compensate(&folder, "table.csv", &["--format", "table"]);
     let (dense, _) = read_reference(&folder.path("table.csv"), &ReadOptions::default()).unwrap();
-    let made = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "6"]);
+    let made = compensate(&folder, "pvt.csv", &["--format", "pvt", "--spacing", "6"]);
     let said_um = made["rows"]["off_um"].as_f64().unwrap();
     let rows = table(&folder, "pvt.csv");
     let mut worst_mm = 0.0_f64;
@@ -72,7 +72,7 @@ fn the_interpolation_error_between_rows_with_velocities_is_the_reported_one() {
 #[test]
 fn a_table_keeps_the_axis_limits() {
     let folder = folder_with_program();
-    compensate(&folder, "table.csv", &["--carrier", "table"]);
+    compensate(&folder, "table.csv", &["--format", "table"]);
     let rows = table(&folder, "table.csv");
     for axis in 1..4 {
         let speed = |k: usize| (rows[k][axis] - rows[k - 1][axis]) / 0.002;
@@ -85,7 +85,7 @@ fn a_table_keeps_the_axis_limits() {
 #[test]
 fn rows_with_velocities_keep_the_axis_limits_and_end_at_standstill() {
     let folder = folder_with_program();
-    compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "6"]);
+    compensate(&folder, "pvt.csv", &["--format", "pvt", "--spacing", "6"]);
     let rows = table(&folder, "pvt.csv");
     for axis in 1..4 {
         assert!(largest(&|k| rows[k][3 + axis], 0..rows.len()) < 1.1 * 80.0);
@@ -103,9 +103,9 @@ fn rows_with_velocities_keep_the_axis_limits_and_end_at_standstill() {
 #[test]
 fn the_interval_suggested_for_one_that_is_too_coarse_keeps_the_tolerance() {
     let folder = folder_with_program();
-    let coarse = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", "50"]);
+    let coarse = compensate(&folder, "pvt.csv", &["--format", "pvt", "--spacing", "50"]);
     let finer = coarse["rows"]["finer_interval_ms"].as_f64().unwrap().to_string();
-    let made = compensate(&folder, "pvt.csv", &["--carrier", "pvt", "--spacing", &finer]);
+    let made = compensate(&folder, "pvt.csv", &["--format", "pvt", "--spacing", &finer]);
     assert!(made["rows"]["finer_interval_ms"].is_null(), "{made}");
     assert!(made["rows"]["off_um"].as_f64() < made["rows"]["tolerance_um"].as_f64(), "{made}");
 }
@@ -122,7 +122,7 @@ fn a_profile_chooses_rows_and_a_work_offset_leaves_them_in_program_coordinates()
 
 /// Words that compensate a program into a table `no.csv`.
 fn into_table(program: &str) -> [&str; 8] {
-    ["compensate", program, "-m", "machine.model", "-o", "no.csv", "--carrier", "table"]
+    ["compensate", program, "-m", "machine.model", "-o", "no.csv", "--format", "table"]
 }
 
 #[test]
@@ -144,10 +144,10 @@ fn blocks_that_rows_cannot_express_are_refused_with_their_line() {
 #[test]
 fn rows_go_into_a_csv_file_and_a_csv_file_takes_rows_only() {
     let folder = folder_with_program();
-    let program = ["compensate", "rows.nc", "-m", "machine.model", "-o", "no.nc", "--carrier", "pvt"];
+    let program = ["compensate", "rows.nc", "-m", "machine.model", "-o", "no.nc", "--format", "pvt"];
     assert!(folder.fails(2, &program).contains("name OUT with the ending .csv"));
     let said = folder.fails(2, &["compensate", "rows.nc", "-m", "machine.model", "-o", "no.csv"]);
-    assert!(said.contains("--carrier table or pvt"), "{said}");
+    assert!(said.contains("--format table or pvt"), "{said}");
     assert!(!folder.path("no.csv").exists() && !folder.path("no.nc").exists());
 }
 

@@ -60,7 +60,7 @@ fn a_line_to_the_present_position_does_not_lead_back_to_the_programmed_point() {
     let folder = Folder::with_model();
     folder.write("repeated.nc", PART.replace("N60 G1 X30. F2400\r\n", "N60 G1 X30. F2400\r\nN65 G1 X30. Y-20.\r\n"));
     for carrier in ["keep", "g93", "g94"] {
-        folder.figures(&["compensate", "repeated.nc", "-m", "machine.model", "-o", "r.nc", "--carrier", carrier]);
+        folder.figures(&["compensate", "repeated.nc", "-m", "machine.model", "-o", "r.nc", "--format", carrier]);
     }
 }
 

@@ -123,8 +123,8 @@ pub enum Error {
     },
     /// Setpoints of a program that cuts in several coordinate systems.
     #[error(
-        "{name}: the program cuts in coordinate systems whose offsets differ: rows of positions know only one; split it by coordinate system, or write a program \
-         (--carrier keep)"
+        "{name}: the program cuts in coordinate systems whose offsets differ: setpoints know only one; split it by coordinate system, or write a program \
+         (--format keep)"
     )]
     SetpointsInSeveralSystems {
         /// Name of the program.
@@ -132,7 +132,7 @@ pub enum Error {
     },
     /// Setpoints cannot stand for a block of the program.
     #[error(
-        "{name}: line {line} {why}: rows of positions cannot stand for it; cut the program there, or write a program (--carrier keep)"
+        "{name}: line {line} {why}: setpoints cannot stand for it; cut the program there, or write a program (--format keep)"
     )]
     SetpointsCannotHold {
         /// Name of the program.

@@ -66,7 +66,7 @@ impl Reproduce {
                     })
                     .collect::<Result<_>>()?;
                 rows.push(table_row("optimisation on the curve", &truth, &truth, truth_s));
-                tables.push(say_table_1(printer, setting, *rate_hz, &rows));
+                tables.push(show_table_1(printer, setting, *rate_hz, &rows));
             }
         }
         Ok(tables)
@@ -95,7 +95,7 @@ fn printed_table_1(estimator: &str) -> Option<(f64, f64)> {
     }
 }
 
-fn say_table_1(printer: &Printer, setting: &Setting, rate_hz: u32, rows: &[TableRow]) -> Value {
+fn show_table_1(printer: &Printer, setting: &Setting, rate_hz: u32, rows: &[TableRow]) -> Value {
     printer.line(format!(
         "Paper D, table I: flower r = 30 + 25 cos 6t, {rate_hz} Hz, {}; largest estimation error and time",
         setting.name

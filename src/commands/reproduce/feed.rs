@@ -73,7 +73,7 @@ impl Reproduce {
                 seconds: desired.trajectory().duration_s(),
             });
         }
-        Ok(vec![say(printer, &rows, corners.len(), ellipse.len())])
+        Ok(vec![show(printer, &rows, corners.len(), ellipse.len())])
     }
 }
 
@@ -121,7 +121,7 @@ fn planned(spec: &MachineSpec, feed_mm_s: f64, corner_mm_s: Option<f64>, corners
     Ok(motion::plan(&path, &setup.kinematics, &setup.limits, &settings)?.desired)
 }
 
-fn say(printer: &Printer, rows: &[Row], corners: usize, ellipse: usize) -> Value {
+fn show(printer: &Printer, rows: &[Row], corners: usize, ellipse: usize) -> Value {
     printer.line(format!(
         "Paper B, table I: flower r = 25 + 15 cos 5t, curve-to-chord ratio below {PAPER_B_RATIO} (k = 4, points every {SPACING_MM} mm): \
          {corners} corners, on the fourth-order ellipse {ellipse}; spatial ILC, Q = 0.8, {RUNS} runs"

@@ -71,7 +71,7 @@ impl Given {
         }
     }
 
-    fn in_words(self) -> String {
+    fn text(self) -> String {
         match self {
             Self::Samples => "references that keep their time".to_owned(),
             Self::Programs => format!("as G-code, lines of {SPACING_MM} mm, planned anew by the control"),
@@ -137,7 +137,7 @@ impl Reproduce {
                 rows.extend(found.means().map(row));
             }
         }
-        Ok(say(printer, &rows, setup.period_s))
+        Ok(show(printer, &rows, setup.period_s))
     }
 
     /// One machine a seed.
@@ -204,10 +204,10 @@ impl Reproduce {
     }
 }
 
-fn say(printer: &Printer, rows: &[Row], period_s: f64) -> Vec<Value> {
+fn show(printer: &Printer, rows: &[Row], period_s: f64) -> Vec<Value> {
     let say_table = |rows: &[Row]| {
         let first = &rows[0];
-        let given = first.given.in_words();
+        let given = first.given.text();
         printer.line(format!(
             "Paper C, table {}: {} at {} mm/min, α = {ALPHA}; {given}",
             first.table, first.curve, first.feed_mm_min

@@ -41,7 +41,7 @@ impl Reproduce {
                 Ok(Row { name: format!("LSTM, {name}"), printed: Some(printed), measured })
             })
             .collect::<Result<Vec<_>>>()?;
-        Ok(vec![say(printer, "II", "X axis of the butterfly, tracking error predicted", &rows)])
+        Ok(vec![show(printer, "II", "X axis of the butterfly, tracking error predicted", &rows)])
     }
 
     pub(super) fn table_3(&self, printer: &Printer) -> Result<Vec<Value>> {
@@ -59,7 +59,7 @@ impl Reproduce {
                 Ok(Row { name: name.to_owned(), printed, measured })
             })
             .collect::<Result<Vec<_>>>()?;
-        Ok(vec![say(printer, "III", "X axis of the butterfly, tracking error predicted", &rows)])
+        Ok(vec![show(printer, "III", "X axis of the butterfly, tracking error predicted", &rows)])
     }
 
     pub(super) fn table_4(&self, printer: &Printer) -> Result<Vec<Value>> {
@@ -89,7 +89,7 @@ impl Reproduce {
                 }
             }
         }
-        Ok(vec![say(printer, "IV", "tracking and contour error predicted", &rows)])
+        Ok(vec![show(printer, "IV", "tracking and contour error predicted", &rows)])
     }
 
     /// The small network, or the paper's.
@@ -162,7 +162,7 @@ fn misses(bundle: &Bundle, run: &Log) -> Result<Vec<Vec<f64>>> {
     Ok(predicted.iter().zip(&measured).map(|(p, m)| p.iter().zip(m).map(|(p, m)| p - m).collect()).collect())
 }
 
-fn say(printer: &Printer, number: &str, what: &str, rows: &[Row]) -> Value {
+fn show(printer: &Printer, number: &str, what: &str, rows: &[Row]) -> Value {
     printer.line(format!("Paper D, table {number}: {what}"));
     let lines: Vec<Vec<String>> = rows
         .iter()

@@ -46,7 +46,7 @@ impl Reproduce {
             }
             rows.push(row);
         }
-        Ok(vec![say(printer, &rows)])
+        Ok(vec![show(printer, &rows)])
     }
 
     fn scan(&self, spec: &MachineSpec, desired: &DesiredPath, seed: u64, row: &mut Row) -> Result<()> {
@@ -111,7 +111,7 @@ fn raster(spec: &MachineSpec) -> Result<DesiredPath> {
     Ok(DesiredPath::new(Trajectory::new(setup.period_s, spec.motion_axes(), columns)?, setup.kinematics)?)
 }
 
-fn say(printer: &Printer, rows: &[Row]) -> Value {
+fn show(printer: &Printer, rows: &[Row]) -> Value {
     printer.line(format!(
         "Paper E, figures 4 to 6: raster scan ({SAMPLES} samples, 40 mm/s, instant turns), S = R = 1e-3, means of the last {CONVERGED} of {RUNS} runs"
     ));

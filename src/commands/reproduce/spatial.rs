@@ -58,7 +58,7 @@ impl Reproduce {
                 self.replanned(&spec, desired.desired(), law.as_mut())?,
             ));
         }
-        Ok(vec![say(printer, &rows)])
+        Ok(vec![show(printer, &rows)])
     }
 
     fn learned(&self, spec: &MachineSpec, desired: &DesiredPath, gain: f64, updates: usize) -> Result<Runs> {
@@ -101,7 +101,7 @@ fn planned(points: &[Vec3], setup: &Setup) -> Result<Trajectory> {
     Ok(motion::plan(&path, &setup.kinematics, &setup.limits, &settings)?.desired.trajectory().clone())
 }
 
-fn say(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {
+fn show(printer: &Printer, rows: &[(String, Option<[f64; 4]>, Runs)]) -> Value {
     printer.line(
         "Paper A: contour error from the first run to the last, feed 1000 mm/min (the paper's law and estimator, no low-pass)",
     );
