@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use datasets::ReadOptions;
 use gcode::{Dialect, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
 use pipeline::model_based_ilc::LawName;
@@ -100,6 +101,14 @@ pub struct LogArgs {
     /// Sampling period of logs without time stamps, ms
     #[arg(long, value_name = "MS", value_parser = parse_positive)]
     pub period: Option<f64>,
+}
+
+impl LogArgs {
+    /// The same for the reader.
+    #[must_use]
+    pub fn options(&self) -> ReadOptions {
+        ReadOptions { columns: self.columns.clone(), period_s: self.period.map(|ms| ms * 1e-3) }
+    }
 }
 
 /// A dialect of G-code.

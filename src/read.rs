@@ -12,7 +12,6 @@ use motion::curves::library;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
-use crate::args::LogArgs;
 use crate::output::{Printer, Refusal, Usage, read_file};
 
 /// The prefix of built-in test curves.
@@ -190,20 +189,19 @@ fn described<T, E: std::error::Error + Send + Sync + 'static>(
 ///
 /// # Errors
 /// When the file cannot be read or is not a log.
-pub fn log(path: &Path, args: &LogArgs) -> Result<(Log, Report)> {
+pub fn log(path: &Path, options: &ReadOptions) -> Result<(Log, Report)> {
     if !path.is_file() {
         return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
     }
-    let options = ReadOptions { columns: args.columns.clone(), period_s: args.period.map(|ms| ms * 1e-3) };
-    read_log(path, &options).map_err(|error| Refusal(error.to_string()).into())
+    read_log(path, options).map_err(|error| Refusal(error.to_string()).into())
 }
 
 /// A log that is fit for measuring a run; what was found in it is printed.
 ///
 /// # Errors
 /// As [`log`], and when the log is not fit.
-pub fn log_to_measure(path: &Path, args: &LogArgs, printer: &Printer) -> Result<Log> {
-    let (log, mut report) = log(path, args)?;
+pub fn log_to_measure(path: &Path, options: &ReadOptions, printer: &Printer) -> Result<Log> {
+    let (log, mut report) = log(path, options)?;
     report.extend(assess(&log, Purpose::Measuring));
     for finding in &report.findings {
         printer.line(finding);

@@ -283,17 +283,17 @@ impl Sources {
     }
 }
 
-/// The shortest way from a file along imports back to itself.
+/// The shortest chain of imports from a file back to itself.
 fn circle(graph: &BTreeMap<Module, BTreeSet<Module>>, start: &Module) -> Option<Vec<Module>> {
     let mut seen = BTreeSet::new();
-    let mut ways = VecDeque::from([vec![start.clone()]]);
-    while let Some(way) = ways.pop_front() {
-        for next in &graph[way.last()?] {
+    let mut chains = VecDeque::from([vec![start.clone()]]);
+    while let Some(chain) = chains.pop_front() {
+        for next in &graph[chain.last()?] {
             if next == start {
-                return Some(way);
+                return Some(chain);
             }
             if seen.insert(next) {
-                ways.push_back([way.as_slice(), std::slice::from_ref(next)].concat());
+                chains.push_back([chain.as_slice(), std::slice::from_ref(next)].concat());
             }
         }
     }
@@ -302,9 +302,10 @@ fn circle(graph: &BTreeMap<Module, BTreeSet<Module>>, start: &Module) -> Option<
 
 #[test]
 fn no_file_of_a_crate_imports_in_a_circle() {
-    let crates = FLOORS.iter().map(|(name, _)| *name).chain(["pipeline"]);
+    // The command line is the crate in the root itself.
+    let crates = FLOORS.iter().map(|(name, _)| *name).chain(["."]);
     let mut circles = Vec::new();
-    for name in crates.filter(|name| root().join(name).join("src").is_dir()) {
+    for name in crates {
         let graph = Sources::read(&root().join(name).join("src")).graph();
         assert!(graph.values().any(|targets| !targets.is_empty()), "{name}: no import was read");
         let mut known = BTreeSet::new();

@@ -161,7 +161,7 @@ impl Compensate {
         if input.part().is_none() {
             return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
         }
-        let log = read::log_to_measure(log, &self.columns, printer)?;
+        let log = read::log_to_measure(log, &self.columns.options(), printer)?;
         let recorded = as_recorded(input, &log)?;
         if let Some(finding) = recorded.resampled {
             printer.line(finding);

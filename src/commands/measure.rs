@@ -92,7 +92,7 @@ impl Measure {
 
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
-        let log = read::log_to_measure(&self.log, &self.columns, &printer)?;
+        let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
         let model = self.model.as_deref().map(read::model).transpose()?;
         let desired = self.desired(&log, model.as_ref(), &printer)?;
         note_turned_axes(&log, &desired, &printer);

@@ -89,7 +89,7 @@ impl Refine {
 
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
-        let log = read::log_to_measure(&self.log, &self.columns, &printer)?;
+        let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
         let setup = Setup { period_s: log.period_s(), ..self.setup(&printer)? };
         let format = self.output.settings(&setup);
         let mut input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;

@@ -115,7 +115,7 @@ impl Train {
         let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
         let mut warnings = Vec::new();
         for path in &self.logs {
-            let (log, report) = read::log(path, &self.columns)?;
+            let (log, report) = read::log(path, &self.columns.options())?;
             if let Some(reason) = report.of(Severity::Refuse).next() {
                 return Err(Refusal(format!("{}: {reason}", path.display())).into());
             }
