@@ -1,4 +1,4 @@
-//! From a log to a compensated program, on bytes alone; both are made here, on the built-in simulated machine.
+//! From a log to a compensated program, on bytes alone. The built-in simulated machine provides the logs.
 
 use datasets::{Log, ReadOptions, log_content, log_from_bytes};
 use machine::MachineSpec;

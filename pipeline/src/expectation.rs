@@ -1,4 +1,4 @@
-//! What a run is expected to come to: the forecast, and what the model itself is off by.
+//! Expected figures of a run: the forecast combined with the model's own error.
 
 use models::{AxisSignal, Bundle, PEAK_S, Spread};
 use motion::{DesiredPath, Trajectory, Vec3};
@@ -8,39 +8,39 @@ use crate::error::Result;
 use crate::input::Input;
 use crate::statistics::{contour_errors, counts};
 
-/// A figure that a run is expected to have: nine runs in ten lie between `low` and `high`.
+/// Expected figure of a run with its 90 % prediction interval, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Expected {
-    /// 5 % of the runs stay below, mm.
+    /// 5th percentile, mm.
     pub low: f64,
-    /// The middle, mm.
+    /// Median, mm.
     pub middle: f64,
-    /// 95 % stay below, mm.
+    /// 95th percentile, mm.
     pub high: f64,
 }
 
-/// Contour error of the tool tip that a run is expected to show: what the forecast leaves and, on top, errors of the model as large as those on
-/// the runs that training held out.
+/// Expected contour error of the tool tip in a run: the forecast error plus model errors as large as those on held-out
+/// runs of the training.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
-    /// Root mean square.
+    /// Expected RMS, mm.
     pub rms: Expected,
-    /// Largest.
+    /// Expected largest error, mm.
     pub max: Expected,
 }
 
-/// Step of an axis by which its effect on the tool tip is found, mm or rad.
+/// Step of an axis for its numerical effect on the tool tip, mm or rad.
 const STEP: f64 = 1e-4;
 
 impl Expectation {
-    /// What a run of `reference` comes to of which the model forecasts `forecast`; over feed moves of a program. `None` where the model does not say how large
-    /// its errors are.
+    /// Expected figures of a run of `reference` with the model's `forecast`; of a program over feed moves. `None` where
+    /// the model has no error distribution, or no sample counts.
     ///
-    /// An axis's error counts across the path: with the direction of motion `t` and `J` the way of the tip for a unit of the axis, `|J − t(t·J)|`. Errors of
-    /// axes are taken as independent, their squares add up.
+    /// The error of an axis counts perpendicular to the path: with the direction of motion `t` and the tip displacement
+    /// `J` per unit of the axis, `|J − t(t·J)|`. Errors of axes are assumed independent, so that their squares add.
     ///
     /// # Errors
-    /// When forecast and path do not match.
+    /// When the samples of forecast and path do not match.
     pub fn of(bundle: &Bundle, input: &Input, reference: &Trajectory, forecast: &Trajectory) -> Result<Option<Self>> {
         let (desired, part) = (input.desired(), input.part());
         let Some(axes) = axis_errors(bundle, desired.trajectory(), reference) else { return Ok(None) };
@@ -49,14 +49,14 @@ impl Expectation {
             return Ok(None);
         }
         let errors = contour_errors(desired, forecast)?;
-        let left: Vec<f64> = counted.iter().map(|k| errors[*k].magnitude_mm).collect();
+        let forecast_mm: Vec<f64> = counted.iter().map(|k| errors[*k].magnitude_mm).collect();
         let across = across(desired, &axes, &counted);
         let samples = (PEAK_S / desired.trajectory().period_s()).round().max(1.0) as usize;
-        Ok(Some(Self { rms: rms(&axes, &across, &left), max: max(&axes, &across, &left, samples) }))
+        Ok(Some(Self { rms: rms(&axes, &across, &forecast_mm), max: max(&axes, &across, &forecast_mm, samples) }))
     }
 }
 
-/// What the model says of its errors on an axis.
+/// Error distribution of the model on an axis.
 struct AxisError<'a> {
     /// Index of the axis.
     axis: usize,
@@ -65,7 +65,7 @@ struct AxisError<'a> {
     spread: &'a Spread,
 }
 
-/// What the model says of its errors on the axes of `path`; `None` where it does not.
+/// Error distributions of the model on the axes of `path`; `None` where the model has none.
 fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory) -> Option<Vec<AxisError<'a>>> {
     let mut axes = Vec::new();
     for known in &bundle.manifest.axes {
@@ -78,10 +78,10 @@ fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory
     Some(axes)
 }
 
-/// The root mean square: that of the forecast, and of every axis's error.
-fn rms(axes: &[AxisError<'_>], across: &[Vec<f64>], left: &[f64]) -> Expected {
+/// Expected RMS, from the forecast error and the errors of all axes.
+fn rms(axes: &[AxisError<'_>], across: &[Vec<f64>], forecast_mm: &[f64]) -> Expected {
     let mean_square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
-    let mut squares = [mean_square(left); 3];
+    let mut squares = [mean_square(forecast_mm); 3];
     for (axis, across) in axes.iter().zip(across) {
         let own = mean_square(across);
         for (square, multiple) in squares.iter_mut().zip(axis.spread.multiples()) {
@@ -92,23 +92,23 @@ fn rms(axes: &[AxisError<'_>], across: &[Vec<f64>], left: &[f64]) -> Expected {
     Expected { low, middle, high }
 }
 
-/// The largest error, from the peaks of every axis in every stretch of so many samples.
-fn max(axes: &[AxisError<'_>], across: &[Vec<f64>], left: &[f64], samples: usize) -> Expected {
+/// Expected largest error, from the peaks of every axis in each segment of `samples` samples.
+fn max(axes: &[AxisError<'_>], across: &[Vec<f64>], forecast_mm: &[f64], samples: usize) -> Expected {
     let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
-    let stretch = |from: usize| {
-        let rows = from..(from + samples).min(left.len());
-        let peaks = axes.iter().zip(across).map(|(axis, of)| (largest(&of[rows.clone()]), axis.spread));
-        Stretch { left_mm: largest(&left[rows.clone()]), axes: peaks.collect() }
+    let segment = |from: usize| {
+        let range = from..(from + samples).min(forecast_mm.len());
+        let peaks = axes.iter().zip(across).map(|(axis, of)| (largest(&of[range.clone()]), axis.spread));
+        Segment { forecast_mm: largest(&forecast_mm[range.clone()]), axes: peaks.collect() }
     };
-    let stretches: Vec<Stretch<'_>> = (0..left.len()).step_by(samples).map(stretch).collect();
+    let segments: Vec<Segment<'_>> = (0..forecast_mm.len()).step_by(samples).map(segment).collect();
     Expected {
-        low: quantile(&stretches, 0.05, |spread| spread.multiples()[0]),
-        middle: quantile(&stretches, 0.5, |_| 1.0),
-        high: quantile(&stretches, 0.95, Spread::upper),
+        low: quantile(&segments, 0.05, |spread| spread.multiples()[0]),
+        middle: quantile(&segments, 0.5, |_| 1.0),
+        high: quantile(&segments, 0.95, Spread::upper),
     }
 }
 
-/// Size of every axis's error across the path at the samples that count, mm.
+/// Expected error of every axis perpendicular to the path at the samples that count, mm.
 fn across(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> Vec<Vec<f64>> {
     let (path, kinematics) = (desired.trajectory(), desired.kinematics());
     let tip = |k: usize| desired.poses()[k].tip;
@@ -133,30 +133,30 @@ fn across(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> V
 }
 
 /// Half a second of a run.
-struct Stretch<'a> {
-    /// Largest error that the forecast leaves, mm.
-    left_mm: f64,
-    /// Expected root mean square of the model's error of every axis across the path, mm.
+struct Segment<'a> {
+    /// Largest error of the forecast, mm.
+    forecast_mm: f64,
+    /// Largest expected RMS of every axis's model error perpendicular to the path, mm.
     axes: Vec<(f64, &'a Spread)>,
 }
 
-/// The largest error that so large a share of the runs stay below, mm, with errors of every axis so many times as large as expected: each axis has a largest one of
-/// its own in each stretch.
-fn quantile(stretches: &[Stretch<'_>], share: f64, times: impl Fn(&Spread) -> f64) -> f64 {
+/// Quantile of the largest error, mm: the bound that a share `share` of the runs does not exceed. `times` scales the
+/// expected errors. The peaks of different axes and segments are independent.
+fn quantile(segments: &[Segment<'_>], share: f64, times: impl Fn(&Spread) -> f64) -> f64 {
     let below = |max_mm: f64| -> f64 {
-        let one = |stretch: &Stretch<'_>| {
-            let room = max_mm * max_mm - stretch.left_mm * stretch.left_mm;
-            if room < 0.0 {
+        let one = |segment: &Segment<'_>| {
+            let square = max_mm * max_mm - segment.forecast_mm * segment.forecast_mm;
+            if square < 0.0 {
                 return 0.0;
             }
             let axis = |(rms_mm, spread): &(f64, &Spread)| {
-                if *rms_mm > 0.0 { spread.below(room.sqrt() / (rms_mm * times(spread))) } else { 1.0 }
+                if *rms_mm > 0.0 { spread.below(square.sqrt() / (rms_mm * times(spread))) } else { 1.0 }
             };
-            stretch.axes.iter().map(axis).product::<f64>()
+            segment.axes.iter().map(axis).product::<f64>()
         };
-        stretches.iter().map(one).product()
+        segments.iter().map(one).product()
     };
-    let mut high = stretches.iter().map(|stretch| stretch.left_mm).fold(1e-6, f64::max);
+    let mut high = segments.iter().map(|segment| segment.forecast_mm).fold(1e-6, f64::max);
     while below(high) < share && high < 1e6 {
         high *= 2.0;
     }

@@ -1,4 +1,5 @@
-//! Feeds chosen by the forecast: slower where the predicted contour error exceeds a tolerance, and faster elsewhere to win the time back.
+//! Feed adjustment from the forecast: lower feeds where the predicted contour error exceeds a tolerance, higher feeds
+//! elsewhere to recover the cycle time.
 
 use gcode::FeedMode;
 use models::Bundle;
@@ -10,50 +11,51 @@ use crate::part::Part;
 use crate::progress::Progress;
 use crate::statistics::{self, contour_errors};
 
-/// Rounds of planning, compensating and choosing.
-const ROUNDS: usize = 8;
-/// No feed becomes less than this share of the programmed one.
-const SLOWEST: f64 = 0.1;
-/// No feed becomes more than this multiple of the programmed one.
-const FASTEST: f64 = 2.0;
-/// A slower feed has to lower a move's error by this share of what speed would, or the move keeps its feed: the error is not one of speed.
+/// Largest number of iterations of planning, compensation and feed selection.
+const MAX_ITERATIONS: usize = 8;
+/// Lowest feed factor.
+const MIN_FACTOR: f64 = 0.1;
+/// Highest feed factor.
+const MAX_FACTOR: f64 = 2.0;
+/// Least reduction of a move's error, as a share of the expected reduction, for which a lower feed is kept. Below it
+/// speed is not the cause of the error.
 const LEAST_EFFECT: f64 = 0.1;
-/// Share of the tolerance up to which a move may be sped up.
-const ROOM: f64 = 0.8;
-/// Cycle times that differ by less than this share are the same.
+/// Share of the tolerance below which the feed of a move may be raised.
+const SPEED_UP_SHARE: f64 = 0.8;
+/// Relative difference below which cycle times count as equal.
 pub const SAME_TIME: f64 = 5e-4;
 
-/// What is wanted.
+/// Goal of a feed adjustment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
     /// Largest predicted contour error, mm.
     pub tolerance_mm: f64,
-    /// Raise feeds elsewhere until the cycle takes no longer than before.
+    /// Raise other feeds until the cycle time is no longer than before.
     pub keep_time: bool,
 }
 
-/// What came out.
+/// Result of a feed adjustment.
 #[derive(Debug)]
 pub struct Adjusted {
-    /// The program with its feeds.
+    /// The program with its adjusted feeds.
     pub input: Input,
     /// Its compensation.
     pub outcome: Outcome,
     /// Cycle time before and after, s.
     pub cycle_s: (f64, f64),
-    /// Moves that are slower than programmed, and that are faster.
+    /// Number of moves with lower and with higher feeds than programmed.
     pub moves: (usize, usize),
-    /// Largest predicted contour error of feed moves, mm, before and after feeds were changed; both compensated.
+    /// Largest predicted contour error of feed moves before and after the adjustment, both compensated, mm.
     pub max_mm: (f64, f64),
-    /// Lines that stay above the tolerance, with their predicted error, mm; worst first.
+    /// Program lines, from 1, that exceed the tolerance, with their predicted error, mm; largest first.
     pub above: Vec<(usize, f64)>,
 }
 
-/// A plan with its forecast.
+/// A planned and compensated program with its forecast.
 struct Trial {
     input: Input,
     outcome: Outcome,
-    /// Largest predicted contour error of every move that counts, mm; zero of rapids.
+    /// Largest predicted contour error of every move, mm; zero for rapids.
     worst: Vec<f64>,
 }
 
@@ -80,27 +82,27 @@ impl Trial {
     }
 }
 
-/// Whether a move's feed is the program's to change: inverse time holds a duration, not a feed.
+/// Whether the feed of a move may be changed. A move in inverse time has a duration, not a feed.
 fn is_adjustable(part: &Part, index: usize) -> bool {
     let step = &part.toolpath.moves[index];
     let mode = part.toolpath.modal(step).feed_mode;
     part.is_shiftable(step) && step.feed_word.is_some() && mode != FeedMode::InverseTime
 }
 
-/// What is known of every move from the trials so far.
+/// State of the search over all trials.
 struct Search {
     goal: Goal,
     before_s: f64,
-    /// Moves whose error is not one of speed.
-    hopeless: Vec<bool>,
-    /// Factor and error, mm, before a move was slowed last.
+    /// Moves whose error does not depend on speed.
+    speed_independent: Vec<bool>,
+    /// Factor and error, mm, of a move before its feed was last reduced.
     slowed: Vec<Option<(f64, f64)>>,
-    /// What moves with room to spare are sped up by.
+    /// Feed factor of moves whose error is clearly below the tolerance.
     speed_up: f64,
 }
 
 impl Search {
-    /// The next factors; `None` where nothing is left to change.
+    /// Next feed factors; `None` when nothing changes.
     fn next(&mut self, trial: &Trial) -> Result<Option<Vec<f64>>> {
         let part = trial.input.program()?;
         let adjustable: Vec<usize> = (0..trial.worst.len()).filter(|index| is_adjustable(part, *index)).collect();
@@ -110,10 +112,10 @@ impl Search {
             changed |= self.slow(*index, trial.worst[*index], &mut factors[*index]);
         }
         let excess = trial.seconds() / self.before_s - 1.0;
-        if self.goal.keep_time && !changed && excess > SAME_TIME && self.speed_up < FASTEST {
-            self.speed_up = (self.speed_up * (1.0 + 2.0 * excess).min(1.25)).min(FASTEST);
+        if self.goal.keep_time && !changed && excess > SAME_TIME && self.speed_up < MAX_FACTOR {
+            self.speed_up = (self.speed_up * (1.0 + 2.0 * excess).min(1.25)).min(MAX_FACTOR);
             for index in adjustable {
-                if trial.worst[index] < ROOM * self.goal.tolerance_mm && factors[index] >= 1.0 {
+                if trial.worst[index] < SPEED_UP_SHARE * self.goal.tolerance_mm && factors[index] >= 1.0 {
                     factors[index] = self.speed_up;
                     changed = true;
                 }
@@ -122,44 +124,46 @@ impl Search {
         Ok(changed.then_some(factors))
     }
 
-    /// Slows a move whose error, mm, is above the tolerance, or takes that back where it did not help. Whether the factor changed.
+    /// Reduces the feed of a move whose error `worst`, mm, exceeds the tolerance, or restores it where the reduction
+    /// had no effect. Returns whether the factor changed.
     fn slow(&mut self, index: usize, worst: f64, factor: &mut f64) -> bool {
         let mut changed = false;
         if let Some((before, error)) = self.slowed[index].take() {
-            // What slowing promised was `1 − share`; far less says that speed is not the cause.
+            // The expected reduction is `1 − share`. A much smaller one shows that speed is not the cause.
             let share = *factor / before;
             if worst > self.goal.tolerance_mm && 1.0 - worst / error < LEAST_EFFECT * (1.0 - share) {
-                self.hopeless[index] = true;
+                self.speed_independent[index] = true;
                 *factor = before;
                 changed = true;
             }
         }
-        if worst > self.goal.tolerance_mm && !self.hopeless[index] && *factor > SLOWEST {
+        if worst > self.goal.tolerance_mm && !self.speed_independent[index] && *factor > MIN_FACTOR {
             self.slowed[index] = Some((*factor, worst));
             let share = (0.95 * (self.goal.tolerance_mm / worst).sqrt()).clamp(0.5, 0.95);
-            *factor = (*factor * share).max(SLOWEST);
+            *factor = (*factor * share).max(MIN_FACTOR);
             changed = true;
         }
         changed
     }
 }
 
-/// Compensates `part` with feeds that keep the predicted contour error within the goal's tolerance.
+/// Compensates `part` with feeds that keep the predicted contour error within the tolerance.
 ///
-/// An error grows with speed squared (centripetal and inertial forces) or less; a move above the tolerance is slowed by the root of the
-/// ratio, and keeps its feed where that does not help. With `keep_time` the moves with room to spare are sped up afterwards.
+/// The error of a move grows at most with the square of its speed (centripetal and inertial forces). The feed of a move
+/// above the tolerance is reduced by the square root of the ratio, and restored where that has no effect. With
+/// `keep_time` the feeds of moves clearly below the tolerance are then raised.
 ///
 /// # Errors
-/// When a plan fails, or the model does not fit.
+/// When planning fails, or the path does not fit the model.
 pub fn adjust(part: Part, model: &Bundle, settings: &Settings, goal: Goal, progress: Progress<'_>) -> Result<Adjusted> {
     let count = part.toolpath.moves.len();
-    // What planning the written program anew changes from trial to trial would hide what a feed does.
+    // Replanning of the written program differs from trial to trial and would hide the effect of a feed.
     let unwritten = Settings { written: None, ..*settings };
     let mut trial = Trial::of(part, model, &unwritten, progress)?;
     let (before_s, before_mm) = (trial.seconds(), trial.max_mm());
-    let (hopeless, slowed) = (vec![false; count], vec![None; count]);
-    let mut search = Search { goal, before_s, hopeless, slowed, speed_up: 1.0 };
-    for _ in 0..ROUNDS {
+    let (speed_independent, slowed) = (vec![false; count], vec![None; count]);
+    let mut search = Search { goal, before_s, speed_independent, slowed, speed_up: 1.0 };
+    for _ in 0..MAX_ITERATIONS {
         let Some(factors) = search.next(&trial)? else { break };
         let Input::Program(part) = trial.input else { return Err(Error::NoProgram) };
         trial = Trial::of(part.with_feeds(factors)?, model, &unwritten, progress)?;
@@ -167,7 +171,8 @@ pub fn adjust(part: Part, model: &Bundle, settings: &Settings, goal: Goal, progr
     adjusted(trial, model, settings, (before_s, before_mm), goal, progress)
 }
 
-/// The last trial, compensated as it is written, beside the first one's cycle time, s, and largest error, mm.
+/// Result: the last trial, compensated in its output format, with the first trial's cycle time, s, and largest error,
+/// mm.
 fn adjusted(
     trial: Trial,
     model: &Bundle,

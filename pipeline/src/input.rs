@@ -1,4 +1,4 @@
-//! What is compensated, predicted or measured against: a part program, or a path that carries its own time.
+//! Paths to compensate, predict or measure against: a part program, or a path with its own time.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::part::Part;
 use crate::setup::Setup;
 use crate::statistics::{self, Figures};
 
-/// A path to be run.
+/// A path that a machine is to run.
 #[derive(Debug)]
 pub enum Input {
-    /// Planned from a part program.
+    /// A path planned from a part program.
     Program(Box<Part>),
-    /// A reference or curve.
+    /// A reference trajectory or a test curve.
     Path(TimedPath),
 }
 
-/// A path that no program states.
+/// A path without a program.
 #[derive(Debug)]
 pub struct TimedPath {
     /// Name for tables.
     pub name: String,
-    /// What the part needs.
+    /// Desired path.
     pub desired: DesiredPath,
-    /// What the axes and the path are allowed to do, where the machine is known.
+    /// Limits of axes and path; `None` where the machine is not known.
     pub limits: Option<Limits>,
 }
 
@@ -37,10 +37,11 @@ impl From<Part> for Input {
 }
 
 impl Input {
-    /// A reference: axis positions over time, in the setup's kinematics where the axes are the machine's, else each axis a coordinate.
+    /// A reference: axis positions over time. The setup's kinematics apply where its axes are those of the reference;
+    /// otherwise every axis is a Cartesian coordinate.
     ///
     /// # Errors
-    /// When the axes cannot place a tool.
+    /// When the axes do not define a tool tip position.
     pub fn reference(name: impl Into<String>, reference: Trajectory, setup: Option<&Setup>) -> Result<Self> {
         let kinematics: Arc<dyn Kinematics> = match setup {
             Some(setup) if setup.kinematics.axes() == reference.axes() => Arc::clone(&setup.kinematics),
@@ -49,7 +50,7 @@ impl Input {
         Ok(Self::path(name, DesiredPath::new(reference, kinematics)?, setup.map(|setup| setup.limits.clone())))
     }
 
-    /// A path that is planned already.
+    /// A path that is already planned.
     #[must_use]
     pub fn path(name: impl Into<String>, desired: DesiredPath, limits: Option<Limits>) -> Self {
         Self::Path(TimedPath { name: name.into(), desired, limits })
@@ -65,7 +66,7 @@ impl Input {
         Ok(Self::path(name, desired, Some(setup.limits.clone())))
     }
 
-    /// Name for tables.
+    /// Name of the path, for tables.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -74,7 +75,7 @@ impl Input {
         }
     }
 
-    /// What the part needs.
+    /// Desired path of the tool.
     #[must_use]
     pub fn desired(&self) -> &DesiredPath {
         match self {
@@ -83,13 +84,13 @@ impl Input {
         }
     }
 
-    /// The desired path, sample by sample.
+    /// Desired axis positions, one sample a period.
     #[must_use]
     pub fn trajectory(&self) -> &Trajectory {
         self.desired().trajectory()
     }
 
-    /// The program that the path was planned from.
+    /// The part program of the path; `None` for a reference or curve.
     #[must_use]
     pub fn part(&self) -> Option<&Part> {
         match self {
@@ -98,15 +99,15 @@ impl Input {
         }
     }
 
-    /// The program that the path was planned from, where one is needed.
+    /// The part program of the path.
     ///
     /// # Errors
-    /// [`Error::NoProgram`] where the path comes from none.
+    /// [`Error::NoProgram`] for a reference or curve.
     pub fn program(&self) -> Result<&Part> {
         self.part().ok_or(Error::NoProgram)
     }
 
-    /// The same, to be changed.
+    /// The part program of the path, mutable; `None` for a reference or curve.
     pub fn part_mut(&mut self) -> Option<&mut Part> {
         match self {
             Self::Program(part) => Some(part),
@@ -114,7 +115,7 @@ impl Input {
         }
     }
 
-    /// What the axes and the path are allowed to do, where the machine is known.
+    /// Limits of axes and path; `None` where the machine is not known.
     #[must_use]
     pub fn limits(&self) -> Option<&Limits> {
         match self {
@@ -123,21 +124,22 @@ impl Input {
         }
     }
 
-    /// What the control commands when the path is run as it is: what it commanded in a recorded run, where there is one.
+    /// Command of the control for the uncompensated path: the recorded command where there is one, else the desired
+    /// path.
     #[must_use]
     pub fn command(&self) -> &Trajectory {
         self.part().and_then(|part| part.command.as_ref()).unwrap_or(self.trajectory())
     }
 
-    /// Contour error of a run in the path's own time; of a program over feed moves.
+    /// Contour error of a run in the path's own time. For a program it is evaluated over feed moves.
     ///
     /// # Errors
-    /// When the two do not match.
+    /// When the samples or axes of `actual` are not those of the path.
     pub fn figures(&self, actual: &Trajectory) -> Result<Figures> {
         statistics::figures(self.desired(), self.part(), actual)
     }
 
-    /// Largest difference of an axis's position from the path, mm or rad.
+    /// Largest axis difference between `reference` and the path, mm or rad.
     #[must_use]
     pub fn largest_shift(&self, reference: &Trajectory) -> f64 {
         let columns = self.trajectory().columns().iter().zip(reference.columns());

@@ -1,4 +1,4 @@
-//! A learned reference on its way to the control: as a program, as setpoints, or as the reference that it is.
+//! Output of a learned reference: a part program, a setpoint table, or the reference itself.
 
 use std::path::Path;
 
@@ -15,16 +15,16 @@ use crate::refit::{DECIMALS, RefitSettings, TimeEncoding, write_program};
 use crate::setpoints::{SetpointKind, SetpointSettings, SetpointsWritten, write_setpoints};
 use crate::setup::Setup;
 
-/// Time between setpoints with velocities, ms, where neither the user nor the machine's profile says.
+/// Default interval of a PVT table, ms, where neither the caller nor the control profile states one.
 const PVT_MS: f64 = 4.0;
 
-/// What a compensated path is written as.
+/// Output format of a compensated path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum OutputFormat {
-    /// The program, with points that carry their time in this way.
+    /// Part program, with the time encoding of its points.
     Program(TimeEncoding),
-    /// Setpoints: rows of axis positions.
+    /// Setpoints: a table of axis positions over time.
     Setpoints(SetpointKind),
 }
 
@@ -41,7 +41,7 @@ impl From<machine::Carrier> for OutputFormat {
 }
 
 impl OutputFormat {
-    /// How a program says its time in this format; one beside setpoints keeps its feeds.
+    /// Time encoding of a program in this format; [`TimeEncoding::Keep`] for setpoints.
     #[must_use]
     pub fn encoding(self) -> TimeEncoding {
         match self {
@@ -51,10 +51,10 @@ impl OutputFormat {
     }
 }
 
-/// How a compensated path is written: what was asked for, else what the profile of the control says.
+/// Settings of the output: the caller's values, else those of the control profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputSettings {
-    /// What is written.
+    /// Output format.
     pub format: OutputFormat,
     decimals: Option<usize>,
     spacing_ms: Option<f64>,
@@ -62,33 +62,35 @@ pub struct OutputSettings {
 }
 
 impl OutputSettings {
-    /// The setup's own way, but for what is given: format, decimals of coordinates in mm, time between points or rows in ms.
+    /// Settings for the control of `setup`. `None` takes the value of the control profile. `decimals` is the number of
+    /// decimals of coordinates in mm, `spacing_ms` the time between points or setpoints, ms.
     #[must_use]
     pub fn new(setup: &Setup, format: Option<OutputFormat>, decimals: Option<usize>, spacing_ms: Option<f64>) -> Self {
-        // Measured with our own planner in the control's place: G93 costs up to 13 % of the cycle time, the program's own feeds nothing.
+        // Measured with the planner of this project in place of the control: G93 lengthens the cycle by up to 13 %, the
+        // program's own feeds do not lengthen it.
         let own = setup.controller.map_or(OutputFormat::Program(TimeEncoding::Keep), |profile| profile.carrier.into());
         Self { format: format.unwrap_or(own), decimals, spacing_ms, controller: setup.controller }
     }
 
-    /// How programs are written; `None` where setpoints are.
+    /// Settings for writing a program; `None` where the output is setpoints.
     #[must_use]
     pub fn program(&self) -> Option<RefitSettings> {
         matches!(self.format, OutputFormat::Program(_)).then(|| self.refit())
     }
 
-    /// How programs are written, beside setpoints too.
+    /// Settings for writing a program, also where the output is setpoints.
     #[must_use]
     pub fn refit(&self) -> RefitSettings {
         RefitSettings::of(self.format.encoding(), self.decimals, self.spacing_ms, self.controller)
     }
 
-    /// Tells a part whether its compensated segments will state a path mode, as LinuxCNC's do.
+    /// Sets [`Part::states_path`]: whether compensated segments state a path mode of their own, as on LinuxCNC.
     pub fn prepare(&self, part: &mut Part) {
         let stated = self.program().and_then(|settings| settings.path_tolerance_mm);
         part.states_path = stated.is_some() && part.options.dialect == Dialect::LinuxCnc;
     }
 
-    /// How setpoints of this kind are written beside a reference with this period, s.
+    /// Settings of a setpoint table of this kind for a reference with this sampling period, s.
     fn setpoints(&self, kind: SetpointKind, period_s: f64) -> SetpointSettings {
         let profile = self.controller.filter(|profile| OutputFormat::from(profile.carrier) == self.format);
         let usual_ms = match kind {
@@ -101,25 +103,27 @@ impl OutputSettings {
     }
 }
 
-/// What is written.
+/// A compensated path as bytes.
 #[derive(Debug, Clone)]
 pub struct Output {
-    /// The bytes of the file.
+    /// Content of the file.
     pub content: Vec<u8>,
     /// Largest correction of a point, mm.
     pub largest_shift_mm: f64,
-    /// What it was written as; `None` for a reference.
+    /// Output format; `None` for a reference.
     pub format: Option<OutputFormat>,
-    /// The setpoints, where it was written as such.
+    /// Properties of the setpoint table, where one was written.
     pub setpoints: Option<SetpointsWritten>,
 }
 
 impl Input {
-    /// The bytes of `reference`, learned for this input with corrections of at most `max_shift_mm`. The ending of `name` says in which
-    /// format a reference is written, `.csv` or `.parquet`.
+    /// Writes `reference`, which was learned for this input with corrections of at most `max_shift_mm`.
+    ///
+    /// A program is read again and verified. The extension of `name` selects the format of a reference: `.csv` or
+    /// `.parquet`.
     ///
     /// # Errors
-    /// When a setting is out of range, or what is to be written did not pass its check.
+    /// When a setting is out of range, or the output fails verification.
     pub fn write(&self, reference: &Trajectory, settings: &OutputSettings, max_shift_mm: f64, name: &Path) -> Result<Output> {
         let largest_shift_mm = || self.largest_shift(reference);
         match (settings.format, self.part()) {

@@ -1,4 +1,4 @@
-//! What a forecast lacks of a program whose work offset is not known.
+//! Position-dependent terms of a model, which are unknown for a program without a work offset.
 
 use machine::Machine;
 use models::{Bundle, LearnedMachine};
@@ -9,10 +9,10 @@ use crate::input::Input;
 use crate::part::Part;
 use crate::statistics::{self, Figures, rms_max};
 
-/// The machine of a model as it runs `part`: without the terms that depend on position where the work offset is not known.
+/// Machine of a model for `part`. Position-dependent terms are left out where the work offset is unknown.
 ///
 /// # Errors
-/// When a predictor of the bundle is not usable.
+/// When a predictor of the bundle is invalid.
 pub fn machine_for(bundle: &Bundle, part: Option<&Part>) -> Result<LearnedMachine> {
     let mut machine = bundle.machine()?;
     if part.is_some_and(|part| !part.placement.known()) {
@@ -21,19 +21,19 @@ pub fn machine_for(bundle: &Bundle, part: Option<&Part>) -> Result<LearnedMachin
     Ok(machine)
 }
 
-/// The terms that depend on position, as they would be with the part at 0,0,0.
+/// Position-dependent terms, evaluated with the part at 0,0,0.
 #[derive(Debug)]
 pub struct PositionTerms {
-    /// Every axis that has such terms, with their root mean square over the path, mm or rad.
+    /// RMS of the terms over the path for every axis that has them, mm or rad.
     pub axes: Vec<(Axis, f64)>,
-    /// Forecast of the uncompensated path without them.
+    /// Forecast of the uncompensated path without the terms.
     pub without: Figures,
-    /// And with them.
+    /// Forecast of the uncompensated path with the terms.
     pub with: Figures,
 }
 
 impl PositionTerms {
-    /// What is left out of the forecast of `path`; `None` where its place is known.
+    /// Terms that the forecast of `path` leaves out; `None` where the work offset is known or the path has no program.
     ///
     /// # Errors
     /// When the path does not fit the model.

@@ -1,31 +1,31 @@
-//! How far a long job is, and whether it goes on.
+//! Progress reports of long jobs, and their cancellation.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
 
-/// What is reported on the way.
+/// A progress report.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event<'a> {
-    /// A forecast on the way to a reference.
+    /// A forecast was evaluated during model-based ILC.
     Forecast {
-        /// Its number in its series, from 1; a program that is replanned begins a second series.
+        /// Number of the forecast in its series, from 1. A replanned program starts a second series.
         number: usize,
-        /// Forecasts that the series has at most.
+        /// Largest number of forecasts in the series.
         most: usize,
-        /// What the learning lowers, mm.
+        /// Cost that the iteration minimises, mm.
         cost_mm: f64,
     },
-    /// Where a job of several steps is.
+    /// A step of a job was reached.
     Step {
         /// The job.
         job: Job,
-        /// Steps that are done.
+        /// Number of completed steps.
         done: usize,
-        /// Steps in all.
+        /// Total number of steps.
         of: usize,
-        /// What was done last, or is done now.
+        /// Name of the completed or current step.
         note: &'a str,
     },
 }
@@ -33,23 +33,24 @@ pub enum Event<'a> {
 /// A job of several steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Job {
-    /// A step an axis.
+    /// Training; one step for each axis.
     Training,
-    /// A step a law.
+    /// Tuning of ILC laws; one step for each law.
     TuningIlc,
-    /// A step a path and noise seed.
+    /// Comparison; one step for each path and noise seed.
     Comparing,
-    /// A step a program and noise seed.
+    /// Comparison of programs; one step for each program and noise seed.
     ComparingPrograms,
 }
 
-/// Is told of everything on the way; the job ends with [`Error::Cancelled`] at the next step after it breaks.
+/// Callback that receives every [`Event`]. If it returns [`ControlFlow::Break`], the job ends with [`Error::Cancelled`]
+/// at the next step.
 pub type Progress<'a> = &'a (dyn Fn(Event<'_>) -> ControlFlow<()> + Sync);
 
-/// Reports nothing and goes on.
+/// A callback that ignores reports and never cancels.
 pub const SILENT: Progress<'static> = &|_| ControlFlow::Continue(());
 
-/// Counts the steps of a job.
+/// Counter of the steps of a job.
 pub(crate) struct Steps<'a> {
     progress: Progress<'a>,
     job: Job,
@@ -62,12 +63,12 @@ impl<'a> Steps<'a> {
         Self { progress, job, done: AtomicUsize::new(0), of }
     }
 
-    /// What the job is at within a step.
+    /// Reports `note` within a step.
     pub(crate) fn at(&self, note: &str) -> Result<()> {
         self.report(self.done.load(Ordering::Relaxed), note)
     }
 
-    /// One step more.
+    /// Completes a step and reports it.
     pub(crate) fn step(&self, note: &str) -> Result<()> {
         self.report(self.done.fetch_add(1, Ordering::Relaxed) + 1, note)
     }

@@ -1,4 +1,4 @@
-//! A program as a control ran it: its path in the time that was recorded, and what was commanded in place of it.
+//! A program in the time of a recorded run, with the command of its control.
 
 use std::sync::Arc;
 
@@ -9,33 +9,35 @@ use motion::{AxisKind, DesiredPath, PathSample, Piece, Plan, Pose, Trajectory, V
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::measure::{Match, Readback, readback, without_approach};
-use crate::part::{FADE_S, Part, taper};
+use crate::part::{Part, TAPER_S, taper};
 
-/// A command further off the program's path than this, mm, is not one of this program, or no longer says where its lines are.
-const FARTHEST_MM: f64 = 0.2;
-/// A command that ends within this of the path's end, mm, has come there; one at rest within this of a move's end is at it.
-const THERE_MM: f64 = 0.02;
+/// Largest distance of a command from the path, mm. Beyond it the command is of another program, or its positions no
+/// longer identify lines.
+const MAX_DISTANCE_MM: f64 = 0.2;
+/// Distance within which a command has reached the end of the path, and within which a standstill lies at the end of a
+/// move, mm.
+const ARRIVAL_MM: f64 = 0.02;
 const AT_END_MM: f64 = 0.002;
-/// Lines that meet at a larger angle, rad, meet in a corner.
+/// Smallest angle between consecutive lines that counts as a corner, rad.
 const CORNER_RAD: f64 = 0.01;
-/// A rotary axis this far from where it should be, rad, is somewhere else on its way.
-const TURNED_RAD: f64 = 0.01;
+/// Largest deviation of a rotary axis from its position at the same tip position, rad.
+const MAX_ROTATION_RAD: f64 = 0.01;
 
-/// A program in the time of a run of it.
+/// A program in the time of its recorded run.
 #[derive(Debug)]
 pub struct Recorded {
-    /// The program, with its path in the run's time and the command of the run.
+    /// The program, with its path in the time of the run and the recorded command.
     pub input: Input,
-    /// How far plan and command differ.
+    /// Differences between plan and command.
     pub readback: Readback,
-    /// What bringing the log to the path's sampling period found.
+    /// Finding of the resampling to the path's sampling period.
     pub resampled: Option<Finding>,
 }
 
-/// `input` in the time of `log`, a run of the same program, and with its command.
+/// Brings `input` into the time of `log`, a run of the same program, and adds the recorded command.
 ///
 /// # Errors
-/// When the path was not planned from a program, or the log is not of a whole run of it.
+/// [`Error::NoProgram`] for a path without a program; when the log is not of a complete run of the program.
 pub fn as_recorded(input: Input, log: &Log) -> Result<Recorded> {
     if input.part().is_none() {
         return Err(Error::NoProgram);
@@ -48,7 +50,7 @@ pub fn as_recorded(input: Input, log: &Log) -> Result<Recorded> {
         source: Box::new(source),
     })?;
     check_reach(&input, &log, &matched)?;
-    if found.path.max_mm > FARTHEST_MM {
+    if found.path.max_mm > MAX_DISTANCE_MM {
         return Err(Error::CommandOffPath { off_mm: found.path.max_mm });
     }
     let Input::Program(part) = input else { return Err(Error::NoProgram) };
@@ -56,7 +58,7 @@ pub fn as_recorded(input: Input, log: &Log) -> Result<Recorded> {
     Ok(Recorded { input: part.into(), readback: found, resampled })
 }
 
-/// Refuses a command that does not lead from the path's start to its end.
+/// Refuses a command that does not lead from the start of the path to its end.
 fn check_reach(path: &Input, log: &Log, matched: &Match) -> Result<()> {
     let commanded = path.desired().tips_of(&log.reference)?;
     let wanted = path.desired().poses();
@@ -64,25 +66,28 @@ fn check_reach(path: &Input, log: &Log, matched: &Match) -> Result<()> {
         |at: Option<&Vec3>, pose: Option<&Pose>| at.zip(pose).map_or(0.0, |(at, pose)| (at - matched.offset - pose.tip).norm());
     let (begins, ends) = (off(commanded.first(), wanted.first()), off(commanded.last(), wanted.last()));
     for (verb, place, off_mm) in [("begins", "start", begins), ("ends", "end", ends)] {
-        if off_mm > THERE_MM {
+        if off_mm > ARRIVAL_MM {
             return Err(Error::PartOfRun { log: log.name.clone(), verb, place, off_mm });
         }
     }
     Ok(())
 }
 
-/// The part with its path in the time that `command` takes: a sample of the plan for each of the command, at its place on the path.
+/// The part in the time of `command`: one sample of the plan for each sample of the command, at its position on the
+/// path.
 ///
-/// What a control rounds off at a corner it rounds off again wherever the corner is shifted: there the command itself is what is wanted.
-/// Elsewhere its deviation, as from a smoothing filter on an arc, is corrected with the servo's.
+/// Near corners the recorded command is the target: the control would round a shifted corner in the same way. Elsewhere
+/// the deviation of the command, such as that of a smoothing filter on an arc, is corrected together with the servo's
+/// error.
 fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> {
     let desired = &part.plan.desired;
     let columns = desired.trajectory().columns().iter().zip(matched.offsets(command.axes()));
-    let at_places = |(column, offset): (&Vec<f64>, f64)| matched.places.iter().map(|at| cubic(column, *at).0 + offset).collect();
-    let in_time = command.with_columns(columns.map(at_places).collect())?;
+    let at_positions =
+        |(column, offset): (&Vec<f64>, f64)| matched.path_positions.iter().map(|at| cubic(column, *at).0 + offset).collect();
+    let in_time = command.with_columns(columns.map(at_positions).collect())?;
     check_turned(&in_time, &command)?;
     let samples = located(&part.plan, &command, matched);
-    let kept = taper(&away_from_corners(&part, &samples), FADE_S / command.period_s());
+    let kept = taper(&away_from_corners(&part, &samples), TAPER_S / command.period_s());
     let wanted = command.columns().iter().zip(in_time.columns()).map(|(command, path)| {
         let between = command.iter().zip(path).zip(&kept);
         between.map(|((command, path), kept)| command + (path - command) * kept).collect()
@@ -92,33 +97,34 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         desired: DesiredPath::new(command.with_columns(wanted.collect())?, Arc::clone(desired.kinematics()))?,
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
     };
-    // A log is in machine coordinates; where the workpiece turns its offset is not looked for.
+    // A log is in machine coordinates. On a machine with rotary axes its offset is not searched for.
     let known = part.placement.known() || !plan.desired.kinematics().has_rotary_axes();
     Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), ..part })
 }
 
-/// Where on the path every sample of `command` lies.
+/// Path position of every sample of `command`.
 fn located(plan: &Plan, command: &Trajectory, matched: &Match) -> Vec<PathSample> {
     let ends = &plan.piece_ends_mm;
     let last = ends.len().saturating_sub(1);
-    let rests = |k: usize| command.columns().iter().all(|column| k > 0 && column[k] == column[k - 1]);
-    let locate = |(k, place): (usize, &f64)| {
-        let reached = position(&plan.samples, *place);
-        // Where the control waits, rounding of its command must not put it into the move before or after.
+    let is_still = |k: usize| command.columns().iter().all(|column| k > 0 && column[k] == column[k - 1]);
+    let locate = |(k, path_position): (usize, &f64)| {
+        let reached = position(&plan.samples, *path_position);
+        // At a standstill the rounding of the command must not assign a sample to the neighbouring move.
         let near = ends[ends.partition_point(|end| *end < reached - AT_END_MM).min(last)];
-        let position_mm = if rests(k) && (near - reached).abs() <= AT_END_MM { near } else { reached };
+        let position_mm = if is_still(k) && (near - reached).abs() <= AT_END_MM { near } else { reached };
         PathSample { piece: ends.partition_point(|end| *end < position_mm).min(last), position_mm }
     };
-    matched.places.iter().enumerate().map(locate).collect()
+    matched.path_positions.iter().enumerate().map(locate).collect()
 }
 
-/// For every sample whether no corner of the path lies between it and its neighbours.
+/// For every sample whether no corner of the path lies next to it.
 fn away_from_corners(part: &Part, samples: &[PathSample]) -> Vec<bool> {
     let pieces = part.path.pieces();
     let direction = |piece: &Piece, at: f64| piece.curve.derivatives(at)[1];
-    let turns = |pair: &[Piece]| direction(&pair[0], pair[0].range.1).angle(&direction(&pair[1], pair[1].range.0)) > CORNER_RAD;
+    let is_corner =
+        |pair: &[Piece]| direction(&pair[0], pair[0].range.1).angle(&direction(&pair[1], pair[1].range.0)) > CORNER_RAD;
     let mut open = vec![true; samples.len()];
-    let corners = pieces.windows(2).zip(&part.plan.piece_ends_mm).filter(|(pair, _)| turns(pair));
+    let corners = pieces.windows(2).zip(&part.plan.piece_ends_mm).filter(|(pair, _)| is_corner(pair));
     for (_, end) in corners {
         let after = samples.partition_point(|sample| sample.position_mm <= *end);
         open[after.saturating_sub(1)..(after + 1).min(samples.len())].fill(false);
@@ -126,21 +132,21 @@ fn away_from_corners(part: &Part, samples: &[PathSample]) -> Vec<bool> {
     open
 }
 
-/// Places are found by the tool tip: refuses rotary axes that turn elsewhere than they say.
+/// Refuses rotary axes that deviate from the program. Path positions are found by the tool tip alone.
 fn check_turned(in_time: &Trajectory, command: &Trajectory) -> Result<()> {
     for (axis, (wanted, commanded)) in in_time.axes().iter().zip(in_time.columns().iter().zip(command.columns())) {
         let off = wanted.iter().zip(commanded).map(|(wanted, commanded)| (wanted - commanded).abs()).fold(0.0, f64::max);
-        if axis.kind == AxisKind::Rotary && off > TURNED_RAD {
+        if axis.kind == AxisKind::Rotary && off > MAX_ROTATION_RAD {
             return Err(Error::CommandTurnsElsewhere { axis: axis.to_string(), off_rad: off });
         }
     }
     Ok(())
 }
 
-/// Way along the path at a place between samples, mm.
-fn position(samples: &[PathSample], place: f64) -> f64 {
+/// Arc length at a sample index with fraction, mm.
+fn position(samples: &[PathSample], path_position: f64) -> f64 {
     let last = samples.len().saturating_sub(1);
-    let before = (place as usize).min(last);
+    let before = (path_position as usize).min(last);
     let (from, to) = (samples[before].position_mm, samples[(before + 1).min(last)].position_mm);
-    from + (to - from) * (place - before as f64)
+    from + (to - from) * (path_position - before as f64)
 }

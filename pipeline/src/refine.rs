@@ -1,4 +1,6 @@
-//! One iteration of learning on a real machine: the next reference from the last run.
+//! Refinement: one ILC iteration on a real machine, from the last run to the next reference.
+//!
+//! [`refine_from_log`] takes the log of a run, [`refine`] takes its positions in the path's time.
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, CorrectionLimits, LowPass};
@@ -11,35 +13,35 @@ use crate::measure::{Match, in_path_time, match_run, without_approach};
 use crate::model_based_ilc::shift_bound;
 use crate::statistics::Figures;
 
-/// What is learned from a run.
+/// Error that the refinement learns from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RefineLaw {
-    /// The contour error (Papers A and B).
+    /// Contour error (Papers A and B).
     Spatial,
-    /// The tracking error.
+    /// Tracking error.
     Tracking,
 }
 
-/// Cut-off of the zero-phase low-pass on an update where none is given, Hz.
+/// Default cut-off of the zero-phase low-pass on an update, Hz.
 pub const LOW_PASS_HZ: f64 = 100.0;
 
-/// How much is learned from a run.
+/// Settings of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefineSettings {
-    /// What is learned.
+    /// Error that the law learns from.
     pub law: RefineLaw,
     /// Learning gain.
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on the update, Hz.
     pub low_pass_hz: f64,
-    /// Largest correction of the tool tip, mm; that of [`shift_bound`] when `None`.
+    /// Largest correction of the tool tip, mm; `None` takes [`shift_bound`].
     pub max_shift: Option<f64>,
-    /// Largest correction of the tool's direction, rad.
+    /// Largest correction of the tool orientation, rad.
     pub max_rotation_rad: f64,
 }
 
 impl RefineSettings {
-    /// The settings after the run with this number, from 1: gain 1/run averages the noise of the runs away.
+    /// Settings after run number `run`, from 1. The gain 1/run averages the noise of the runs.
     #[must_use]
     pub fn of_run(run: u32) -> Self {
         Self {
@@ -52,18 +54,19 @@ impl RefineSettings {
     }
 }
 
-/// The next run.
+/// Result of a refinement.
 #[derive(Debug)]
 pub struct Refined {
-    /// Its reference.
+    /// Reference of the next run.
     pub reference: Trajectory,
-    /// Figures of the run before.
+    /// Figures of the last run.
     pub before: Figures,
-    /// Bound of the correction of the tool tip that was kept to, mm.
+    /// Bound of the correction of the tool tip, mm.
     pub max_shift: f64,
 }
 
-/// The next reference from a run of `reference` that came to `actual`, both in the time of `input`'s path.
+/// Computes the next reference from a run with command `reference` and positions `actual`, both in the time of the
+/// path.
 ///
 /// # Errors
 /// When the runs do not match the path, or a setting is out of range.
@@ -76,21 +79,22 @@ pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settin
         RefineLaw::Spatial => Box::new(SpatialIlc::new(gain, low_pass)?),
         RefineLaw::Tracking => Box::new(TrackingIlc::new(gain, low_pass)),
     };
-    let weights = input.part().map(|part| part.weights()).unwrap_or_default();
+    let weights = input.part().map(|part| part.taper()).unwrap_or_default();
     let max_shift = settings.max_shift.unwrap_or_else(|| shift_bound(input.largest_shift(reference), before.tip.max_mm));
     let limits = input.limits().cloned();
-    let guard = CorrectionLimits {
+    let correction_limits = CorrectionLimits {
         max_shift,
         max_rotation_rad: settings.max_rotation_rad,
         limits,
         weights,
         ..CorrectionLimits::default()
     };
-    let reference = guard.apply(desired, &law.update(desired, reference, actual)?)?;
+    let reference = correction_limits.apply(desired, &law.update(desired, reference, actual)?)?;
     Ok(Refined { reference, before, max_shift })
 }
 
-/// As [`refine`], from the log of a run: its command says what was run. With how the log lies over the path.
+/// Same as [`refine`], from the log of a run, whose command is the reference. Also returns the alignment of the log
+/// with the path.
 ///
 /// # Errors
 /// As [`refine`], and when the log is not of a run of the path.

@@ -1,4 +1,5 @@
-//! A compensated path as setpoints, for controls that stream buffers: one row of axis positions an interval, with or without velocities.
+//! Setpoint tables for controls that stream buffers: one row of axis positions for each interval, with or without
+//! velocities (PVT).
 
 use gcode::{Fixed, Move, MoveKind, Shiftable};
 use motion::{Axis, AxisKind, Trajectory, Vec6, cubic};
@@ -9,12 +10,12 @@ use crate::input::Input;
 use crate::part::Part;
 use crate::units::in_programs;
 
-/// Largest distance of an axis between rows from the compensated path, mm; as for the lines of programs.
+/// Largest interpolation error between setpoints, mm; the same as for the lines of programs.
 pub const TOLERANCE_MM: f64 = 2e-4;
-/// Lever at which a rotary axis's distance from the path counts, mm.
+/// Lever at which the error of a rotary axis counts, mm.
 const LEVER_MM: f64 = 100.0;
 
-/// What the rows hold.
+/// Content of a setpoint table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SetpointKind {
@@ -24,36 +25,37 @@ pub enum SetpointKind {
     Pvt,
 }
 
-/// Rows as they are to be written.
+/// Settings of a setpoint table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetpointSettings {
-    /// What they hold.
+    /// Content of the table.
     pub kind: SetpointKind,
-    /// Time between rows, s.
+    /// Time between setpoints, s.
     pub interval_s: f64,
     /// Decimals of positions in mm and degrees.
     pub decimals: usize,
 }
 
-/// What was written.
+/// Properties of a written setpoint table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetpointsWritten {
-    /// What the rows hold.
+    /// Content of the table.
     pub kind: SetpointKind,
-    /// Their number.
+    /// Number of setpoints.
     pub count: usize,
-    /// Time between them, s.
+    /// Time between setpoints, s.
     pub interval_s: f64,
-    /// Largest distance of an axis between the rows, as rounded, from the compensated path, mm; rotary axes at a lever of 100 mm.
+    /// Largest interpolation error of an axis after rounding, mm; rotary axes at a lever of 100 mm.
     pub off_mm: f64,
-    /// An interval that keeps it within [`TOLERANCE_MM`], s, where this one does not.
+    /// An interval that keeps the error within [`TOLERANCE_MM`], s; `None` where this interval does, or where none is
+    /// found.
     pub finer_s: Option<f64>,
 }
 
-/// The text of `reference`, the compensated path of `path`, as rows, and what it holds.
+/// Text of a setpoint table of `reference`, the compensated path of `path`, with its properties.
 ///
 /// # Errors
-/// When the path's program does more than move in ways that are known here.
+/// When the program contains a block that setpoints cannot represent.
 pub fn write_setpoints(path: &Input, reference: &Trajectory, settings: &SetpointSettings) -> Result<(String, SetpointsWritten)> {
     if let Some(part) = path.part() {
         check_moves(part)?;
@@ -67,7 +69,7 @@ pub fn write_setpoints(path: &Input, reference: &Trajectory, settings: &Setpoint
     Ok((sampled.text(path.name(), settings.decimals), written))
 }
 
-/// An interval of whole periods that keeps rows within the tolerance, s.
+/// An interval of whole sampling periods that keeps the interpolation error within the tolerance, s.
 fn finer_s(wanted: &Trajectory, settings: &SetpointSettings) -> Option<f64> {
     let period_s = wanted.period_s();
     let most = (settings.interval_s / period_s).ceil() as u32;
@@ -80,7 +82,7 @@ fn finer_s(wanted: &Trajectory, settings: &SetpointSettings) -> Option<f64> {
     fewer.map(|periods| f64::from(periods) * period_s).find(holds)
 }
 
-/// Refuses programs of which rows of positions would leave something out that makes the part.
+/// Refuses programs with blocks that affect the part and that setpoints cannot represent.
 fn check_moves(part: &Part) -> Result<()> {
     if part.placement.several() {
         return Err(Error::SetpointsInSeveralSystems { name: part.name.clone() });
@@ -93,7 +95,7 @@ fn check_moves(part: &Part) -> Result<()> {
         (_, MoveKind::Home) | (Shiftable::No(Fixed::MachineCoordinates), _) => {
             Some("leads to a place that only the control knows")
         }
-        _ if !part.plan.desired.kinematics().has_rotary_axes() && turns(of) => {
+        _ if !part.plan.desired.kinematics().has_rotary_axes() && rotates(of) => {
             Some("turns axes that the machine description does not hold")
         }
         _ => None,
@@ -104,11 +106,11 @@ fn check_moves(part: &Part) -> Result<()> {
     }
 }
 
-fn turns(of: &Move) -> bool {
+fn rotates(of: &Move) -> bool {
     of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad()
 }
 
-/// Axis positions as the program's words would state them: the work offset taken off.
+/// Axis positions in program coordinates: the work offset is subtracted.
 fn programmed(path: &Input, reference: &Trajectory) -> Result<Trajectory> {
     let Some(part) = path.part() else { return Ok(reference.clone()) };
     let commanded = part.commanded(reference)?;
@@ -120,7 +122,7 @@ fn programmed(path: &Input, reference: &Trajectory) -> Result<Trajectory> {
     Ok(commanded.with_columns(columns.collect())?)
 }
 
-/// Positions and velocities at the instants of the rows, as they are written: mm and mm/s, degrees and degrees a second; rounded.
+/// Setpoints as written: positions and velocities, mm and mm/s, degrees and degrees/s; rounded.
 struct Sampled<'a> {
     axes: &'a [Axis],
     kind: SetpointKind,
@@ -133,10 +135,10 @@ impl<'a> Sampled<'a> {
     fn of(wanted: &'a Trajectory, settings: &SetpointSettings) -> Self {
         let SetpointSettings { kind, interval_s, decimals } = *settings;
         let (axes, period_s) = (wanted.axes(), wanted.period_s());
-        // The last row is at the end or, where that lies between rows, after it and at the same place.
+        // The last setpoint is at the end of the path, or within one interval after it at the same position.
         let count = (wanted.duration_s() / interval_s - 1e-9).ceil() as usize + 1;
         let unit = 10.0_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX));
-        // Zero is added for it to have no sign.
+        // Adding zero turns −0 into 0.
         let rounded = |value: f64| (value * unit).round() / unit + 0.0;
         let sampled = |of: &dyn Fn((f64, f64)) -> f64| -> Vec<Vec<f64>> {
             let column = |(axis, column): (&Axis, &Vec<f64>)| {
@@ -146,7 +148,7 @@ impl<'a> Sampled<'a> {
             axes.iter().zip(wanted.columns()).map(column).collect()
         };
         let mut velocities = if kind == SetpointKind::Pvt { sampled(&|(_, slope)| slope / period_s) } else { Vec::new() };
-        // A control that is handed its last row stops there.
+        // A control stops at its last setpoint.
         velocities.iter_mut().filter_map(|column| column.last_mut()).for_each(|last| *last = 0.0);
         Self { axes, kind, interval_s, positions: sampled(&|(position, _)| position), velocities }
     }
@@ -155,20 +157,20 @@ impl<'a> Sampled<'a> {
         self.positions.first().map_or(0, Vec::len)
     }
 
-    /// Position of an axis between rows, as the control interpolates it.
+    /// Position of an axis between setpoints, interpolated like the control does.
     fn between(&self, axis: usize, time_s: f64) -> f64 {
         let positions = &self.positions[axis];
         let row = ((time_s / self.interval_s) as usize).min(positions.len().saturating_sub(2));
         let (from, to) = (positions[row], positions[(row + 1).min(positions.len() - 1)]);
         let u = time_s / self.interval_s - row as f64;
         let Some(velocities) = self.velocities.get(axis) else { return from + (to - from) * u };
-        let way = |row: usize| velocities[row.min(velocities.len() - 1)] * self.interval_s;
-        let (leaving, arriving) = (way(row), way(row + 1));
+        let tangent = |row: usize| velocities[row.min(velocities.len() - 1)] * self.interval_s;
+        let (leaving, arriving) = (tangent(row), tangent(row + 1));
         let (square, cube) = (3.0 * (to - from) - 2.0 * leaving - arriving, leaving + arriving - 2.0 * (to - from));
         from + u * (leaving + u * (square + u * cube))
     }
 
-    /// Largest distance of an axis from `wanted` at the instants of its samples, mm; of rotary axes at a lever.
+    /// Largest interpolation error of an axis at the samples of `wanted`, mm; rotary axes at a lever.
     fn off_mm(&self, wanted: &Trajectory) -> f64 {
         let columns = self.axes.iter().zip(wanted.columns()).enumerate();
         let of = |(index, (axis, column)): (usize, (&Axis, &Vec<f64>))| {
@@ -181,7 +183,7 @@ impl<'a> Sampled<'a> {
         columns.map(of).fold(0.0, f64::max)
     }
 
-    /// The file: what its columns are as comments, their names, the rows.
+    /// Text of the file: a comment header, the column names, the setpoints.
     fn text(&self, name: &str, decimals: usize) -> String {
         let names = |ending: &str| {
             self.axes
@@ -213,14 +215,14 @@ mod tests {
     use super::*;
     use motion::{Cartesian, DesiredPath};
 
-    /// A linear and a rotary axis from rest to rest, a sample every 2 ms.
+    /// A linear and a rotary axis between two standstills, one sample every 2 ms.
     fn path() -> Input {
         let ease = |k: i32| {
             let share = f64::from(k.clamp(0, 501)) / 501.0;
             share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU
         };
         let axes = ["x", "a"].map(Axis::named).to_vec();
-        let columns = [30.0, -0.2].map(|way| (-5..=506).map(|k| way * ease(k)).collect());
+        let columns = [30.0, -0.2].map(|travel| (-5..=506).map(|k| travel * ease(k)).collect());
         let trajectory = Trajectory::new(0.002, axes.clone(), columns.to_vec()).unwrap();
         let desired = DesiredPath::new(trajectory, std::sync::Arc::new(Cartesian::new(axes))).unwrap();
         Input::path("path", desired, None)
@@ -238,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_comes_back_as_the_path() {
+    fn a_table_reads_back_as_the_path() {
         let (written, text, read) = write(SetpointKind::Table, 2.0, 6);
         let path = path();
         assert!(text.contains("\nt_s,x_mm,a_deg\n0.000000000,0.000000,0.000000\n"), "{text}");
@@ -251,21 +253,21 @@ mod tests {
     }
 
     #[test]
-    fn velocities_carry_the_path_between_rows_that_lie_far_apart() {
-        // 1.022 s are no multiple of 20 ms: the last row lies after the end, at rest.
+    fn velocities_keep_the_path_between_distant_setpoints() {
+        // 1.022 s are no multiple of 20 ms: the last setpoint lies after the end, at standstill.
         let (written, text, read) = write(SetpointKind::Pvt, 20.0, 6);
         assert!(text.contains("\nt_s,x_mm,a_deg,x_vel_mm_s,a_vel_deg_s\n"), "{text}");
         assert!(text.ends_with(",30.000000,-11.459156,0.000000,0.000000\n"), "{text}");
         assert_eq!((written.count, read.len()), (53, 53));
         assert!(written.off_mm < TOLERANCE_MM && written.finer_s.is_none(), "{written:?}");
-        // In straight lines that takes rows nearer to each other.
+        // Linear interpolation needs a shorter interval.
         let (written, ..) = write(SetpointKind::Table, 20.0, 6);
         assert!(written.off_mm > 10.0 * TOLERANCE_MM, "{written:?}");
         assert!(write(SetpointKind::Table, written.finer_s.unwrap() * 1e3, 6).0.finer_s.is_none());
     }
 
     #[test]
-    fn too_few_decimals_are_told_from_too_few_rows() {
+    fn too_few_decimals_are_distinguished_from_too_few_setpoints() {
         let (written, ..) = write(SetpointKind::Pvt, 4.0, 2);
         assert!(written.off_mm > TOLERANCE_MM && written.finer_s.is_none(), "{written:?}");
     }

@@ -1,4 +1,4 @@
-//! The machine and control that run a program.
+//! Machine setup: the machine and control that run a program.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,36 +10,37 @@ use motion::{Kinematics, Limits, PlanSettings};
 
 use crate::error::{Error, Result};
 
-/// What is known of a machine and its control, without the machine's drives.
+/// Kinematics, limits and control of a machine, without a model of its drives.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// Name of the machine.
     pub name: String,
-    /// How the axes place the tool.
+    /// Kinematics: axis positions ↔ tool pose.
     pub kinematics: Arc<dyn Kinematics>,
-    /// What the words of a program mean while it does not say so itself.
+    /// Default meaning of program words: axis positions or tool tip coordinates.
     pub words: ProgramWords,
-    /// What the axes and the path are allowed to do.
+    /// Limits of axes and path.
     pub limits: Limits,
     /// Sampling period, s.
     pub period_s: f64,
-    /// How programs are planned, but for the sampling period.
+    /// Planner settings; [`Setup::period_s`] replaces their sampling period.
     pub plan: PlanSettings,
-    /// How programs are written for the control, where that is stated.
+    /// Control profile, where one is stated.
     pub controller: Option<ControllerSpec>,
-    /// What the control's programs are written in, where its profile says so.
+    /// Program dialect of the control, where the profile states one.
     pub dialect: Option<Dialect>,
-    /// Lowest and highest position of every axis, mm or rad, where they are limited.
+    /// Travel of every axis, lowest and highest position, mm or rad; `None` for an unlimited axis.
     pub travel: Vec<Option<[f64; 2]>>,
-    /// The machine's work offsets by coordinate system, mm, where its description says so.
+    /// Work offsets by coordinate system name, mm, machine minus program coordinates, as far as the machine description
+    /// states them.
     pub work_offsets: BTreeMap<String, [f64; 3]>,
 }
 
 impl Setup {
-    /// The setup of a machine description; `controller` stands above the profile in the description.
+    /// Setup of a machine description. `controller` replaces the control profile of the description.
     ///
     /// # Errors
-    /// When the axes cannot place a tool.
+    /// When the axes do not define a tool tip position.
     pub fn new(machine: &MachineSpec, controller: Option<ControllerSpec>) -> Result<Self> {
         let controller = controller.or(machine.controller);
         let dialect = controller.and_then(|controller| controller.dialect).map(|dialect| match dialect {
@@ -60,25 +61,25 @@ impl Setup {
         })
     }
 
-    /// The setup of the machine that a model was trained for.
+    /// Setup of the machine that a model was trained for.
     ///
     /// # Errors
-    /// When the description in the model is not sound.
+    /// When the machine description in the model is invalid.
     pub fn of_model(model: &Bundle) -> Result<Self> {
         Self::new(&machine_of(model)?, None)
     }
 
-    /// How programs are planned.
+    /// Planner settings with the sampling period of the setup.
     #[must_use]
     pub fn plan_settings(&self) -> PlanSettings {
         PlanSettings { period_s: self.period_s, ..self.plan.clone() }
     }
 }
 
-/// The description of the machine that a model was trained for.
+/// Description of the machine that a model was trained for.
 ///
 /// # Errors
-/// When it is not sound.
+/// When the description in the model is invalid.
 pub fn machine_of(model: &Bundle) -> Result<MachineSpec> {
     MachineSpec::from_toml(&model.manifest.machine_toml).map_err(Error::ModelMachine)
 }

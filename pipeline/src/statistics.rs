@@ -1,4 +1,4 @@
-//! Figures of a run.
+//! Error figures of a run: RMS, MAX and 95th percentile of contour and orientation error.
 
 use motion::contour::{
     ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, orientation_errors, poses_at_places,
@@ -9,20 +9,20 @@ use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 use crate::error::{Error, Result};
 use crate::part::Part;
 
-/// Contour error of every sample of `actual`: distance from the nearest place of the desired path (actual → desired), exact, against
-/// the analytic curve where one is known.
+/// Contour error of every sample of `actual`: distance from the nearest point of the desired path (actual → desired).
+/// It is exact, and uses the analytic curve where one is known.
 ///
 /// # Errors
-/// When the two do not match.
+/// When the samples or axes of the two do not match.
 pub fn contour_errors(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<ContourError>> {
     errors_from(desired, &desired.tips_of(actual)?, &desired.tips())
 }
 
-/// As [`contour_errors`], for a run whose command `reference` keeps near the path but not its time: a program that a control planned
-/// anew. With the place on the path of every sample, in samples of `desired`.
+/// Same as [`contour_errors`], for a run whose command `reference` follows the path in another time, such as a
+/// replanned program. Also returns the path position of every sample, as a sample index of `desired` with fraction.
 ///
 /// # Errors
-/// When `reference` leads elsewhere.
+/// When `reference` leaves the path.
 pub fn contour_errors_along(
     desired: &DesiredPath,
     reference: &Trajectory,
@@ -33,14 +33,14 @@ pub fn contour_errors_along(
     let in_time =
         path.len() == commanded.len() && path.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - commanded).norm() < 0.2);
     if in_time {
-        let places = (0..path.len()).map(|k| k as f64).collect();
-        return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, places));
+        let path_positions = (0..path.len()).map(|k| k as f64).collect();
+        return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, path_positions));
     }
-    let places = follow(&commanded, &path)?;
-    Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &places))?, places))
+    let path_positions = follow(&commanded, &path)?;
+    Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &path_positions))?, path_positions))
 }
 
-/// Errors of the tips of a run from the path whose places at the same instants are `path`.
+/// Contour errors of `tips` against `path`, the desired points at the same instants.
 fn errors_from(desired: &DesiredPath, tips: &[Vec3], path: &[Vec3]) -> Result<Vec<ContourError>> {
     let mut estimator: Box<dyn ContourEstimator> = match desired.curve() {
         Some(curve) => Box::new(ExactOnCurve::new(curve.clone())),
@@ -49,28 +49,28 @@ fn errors_from(desired: &DesiredPath, tips: &[Vec3], path: &[Vec3]) -> Result<Ve
     Ok(estimator.estimate(tips, path)?)
 }
 
-/// The figures of a run.
+/// Error figures of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// Contour error of the tool tip, mm.
     pub tip: ContourSummary,
-    /// Contour error of the tool's direction, on a machine that turns it.
+    /// Contour error of the tool direction; `None` on a machine without rotary axes.
     pub orientation: Option<OrientationSummary>,
 }
 
-/// Orientation errors in three figures, rad.
+/// Figures of the orientation error, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrientationSummary {
-    /// Root of the mean square.
+    /// Root mean square.
     pub rms_rad: f64,
-    /// Largest.
+    /// Largest error.
     pub max_rad: f64,
-    /// What 95 % of the samples stay within.
+    /// 95th percentile.
     pub p95_rad: f64,
 }
 
 impl Figures {
-    /// Every RMS and MAX the mean over the runs; `None` where there is none.
+    /// Mean of every figure over the runs; `None` without runs.
     #[must_use]
     pub fn mean(runs: &[Self]) -> Option<Self> {
         let over = |of: &dyn Fn(&Self) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
@@ -87,18 +87,18 @@ impl Figures {
     }
 }
 
-/// Length at which an error of the tool's direction counts like one of its tip, mm: the depth of a side mill's cut.
+/// Lever at which an orientation error counts as a tip error, mm: the depth of cut of a side mill.
 const LEVER_MM: f64 = 20.0;
 
 impl Figures {
-    /// One figure to judge a run by: the root mean square of the tip's error and of the direction's at a lever of 20 mm, mm.
+    /// Cost of a run, mm: root sum of squares of the tip's RMS error and the direction's RMS error at a lever of 20 mm.
     #[must_use]
     pub fn cost_mm(&self) -> f64 {
         self.tip.rms_mm.hypot(self.orientation.map_or(0.0, |orientation| orientation.rms_rad * LEVER_MM))
     }
 }
 
-/// Contour error of tip and tool over the samples of a run; of a program only over those of its feed moves.
+/// Error figures over the samples of a run; of a program over its feed moves only.
 ///
 /// # Errors
 /// As [`contour_errors`].
@@ -106,7 +106,7 @@ pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     figures_where(desired, actual, |k| counts(part, *k))
 }
 
-/// As [`figures`], over the samples for which `counts` says so.
+/// Same as [`figures`], over the samples for which `counts` is true.
 ///
 /// # Errors
 /// As [`contour_errors`]; when no sample counts.
@@ -114,31 +114,31 @@ pub fn figures_where(desired: &DesiredPath, actual: &Trajectory, counts: impl Fn
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
     let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
     let errors = errors_from(desired, &tips, &desired.tips())?;
-    let turns = desired.kinematics().has_rotary_axes();
-    let orientation = turns.then(|| summary_of_directions(&errors, desired.poses(), &poses, &counts)).transpose()?;
+    let has_rotary_axes = desired.kinematics().has_rotary_axes();
+    let orientation = has_rotary_axes.then(|| summary_of_directions(&errors, desired.poses(), &poses, &counts)).transpose()?;
     let counted: Vec<ContourError> = errors.into_iter().enumerate().filter(|(k, _)| counts(k)).map(|(_, error)| error).collect();
     let tip = summary(&counted).ok_or(Error::NoSamples)?;
     Ok(Figures { tip, orientation })
 }
 
-/// As [`figures`], for a run whose command `reference` keeps near the path but not its time.
+/// Same as [`figures`], for a run whose command `reference` follows the path in another time.
 ///
 /// # Errors
 /// As [`contour_errors_along`].
 pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Trajectory, actual: &Trajectory) -> Result<Figures> {
-    let (errors, places) = contour_errors_along(desired, reference, actual)?;
-    let poses = poses_at_places(desired.poses(), &places);
-    let places: Vec<usize> = places.iter().map(|place| place.round() as usize).collect();
-    let counts = |k: &usize| counts(part, places[*k]);
+    let (errors, path_positions) = contour_errors_along(desired, reference, actual)?;
+    let poses = poses_at_places(desired.poses(), &path_positions);
+    let path_positions: Vec<usize> = path_positions.iter().map(|position| position.round() as usize).collect();
+    let counts = |k: &usize| counts(part, path_positions[*k]);
     let orientation = orientation(desired, &errors, &poses, actual, counts)?;
-    Ok(Figures { tip: summary_of_feed_moves(part, places.iter().copied().zip(errors))?, orientation })
+    Ok(Figures { tip: summary_of_feed_moves(part, path_positions.iter().copied().zip(errors))?, orientation })
 }
 
-/// Figures of the tool's direction at the feet of `errors` on the poses `path`, over the samples of `actual` that count; `None` on a machine that
-/// does not turn the tool.
+/// Orientation figures over the samples of `actual` that count, at the foot points of `errors` on the poses `path`;
+/// `None` on a machine without rotary axes.
 ///
 /// # Errors
-/// When the axes are not the path's, or no sample counts.
+/// When the axes differ from those of the path, or no sample counts.
 pub fn orientation(
     desired: &DesiredPath,
     errors: &[ContourError],
@@ -153,7 +153,8 @@ pub fn orientation(
     summary_of_directions(errors, path, &poses, counts).map(Some)
 }
 
-/// Figures of the tool's direction of the poses `actual`, at the feet of their `errors` on the poses `path`, over the samples that count.
+/// Orientation figures of the poses `actual` at the foot points of `errors` on the poses `path`, over the samples that
+/// count.
 fn summary_of_directions(
     errors: &[ContourError],
     path: &[Pose],
@@ -166,7 +167,7 @@ fn summary_of_directions(
     Ok(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm })
 }
 
-/// RMS, MAX and 95th percentile of the tip's contour error over the samples of a run, mm; of a program only over those of its feed moves.
+/// RMS, MAX and 95th percentile of the tip's contour error, mm; of a program over its feed moves only.
 ///
 /// # Errors
 /// As [`contour_errors`].
@@ -174,26 +175,26 @@ pub fn contour(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     Ok(figures(desired, part, actual)?.tip)
 }
 
-/// Whether the sample `place` of a path counts in figures: every one of a reference or curve, of a program those of its feed moves. Rapids do not
-/// cut.
+/// Whether sample `sample` of a path is evaluated: every sample of a reference or curve; of a program those of feed
+/// moves, since rapids do not cut.
 #[must_use]
-pub fn counts(part: Option<&Part>, place: usize) -> bool {
-    part.is_none_or(|part| part.feeds_at(place))
+pub fn counts(part: Option<&Part>, sample: usize) -> bool {
+    part.is_none_or(|part| part.feeds_at(sample))
 }
 
-/// What [`counts`], in words for headings.
+/// Rule of [`counts`] for headings.
 pub const COUNTED: &str = "over feed moves; rapids do not count";
 
-/// The figures of errors, each with its place on the path in samples, over those that count.
+/// Figures of contour errors, each with its sample index on the path, over the samples that count.
 ///
 /// # Errors
-/// When none counts.
+/// When no sample counts.
 pub fn summary_of_feed_moves(part: Option<&Part>, errors: impl Iterator<Item = (usize, ContourError)>) -> Result<ContourSummary> {
-    let counted: Vec<ContourError> = errors.filter(|(place, _)| counts(part, *place)).map(|(_, error)| error).collect();
+    let counted: Vec<ContourError> = errors.filter(|(sample, _)| counts(part, *sample)).map(|(_, error)| error).collect();
     summary(&counted).ok_or(Error::NoSamples)
 }
 
-/// Root mean square and largest magnitude; zeros of nothing.
+/// Root mean square and largest magnitude; zeros for an empty slice.
 #[must_use]
 pub fn rms_max(values: &[f64]) -> (f64, f64) {
     let squares: f64 = values.iter().map(|v| v * v).sum();

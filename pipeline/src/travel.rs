@@ -1,4 +1,4 @@
-//! Whether a path stays within the axes' travel.
+//! Check of a path against the travel of the axes.
 
 use motion::AxisKind;
 
@@ -10,8 +10,8 @@ use crate::units::in_programs;
 /// Rounding of positions, mm or rad.
 const ROUNDING: f64 = 1e-9;
 
-/// Refuses a path that leaves an axis's travel. Where a program's work offset is not known, on a machine whose axes are the coordinates of the
-/// tip, only the extent of its path is compared: see [`is_unchecked`].
+/// Refuses a path that exceeds the travel of an axis. Where the work offset of a program is unknown, on a machine
+/// without rotary axes, only the extent of the path is compared: see [`is_unchecked`].
 ///
 /// # Errors
 /// Names line or time, axis, position and limits.
@@ -51,17 +51,17 @@ pub fn check(input: &Input, setup: &Setup) -> Result<()> {
     Ok(())
 }
 
-/// Whether [`check`] could compare only the extent of the path: an axis has limits, and where the part lies is not known.
+/// Whether [`check`] compares only the extent of the path: an axis has limits, and the work offset is unknown.
 #[must_use]
 pub fn is_unchecked(input: &Input, setup: &Setup) -> bool {
     let limited = |(axis, travel): (&motion::Axis, &Option<[f64; 2]>)| travel.is_some() && is_unplaced(input, axis.kind);
     setup.kinematics.axes().iter().zip(&setup.travel).any(limited)
 }
 
-/// Whether positions of such axes are those of the program rather than of the machine.
+/// Whether positions of axes of this kind are program coordinates, not machine coordinates.
 fn is_unplaced(input: &Input, kind: AxisKind) -> bool {
     let unplaced = input.part().is_some_and(|part| !part.placement.known());
-    // Where the workpiece turns, the path was planned at 0,0,0 by its kinematics.
+    // On a machine with rotary axes the path was planned with the part at 0,0,0.
     unplaced && kind == AxisKind::Linear && !input.desired().kinematics().has_rotary_axes()
 }
 

@@ -1,15 +1,15 @@
-//! Units of what is shown: errors in µm and µrad, positions as programs state them.
+//! Units in reports: errors in µm and µrad, positions in mm and degrees.
 
 use models::AxisManifest;
 use motion::{Axis, AxisKind};
 
-/// Micrometres of a length in mm, as printed.
+/// A length in mm as text in µm, three decimals.
 #[must_use]
 pub fn um(value_mm: f64) -> String {
     format!("{:.3}", value_mm * 1e3)
 }
 
-/// How programs and tables state positions of an axis: what its mm or rad are multiplied by, and the unit.
+/// Factor from mm or rad to the unit of positions in programs and tables, and that unit.
 #[must_use]
 pub fn in_programs(kind: AxisKind) -> (f64, &'static str) {
     match kind {
@@ -18,12 +18,12 @@ pub fn in_programs(kind: AxisKind) -> (f64, &'static str) {
     }
 }
 
-/// The unit in which errors of one kind of axis are shown.
+/// Unit of errors in reports, by the kind of axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorUnit {
-    /// Of linear axes, whose errors are in mm.
+    /// Unit of linear axes, whose errors are in mm.
     Micrometre,
-    /// Of rotary axes, whose errors are in rad.
+    /// Unit of rotary axes, whose errors are in rad.
     Microradian,
 }
 
@@ -49,7 +49,7 @@ impl From<&AxisManifest> for ErrorUnit {
 }
 
 impl ErrorUnit {
-    /// An error of the axis, mm or rad, in this unit.
+    /// Value in this unit of an error in mm or rad.
     #[must_use]
     pub fn value(self, error: f64) -> f64 {
         match self {
@@ -58,7 +58,7 @@ impl ErrorUnit {
         }
     }
 
-    /// The unit's sign: `µm` or `µrad`.
+    /// Unit symbol: `µm` or `µrad`.
     #[must_use]
     pub fn sign(self) -> &'static str {
         match self {
@@ -67,25 +67,25 @@ impl ErrorUnit {
         }
     }
 
-    /// An error of the axis, mm or rad, as a number in this unit.
+    /// An error in mm or rad as text in this unit, without the unit.
     #[must_use]
     pub fn number(self, error: f64) -> String {
         format!("{:.3}", self.value(error))
     }
 
-    /// An error of the axis, mm or rad, as a number with its unit: `1.284 µm`.
+    /// An error in mm or rad as text with its unit: `1.284 µm`.
     #[must_use]
     pub fn text(self, error: f64) -> String {
         format!("{} {}", self.number(error), self.sign())
     }
 
-    /// An axis with the unit of the numbers in its row of a table: `x (µm)`.
+    /// Row label of an axis in tables, with the unit: `x (µm)`.
     #[must_use]
     pub fn label(self, axis: &str) -> String {
         format!("{axis} ({})", self.sign())
     }
 
-    /// A key of JSON figures with the unit at its end: `rms_um`, `rms_urad`.
+    /// Key of a JSON figure, which ends in the unit: `rms_um`, `rms_urad`.
     #[must_use]
     pub fn key(self, quantity: &str) -> String {
         match self {

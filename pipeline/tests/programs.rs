@@ -1,4 +1,4 @@
-//! Laws that learn programs, whose time the control plans anew.
+//! ILC on programs whose feed profile the control replans.
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, CorrectionLimits};
@@ -7,15 +7,15 @@ use motion::contour::MovingWindow;
 use pipeline::Setup;
 use pipeline::control::{Pairing, curve_program, learn_program};
 
-/// Paper C, table II's order: where a control plans every program's time anew, learning in space ends below learning in time.
+/// Order of table II in Paper C: where a control replans every program, spatial ILC ends below tracking ILC.
 #[test]
-fn spatial_learning_beats_tracking_where_programs_are_planned_anew() {
+fn spatial_learning_beats_tracking_where_programs_are_replanned() {
     let spec = MachineSpec::builtin("bc").unwrap();
     let butterfly = curve_program("saddle-butterfly", 50.0, 0.2, &Setup::new(&spec, None).unwrap()).unwrap();
     let mut machine = SimulatedMachine::new(&spec, 1001).unwrap();
     let mut learned = |law: &mut dyn CompensationLaw, pairing| {
         let runs = learn_program(&butterfly, &mut machine, law, pairing, 5, &CorrectionLimits::default()).unwrap();
-        // Nothing is learned before the first run: its program is the original.
+        // The program of the first run is the original.
         assert_eq!(&runs[0].run.command, butterfly.plan.desired.trajectory());
         let figures = [0, 5].map(|run| runs[run].figures.tip);
         println!("{}, {pairing:?}: {figures:?}", law.name());

@@ -1,4 +1,4 @@
-//! Every method on one path.
+//! All methods on one path.
 
 use machine::{Machine, SimulatedMachine, SimulationOptions};
 use models::staged::StagedPredictor;
@@ -11,14 +11,14 @@ use super::method::{Ilc, Method};
 use super::plant::Plant;
 use super::results::{Measured, PathComparison};
 use super::settings::CompareSettings;
-use super::tuning::{Tuned, ilc_guard, probe, run_ilc};
+use super::tuning::{Tuned, ilc_correction_limits, probe, run_ilc};
 use crate::error::Result;
 use crate::input::Input;
 use crate::model_based_ilc::{LawName, Settings, model_based_ilc, on_learned_machine, on_machine};
 use crate::progress::{SILENT, Steps};
 use crate::refine::{RefineSettings, refine};
 
-/// What every path is measured with.
+/// Data that all paths share.
 pub(super) struct Bench<'a> {
     pub(super) plant: Plant<'a>,
     pub(super) bundle: Option<&'a Bundle>,
@@ -27,7 +27,7 @@ pub(super) struct Bench<'a> {
     pub(super) steps: Steps<'a>,
 }
 
-/// What one seed's machine made of a path.
+/// Results of one noise seed on a path.
 #[derive(Default)]
 struct Seed {
     measured: Vec<(Method, Measured)>,
@@ -56,7 +56,7 @@ impl Bench<'_> {
         Ok(result)
     }
 
-    /// The references that are known before the machine runs.
+    /// References that do not depend on runs of the machine.
     fn references(&self, path: &Input) -> Result<Vec<(Method, Trajectory)>> {
         let mut references = vec![(Method::Uncompensated, path.trajectory().clone())];
         let Some(bundle) = self.bundle else { return Ok(references) };
@@ -110,16 +110,16 @@ impl Bench<'_> {
         Ok(seed)
     }
 
-    /// Every law that learns on the machine.
+    /// Runs every ILC law on the machine.
     fn learning_laws(&self, path: &Input, machine: &mut dyn Machine, uncompensated: &Trajectory, seed: &mut Seed) -> Result<()> {
         let desired = path.desired();
         let responses = probe(machine, desired)?;
         for law in self.plant.laws()? {
             let Some(settings) = self.tuned.of(law) else { continue };
             self.steps.at(&format!("{}: {}", path.name(), law.name()))?;
-            let guard = ilc_guard(desired, uncompensated, settings)?;
+            let correction_limits = ilc_correction_limits(desired, uncompensated, settings)?;
             let mut learner = settings.law(law, desired.trajectory().period_s(), &responses)?;
-            let runs = run_ilc(machine, learner.as_mut(), desired, &guard, self.settings.ilc_runs)?;
+            let runs = run_ilc(machine, learner.as_mut(), desired, &correction_limits, self.settings.ilc_runs)?;
             let Some(last) = runs.last() else { continue };
             seed.measured.push((Method::Ilc(law), Measured::of(path, last)?));
             if law == Ilc::Spatial {
@@ -131,7 +131,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// The reference of the second run, as `precomp refine --run 2` makes it of the first run's log.
+    /// Reference of the second run, computed from the first run's log like `precomp refine --run 2`.
     pub(super) fn refined(&self, path: &Input, reference: &Trajectory, actual: &Trajectory) -> Result<Trajectory> {
         let Settings { max_shift, max_rotation_rad, .. } = self.settings.learning;
         let settings = RefineSettings { max_shift, max_rotation_rad, ..RefineSettings::of_run(2) };
@@ -139,10 +139,10 @@ impl Bench<'_> {
     }
 }
 
-/// Methods whose runs are kept for pictures, beside spatial ILC.
+/// Methods whose runs are kept for plots, beside spatial ILC.
 const PICTURED: [Method; 2] = [Method::Uncompensated, Method::FirstRun];
 
-/// The machine as the first, linear stage of a staged model sees it.
+/// Machine of the first, linear stage of a grey-box model; `None` for other models.
 fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
     let mut linear: Vec<Box<dyn AxisPredictor>> = Vec::new();
     for predictor in bundle.predictors()? {

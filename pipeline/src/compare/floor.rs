@@ -1,4 +1,4 @@
-//! Run-to-run repeatability: what no compensation can beat.
+//! Floor: run-to-run repeatability, the expected error of a perfect compensation.
 
 use std::sync::Arc;
 
@@ -9,15 +9,15 @@ use crate::error::{Error, Result};
 use crate::part::Part;
 use crate::statistics::{Figures, figures};
 
-/// Runs from which the mean path is taken.
+/// Number of runs for the mean path.
 const FLOOR_RUNS: usize = 8;
 
-/// Run-to-run repeatability, the expected error of a perfect compensation: contour error of each run against the mean of runs.
+/// Floor: contour error of each of several runs against their mean path, the expected error of a perfect compensation.
 ///
-/// A single run, compensated or not, may lie below it; the spread of these figures says by how much.
+/// A single run may lie below the floor; the spread of these figures shows by how much.
 ///
 /// # Errors
-/// When the machine does not run the path.
+/// When the machine cannot run the path.
 pub(super) fn floor_runs(machine: &mut dyn Machine, desired: &DesiredPath, part: Option<&Part>) -> Result<Vec<Figures>> {
     let reference = desired.trajectory();
     let runs: Vec<Trajectory> = (0..FLOOR_RUNS).map(|_| machine.run(reference)).collect::<Result<_, _>>()?;
@@ -26,7 +26,7 @@ pub(super) fn floor_runs(machine: &mut dyn Machine, desired: &DesiredPath, part:
     };
     let mean = reference.with_columns((0..reference.axes().len()).map(mean).collect())?;
     let mean = DesiredPath::new(mean, Arc::clone(desired.kinematics()))?;
-    // A run around a mean of n runs that contains it is √((n−1)/n) of one around the true mean.
+    // The deviation from a mean of n runs that includes the run is √((n−1)/n) of the deviation from the true mean.
     let unbias = (FLOOR_RUNS as f64 / (FLOOR_RUNS - 1) as f64).sqrt();
     let of = |run: &Trajectory| -> Result<Figures> {
         let mut floor = figures(&mean, part, run)?;
@@ -41,10 +41,10 @@ pub(super) fn floor_runs(machine: &mut dyn Machine, desired: &DesiredPath, part:
     runs.iter().map(of).collect()
 }
 
-/// As the floor of the comparison: every figure the mean over the runs.
+/// Mean over the runs of the floor figures.
 ///
 /// # Errors
-/// When the machine does not run the path.
+/// When the machine cannot run the path.
 pub fn floor(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<Figures> {
     Figures::mean(&floor_runs(machine, desired, None)?).ok_or(Error::NoRun("the floor"))
 }

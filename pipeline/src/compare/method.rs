@@ -1,38 +1,38 @@
-//! The methods that are compared.
+//! Compared methods.
 
-/// A row of the table.
+/// A compared method: a row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// The desired path as reference.
+    /// The desired path as the reference.
     Uncompensated,
-    /// Model-based ILC on the linear law of the model alone: what inverting the servo's linear response gives.
+    /// Model-based ILC with only the linear stage of the model: inversion of the servo's linear response.
     LinearInverse,
-    /// Paper D's law on the model's prediction.
+    /// Paper D's law with the model's prediction.
     OneShot,
-    /// Model-based ILC on the noise-free machine itself, then one run: what a perfect model would give.
+    /// Model-based ILC on the noise-free machine itself, then one run: the result with a perfect model.
     PerfectModel,
     /// Model-based ILC, then one run.
     FirstRun,
-    /// The same after one more run: half of what the first run's log shows is taken off (`precomp refine --run 2`).
+    /// The first run's reference after one refinement with half of the error in its log (`precomp refine --run 2`).
     Refined,
-    /// A law that learns on the machine, after its learning runs.
+    /// An ILC law after its runs on the machine.
     Ilc(Ilc),
-    /// The lowest RMS and the lowest MAX over all [`Ilc`] laws, figure by figure.
+    /// Lowest RMS and lowest MAX over all [`Ilc`] laws, figure by figure.
     BestIlc,
     /// Run-to-run repeatability: the expected error of a perfect compensation.
     Floor,
 }
 
-/// A law that learns on the machine.
+/// An ILC law that learns on the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Ilc {
-    /// The contour error, at a constant gain (Papers A and B).
+    /// Contour error at a constant gain (Papers A and B).
     Spatial,
-    /// The contour error with gain 1/j in run j.
+    /// Contour error with gain 1/j in run j.
     SpatialDecreasing,
-    /// Every axis's tracking error in time, at a constant gain.
+    /// Tracking error of every axis at a constant gain.
     Tracking,
-    /// The same with gain 1/j.
+    /// Tracking error of every axis with gain 1/j in run j.
     TrackingDecreasing,
     /// Norm-optimal ILC of every axis (Paper E, `a = 0`).
     NormOptimal,
@@ -76,19 +76,19 @@ impl Ilc {
         }
     }
 
-    /// Whether it learns the contour error by foot points.
+    /// Whether the law uses the contour error at foot points.
     #[must_use]
     pub fn is_spatial(self) -> bool {
         matches!(self, Self::Spatial | Self::SpatialDecreasing)
     }
 
-    /// Whether its gain is 1/j in run j.
+    /// Whether the gain is 1/j in run j.
     #[must_use]
     pub fn is_decreasing(self) -> bool {
         matches!(self, Self::SpatialDecreasing | Self::TrackingDecreasing)
     }
 
-    /// Whether it needs impulse responses of the machine.
+    /// Whether the law needs impulse responses of the machine.
     #[must_use]
     pub fn is_norm_optimal(self) -> bool {
         matches!(self, Self::NormOptimal | Self::CrossCoupled)

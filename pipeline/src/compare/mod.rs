@@ -1,4 +1,6 @@
-//! The comparison: every method on the same unseen paths, against the true path, with the repeatability floor.
+//! Comparison of compensation methods on unseen paths, against the desired path and with the repeatability floor.
+//!
+//! [`compare`] tunes every ILC law on the machine, then runs every [`Method`] on every path and noise seed.
 
 mod bench;
 mod floor;
@@ -26,19 +28,20 @@ pub use results::{BestIlc, Figures, PathComparison, gap, mean, spread};
 pub use settings::{CompareSettings, FEED_MM_S, PAPER_D, UNSEEN, UNSEEN_TURNED};
 pub use tuning::{LawSettings, Tuned};
 
-/// The comparison of all paths.
+/// Result of a comparison.
 #[derive(Debug)]
 pub struct Comparison {
-    /// One entry a path.
+    /// One result for each path.
     pub paths: Vec<PathComparison>,
-    /// The settings that every ILC got.
+    /// Settings of the ILC laws.
     pub tuned: Tuned,
 }
 
-/// Measures every method on `paths`, run on `plant`; with a model also the methods that need one. ILC is tuned on the machine before.
+/// Runs every method on `paths` on the machine `plant`; with a model also the methods that need one. ILC is tuned on
+/// the machine first.
 ///
 /// # Errors
-/// When a path does not fit machine or model, or ILC cannot be tuned.
+/// When a path does not fit the machine or the model, or ILC cannot be tuned.
 pub fn compare(
     paths: &[Input],
     plant: Plant<'_>,
@@ -51,7 +54,7 @@ pub fn compare(
     Ok(Comparison { paths, tuned })
 }
 
-/// As [`compare`], with the settings of every ILC given.
+/// Same as [`compare`], with given settings of the ILC laws.
 ///
 /// # Errors
 /// As [`compare`].
@@ -102,13 +105,13 @@ mod tests {
         assert_eq!(result.methods[3].0, Method::BestIlc);
         let (rms, max) = result.gap();
         assert!((rms.unwrap() - 0.05 / 0.06).abs() < 1e-12 && (max.unwrap() - 2.0).abs() < 1e-12);
-        // No gap is told where ILC is not above the floor.
+        // There is no gap where ILC is not above the floor.
         let below = path(&[(Method::FirstRun, 0.25, 0.9), (Method::Ilc(Ilc::Spatial), 0.2, 0.6), (Method::Floor, 0.2, 0.7)]);
         assert_eq!(below.gap(), (None, None));
     }
 
     #[test]
-    fn the_refined_reference_is_guarded_as_refine_does() {
+    fn the_refined_reference_keeps_the_correction_limits_of_refine() {
         let spec = MachineSpec::builtin("ballscrew").unwrap();
         let path = Input::curve("circle", FEED_MM_S, &Setup::new(&spec, None).unwrap()).unwrap();
         let desired = path.desired();
@@ -119,7 +122,7 @@ mod tests {
         let tuned = Tuned::on(plant, &[], &plant.setup().unwrap(), &settings, SILENT).unwrap();
         let steps = Steps::new(SILENT, Job::Comparing, 1);
         let bench = Bench { plant, bundle: None, settings: &settings, tuned: &tuned, steps };
-        // An axis that stands 1 mm off asks for half of that.
+        // An axis with an error of 1 mm asks for a correction of half of it.
         let columns = desired.trajectory().columns().iter().map(|column| column.iter().map(|x| x + 1.0).collect());
         let actual = desired.trajectory().with_columns(columns.collect()).unwrap();
         let next = bench.refined(&path, desired.trajectory(), &actual).unwrap();

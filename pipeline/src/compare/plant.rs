@@ -1,4 +1,4 @@
-//! What the methods run on.
+//! Machine on which methods are compared.
 
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use models::Bundle;
@@ -7,20 +7,20 @@ use super::method::Ilc;
 use crate::error::Result;
 use crate::setup::Setup;
 
-/// What the methods run on.
+/// Machine on which methods are compared: simulated or learned.
 #[derive(Debug, Clone, Copy)]
 pub enum Plant<'a> {
-    /// The simulated machine of a description.
+    /// Simulated machine of a description.
     Simulated(&'a MachineSpec),
-    /// What a model makes of a machine that is not at hand; it repeats itself exactly.
+    /// Learned machine of a model. Its runs have no noise.
     Learned(&'a Bundle),
 }
 
 impl Plant<'_> {
-    /// The machine's setup.
+    /// Setup of the machine.
     ///
     /// # Errors
-    /// When the machine's axes cannot place a tool.
+    /// When the axes do not define a tool tip position.
     pub fn setup(self) -> Result<Setup> {
         match self {
             Self::Simulated(spec) => Setup::new(spec, None),
@@ -28,7 +28,7 @@ impl Plant<'_> {
         }
     }
 
-    /// The machine with noise of its own for every seed.
+    /// The machine with the noise of a seed.
     pub(super) fn machine(self, seed: u64, options: SimulationOptions) -> Result<Box<dyn Machine>> {
         Ok(match self {
             Self::Simulated(spec) => Box::new(SimulatedMachine::new(spec, seed)?.with_options(options)?),
@@ -36,9 +36,9 @@ impl Plant<'_> {
         })
     }
 
-    /// The laws that can learn on it. Across a path there is only a plane where the axes are the coordinates of the tip.
+    /// Laws that apply to the machine. The cross-coupled law needs axes that are the coordinates of the tip.
     pub(super) fn laws(self) -> Result<Vec<Ilc>> {
-        let turns = self.setup()?.kinematics.has_rotary_axes();
-        Ok(Ilc::ALL.into_iter().filter(|law| !(turns && *law == Ilc::CrossCoupled)).collect())
+        let has_rotary_axes = self.setup()?.kinematics.has_rotary_axes();
+        Ok(Ilc::ALL.into_iter().filter(|law| !(has_rotary_axes && *law == Ilc::CrossCoupled)).collect())
     }
 }

@@ -1,4 +1,4 @@
-//! The same curves as G-code programs, which is what users run: every reference is written as a program whose time the control plans itself.
+//! Comparison on G-code programs: every reference is written as a program, and the control replans its feed profile.
 
 use machine::Machine;
 use models::Bundle;
@@ -11,7 +11,7 @@ use super::method::{Ilc, Method};
 use super::plant::Plant;
 use super::results::{Measured, PathComparison};
 use super::settings::{CompareSettings, FEED_MM_S};
-use super::tuning::{LawSettings, Tuned, ilc_guard};
+use super::tuning::{LawSettings, Tuned, ilc_correction_limits};
 use crate::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program, learn_program, run_program};
 use crate::error::{Error, Result};
 use crate::input::Input;
@@ -20,25 +20,26 @@ use crate::part::Part;
 use crate::progress::{Job, Progress, SILENT, Steps};
 use crate::setup::Setup;
 
-/// Length of a program's lines, mm: as a CAM system writes a finishing path.
+/// Length of program lines, mm, as in a finishing path of a CAM system.
 const SPACING_MM: f64 = 0.5;
-/// Laws that learn programs: the control plans the time anew, at which tracking laws diverge (Paper A; `precomp reproduce spatial`), and
-/// norm-optimal ones need a reference that keeps its time.
+/// Laws that are compared on programs. Tracking laws diverge where the control replans the time (Paper A; `precomp
+/// reproduce spatial`), and norm-optimal laws need a reference that keeps its time.
 const LAWS: [Ilc; 2] = [Ilc::Spatial, Ilc::SpatialDecreasing];
-/// Cut-offs that are tried, Hz: a control slows down for what is learned above them.
+/// Candidate cut-offs, Hz. A control slows down for corrections above them.
 const CUT_OFFS_HZ: [f64; 3] = [20.0, 40.0, 80.0];
-/// The curve on which they are tried; no table holds it.
+/// Tuning curve, which no table reports.
 const TUNING_CURVE: &str = "polygon-7";
-/// Distance of the tuning noise's seed from the first one.
+/// Offset of the tuning noise seed from the first seed.
 pub(super) const TUNING_SEED: u64 = 501;
 
-/// Measures the uncompensated program, the first run, every ILC and the floor on built-in curves as programs of short lines at 80 mm/s.
+/// Compares the uncompensated program, the first run, every ILC law and the floor on built-in curves as programs of
+/// short lines at 80 mm/s.
 ///
-/// Gains are those of `tuned`; the cut-off of every law is the one of `CUT_OFFS_HZ`, or of `tuned`, with the lowest RMS in the last run on
-/// the program of another curve with another noise seed.
+/// Gains are those of `tuned`. The cut-off of every law is that of `CUT_OFFS_HZ` or `tuned` with the lowest cost of the
+/// last run on the program of another curve with another noise seed.
 ///
 /// # Errors
-/// When a curve cannot be planned on the machine, or a program not be written.
+/// When a curve cannot be planned on the machine, or a program cannot be written.
 pub fn compare_programs(
     names: &[&str],
     plant: Plant<'_>,
@@ -71,13 +72,13 @@ pub fn compare_programs(
     Ok((results, chosen))
 }
 
-/// The last run of `law` on a program.
+/// Last run of `law` on a program.
 fn learned(part: &Part, machine: &mut dyn Machine, updates: usize, law: Ilc, settings: LawSettings) -> Result<ProgramRun> {
     let desired = &part.plan.desired;
     let uncompensated = machine.run(desired.trajectory())?;
-    let guard = ilc_guard(desired, &uncompensated, settings)?;
+    let correction_limits = ilc_correction_limits(desired, &uncompensated, settings)?;
     let mut learner = settings.law(law, desired.trajectory().period_s(), &[])?;
-    let runs = learn_program(part, machine, learner.as_mut(), Pairing::Place, updates, &guard)?;
+    let runs = learn_program(part, machine, learner.as_mut(), Pairing::Place, updates, &correction_limits)?;
     runs.into_iter().next_back().ok_or(Error::NoRun(law.name()))
 }
 
@@ -123,10 +124,10 @@ impl Bench<'_> {
 }
 
 impl Measured {
-    /// A run of a program in the time that the control planned.
+    /// Figures of a program run in the time planned by the control.
     fn of_program(part: &Part, ProgramRun { run, figures }: &ProgramRun) -> Self {
-        let place = |k: usize| run.places[k].round() as usize;
-        let mut counted = (0..run.places.len()).map(place).filter(|sample| part.feeds_at(*sample));
+        let position = |k: usize| run.path_positions[k].round() as usize;
+        let mut counted = (0..run.path_positions.len()).map(position).filter(|sample| part.feeds_at(*sample));
         let max_sample = counted.nth(figures.tip.max_at).unwrap_or_default();
         Self { figures: *figures, max_sample, seconds: Some(run.command.duration_s()) }
     }

@@ -1,4 +1,4 @@
-//! What the methods made of the paths.
+//! Results of a comparison.
 
 use motion::{DesiredPath, Trajectory};
 
@@ -7,20 +7,20 @@ use crate::error::Result;
 use crate::input::Input;
 use crate::statistics;
 
-/// What one method makes of one path, one entry a seed.
+/// Figures of one method on one path, one entry for each seed.
 #[derive(Debug, Clone, Default)]
 pub struct Figures {
-    /// Root mean square of the tip's contour error over the samples of a run, mm.
+    /// RMS of the tip's contour error, mm.
     pub rms: Vec<f64>,
-    /// Largest, mm.
+    /// Largest contour error of the tip, mm.
     pub max: Vec<f64>,
-    /// The sample of the path at which it lies.
+    /// Path sample of the largest contour error.
     pub max_sample: Vec<usize>,
-    /// RMS of the tool's direction, rad; empty where it does not turn.
+    /// RMS orientation error, rad; empty on a machine without rotary axes.
     pub turn_rms: Vec<f64>,
-    /// Largest, rad.
+    /// Largest orientation error, rad; empty on a machine without rotary axes.
     pub turn_max: Vec<f64>,
-    /// How long the run takes, s; of programs only.
+    /// Duration of the run, s; of programs only.
     pub seconds: Vec<f64>,
 }
 
@@ -42,13 +42,13 @@ impl Figures {
         (mean(&self.rms), mean(&self.max))
     }
 
-    /// Mean RMS and mean MAX of the tool's direction over the seeds, rad, where it turns.
+    /// Mean RMS and mean MAX of the orientation error over the seeds, rad; `None` on a machine without rotary axes.
     #[must_use]
     pub fn mean_turn(&self) -> Option<(f64, f64)> {
         (!self.turn_rms.is_empty()).then(|| (mean(&self.turn_rms), mean(&self.turn_max)))
     }
 
-    /// The sample of the path at which the largest error of all seeds lies.
+    /// Path sample of the largest error over all seeds.
     #[must_use]
     pub fn worst_sample(&self) -> Option<usize> {
         let worst = self.max.iter().zip(&self.max_sample).max_by(|one, other| one.0.total_cmp(other.0));
@@ -56,20 +56,20 @@ impl Figures {
     }
 }
 
-/// The mean; 0 of nothing.
+/// Arithmetic mean; 0 for an empty slice.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The standard deviation; 0 of fewer than two.
+/// Sample standard deviation; 0 for fewer than two values.
 #[must_use]
 pub fn spread(values: &[f64]) -> f64 {
     let m = mean(values);
     (values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (values.len().max(2) - 1) as f64).sqrt()
 }
 
-/// The figures of one run.
+/// Figures of one run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Measured {
     pub(super) figures: statistics::Figures,
@@ -78,37 +78,37 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// A run of a path in the path's own time.
+    /// Figures of a run in the path's own time.
     pub(super) fn of(path: &Input, actual: &Trajectory) -> Result<Self> {
         let figures = path.figures(actual)?;
-        // Only the samples of feed moves count in a program.
+        // In a program only samples of feed moves count.
         let counts = |k: &usize| path.part().is_none_or(|part| part.feeds_at(*k));
         let max_sample = (0..path.trajectory().len()).filter(counts).nth(figures.tip.max_at).unwrap_or_default();
         Ok(Self { figures, max_sample, seconds: None })
     }
 }
 
-/// Everything measured on one path.
+/// Results of all methods on one path.
 #[derive(Debug)]
 pub struct PathComparison {
     /// Name of the path.
     pub name: String,
-    /// Method and figures, in the order of the table.
+    /// Methods with their figures, in the order of the table.
     pub methods: Vec<(Method, Figures)>,
-    /// RMS of every run of spatial ILC, mean over the seeds; the first run is uncompensated.
+    /// RMS of every run of spatial ILC, mean over the seeds, mm; the first run is uncompensated.
     pub ilc_rms: Vec<f64>,
-    /// The path.
+    /// Desired path.
     pub desired: DesiredPath,
-    /// Runs of the first seed, for pictures: name and actual positions.
+    /// Runs of the first seed for plots: name and actual positions.
     pub runs: Vec<(&'static str, Trajectory)>,
 }
 
-/// The laws that have the lowest figures on a path.
+/// The laws with the lowest figures on a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BestIlc {
-    /// Of the lowest RMS.
+    /// Law with the lowest mean RMS.
     pub rms: Ilc,
-    /// Of the lowest MAX.
+    /// Law with the lowest mean MAX.
     pub max: Ilc,
 }
 
@@ -128,7 +128,7 @@ impl PathComparison {
         }
     }
 
-    /// Puts the best ILC behind the last ILC: every figure is that of the law in which it is lowest.
+    /// Inserts the best ILC after the last law: every figure is that of the law with its lowest value.
     pub(super) fn insert_best_ilc(&mut self) {
         let Some(best) = self.best_ilc() else { return };
         let (Some(by_rms), Some(by_max)) = (self.of(Method::Ilc(best.rms)), self.of(Method::Ilc(best.max))) else { return };
@@ -158,21 +158,21 @@ impl PathComparison {
         Some(BestIlc { rms: lowest(|figures| figures.mean().0)?, max: lowest(|figures| figures.mean().1)? })
     }
 
-    /// Figures of a method, where it was measured.
+    /// Figures of a method; `None` where it was not run.
     #[must_use]
     pub fn of(&self, method: Method) -> Option<&Figures> {
         self.methods.iter().find(|(known, _)| *known == method).map(|(_, figures)| figures)
     }
 
-    /// `(first run − floor)/(best ILC − floor)` of RMS and of MAX: below 1 the first run is better than every ILC. `None` where ILC is not above
-    /// the floor.
+    /// `(first run − floor)/(best ILC − floor)` of RMS and of MAX. Below 1 the first run is better than every ILC law.
+    /// `None` where the best ILC is not above the floor.
     #[must_use]
     pub fn gap(&self) -> (Option<f64>, Option<f64>) {
         gap(std::slice::from_ref(self))
     }
 }
 
-/// The gap of the means over `results`, of RMS and of MAX, as [`PathComparison::gap`].
+/// Same as [`PathComparison::gap`], of the means over `results`.
 #[must_use]
 pub fn gap(results: &[PathComparison]) -> (Option<f64>, Option<f64>) {
     let over = |method: Method, of: fn((f64, f64)) -> f64| -> Option<f64> {

@@ -1,36 +1,36 @@
-//! What is compared, and how.
+//! Settings of the comparison.
 
 use machine::SimulationOptions;
 
 use crate::model_based_ilc::Settings;
 
-/// The curves that are compared when none is named. No excitation holds them, and no setting of the product was chosen by them: settings are
-/// developed on Paper D's curves ([`PAPER_D`]).
+/// Default curves of the comparison. No excitation contains them, and no product setting was chosen on them; settings
+/// are developed on the curves of [`PAPER_D`].
 pub const UNSEEN: [&str; 4] = ["nurbs-2", "nurbs-3", "polygon-5", "spiral-6mm"];
-/// The same on a machine that turns tool or workpiece (Paper C).
+/// Default curves on a machine with rotary axes (Paper C).
 pub const UNSEEN_TURNED: [&str; 2] = ["saddle", "saddle-butterfly"];
-/// The curves of Paper D's tables IV to VI.
+/// Curves of Paper D's tables IV to VI.
 pub const PAPER_D: [&str; 4] = ["crown", "spiral", "flower", "nurbs-1"];
 
-/// Feed of built-in curves, mm/s: Paper D's.
+/// Feed of built-in curves, mm/s, as in Paper D.
 pub const FEED_MM_S: f64 = 80.0;
 
 /// Settings of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {
-    /// Fresh machines (noise seeds) over which figures are averaged.
+    /// Number of noise seeds over which figures are averaged.
     pub seeds: u64,
-    /// Learning runs of every ILC; the last one counts. The papers take 5 to 8.
+    /// Runs of every ILC law; the last one counts. The papers use 5 to 8.
     pub ilc_runs: usize,
-    /// Learning gain of laws with a constant one; tuned on the machine when `None`.
+    /// Gain of laws with a constant gain; `None` tunes it on the machine.
     pub ilc_gain: Option<f64>,
-    /// Cut-off of ILC's zero-phase low-pass, Hz; tuned on the machine when `None`.
+    /// Cut-off of the zero-phase low-pass of ILC, Hz; `None` tunes it on the machine.
     pub ilc_low_pass_hz: Option<f64>,
-    /// How the machine is simulated.
+    /// Options of the simulation.
     pub simulation: SimulationOptions,
     /// Settings of model-based ILC.
     pub learning: Settings,
-    /// First seed.
+    /// First noise seed.
     pub seed: u64,
 }
 
@@ -49,7 +49,7 @@ impl Default for CompareSettings {
 }
 
 impl CompareSettings {
-    /// Seed of the noise of one of [`CompareSettings::seeds`] machines; training's and the tuning's seeds are others.
+    /// Noise seed of machine `index` of [`CompareSettings::seeds`]. It differs from the seeds of training and tuning.
     #[must_use]
     pub fn noise_seed(&self, index: u64) -> u64 {
         self.seed.wrapping_add(1000 * (index + 1))

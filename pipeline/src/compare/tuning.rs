@@ -1,8 +1,9 @@
-//! The settings of every ILC law, chosen for each machine on a curve and a noise seed of their own.
+//! Settings of every ILC law, tuned for each machine on a separate curve and noise seed.
 //!
-//! The rule: every law runs on [`tuning_curve`] on the machine that is compared, with another noise seed. Every other cut-off with every window
-//! at stops and turns (or every other weight `R`) is tried; from the best one the search goes to better neighbours (cut-off, gain, window; or `R`, `S`) until
-//! there is none. Better is a lower RMS over the last runs. So a law that diverges is never taken where a lower cut-off converges.
+//! Every law runs on [`tuning_curve`] on the compared machine with another noise seed. The search starts from every
+//! other cut-off with every window at stops and sharp turns (or every other weight `R`). From the best candidate it
+//! goes to better neighbours (cut-off, gain, window; or `R`, `S`) until there is none. The cost is the mean over the
+//! last runs, see `Trial::cost`. A law that diverges is therefore never chosen where a lower cut-off converges.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -27,70 +28,71 @@ use crate::statistics;
 /// Settings of one law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LawSettings {
-    /// Of a law with gain and low-pass.
+    /// Settings of a law with a gain and a low-pass.
     Filtered {
         /// Learning gain.
         gain: Gain,
         /// Cut-off of the zero-phase low-pass on every update, Hz.
         low_pass_hz: f64,
-        /// Time around stops and sharp turns in which a spatial law takes the tracking error, s; 0 for nowhere.
+        /// Time around stops and sharp turns in which a spatial law uses the tracking error, s; 0 for none.
         window_s: f64,
     },
-    /// Of a norm-optimal law: its weights `S` and `R`.
+    /// Settings of a norm-optimal law: its weights `S` and `R`.
     NormOptimal {
-        /// Weight of the shift.
+        /// Weight of the correction.
         s: f64,
-        /// Weight of a shift's change from run to run.
+        /// Weight of the correction's change from run to run.
         r: f64,
     },
 }
 
-/// Cut-offs that are tried, Hz: from below the bandwidth of a slow servo to above that of a fast one.
+/// Candidate cut-offs, Hz: from below the bandwidth of a slow servo to above that of a fast one.
 const CUT_OFFS_HZ: [f64; 7] = [8.0, 12.0, 20.0, 35.0, 60.0, 100.0, 150.0];
-/// Gains that are tried. The papers use 0.8; a lower one learns less of the noise, a higher one converges in fewer runs.
+/// Candidate gains. The papers use 0.8. A lower gain learns less noise, a higher one converges in fewer runs.
 const GAINS: [f64; 3] = [0.5, 0.8, 1.0];
-/// Times around stops and turns that are tried, s: none, position loops of 100 and 40 1/s.
+/// Candidate windows around stops and sharp turns, s: none, and the time constants of position loops of 100 and 40 1/s.
 const WINDOWS_S: [f64; 3] = [0.0, 0.01, 0.025];
-/// Weights that are tried, `S` and `R`. Paper E prints 1e-3 for both; `R` damps noise as a lower gain does.
+/// Candidate weights `S` and `R`. Paper E uses 1e-3 for both; `R` damps noise like a lower gain.
 const WEIGHTS_S: [f64; 3] = [1e-3, 1e-2, 1e-1];
 const WEIGHTS_R: [f64; 3] = [1e-3, 0.3, 1.0];
-/// Gain at which the search starts, and the window where nothing is tuned: 0.8 and 10 ms, as the papers and the first run have.
+/// Start index of the gain, and index of the window without tuning: 0.8 and 10 ms, as in the papers and the first run.
 const START_GAIN: usize = 1;
 const START_WINDOW: usize = 1;
 
-/// Distance of the tuning noise's seed from the first one; those of the compared runs are 1000 apart.
+/// Offset of the tuning noise seed from the first seed; the seeds of compared runs are 1000 apart.
 pub(super) const TUNING_SEED: u64 = 500;
-/// Points of the tuning curve, their spread in mm, and its seed: some seconds of motion from rest to rest. No reported curve has so few points.
+/// Number of points of the tuning curve, their standard deviation, mm, and its seed: a motion of some seconds between
+/// standstills. No reported curve has so few points.
 const TUNING_POINTS: usize = 6;
 const TUNING_SIGMA_MM: f64 = 8.0;
 const TUNING_CURVE_SEED: u64 = 901;
-/// Runs at the end over which a setting is judged.
-const JUDGED_RUNS: usize = 3;
-/// A law diverges when its error is so many times that of the uncompensated run, or its last run's so many times that of its best one: noise
-/// alone changes the RMS of a run by less than a tenth.
-const DIVERGED: f64 = 2.0;
-const RISEN: f64 = 1.25;
+/// Number of last runs whose mean cost is the cost of a candidate.
+const COST_RUNS: usize = 3;
+/// Bounds of divergence: the ratio of a run's error to that of the uncompensated run, and the ratio of the last run's
+/// error to that of the best run. Noise changes the RMS of a run by less than a tenth.
+const MOST_GROWTH: f64 = 2.0;
+const MOST_RISE: f64 = 1.25;
 
-/// The settings of every law on one machine.
+/// Settings of every ILC law on one machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned {
-    /// Every law with its settings.
+    /// The laws with their settings.
     pub laws: Vec<(Ilc, LawSettings)>,
-    /// Whether they were searched for on the machine, or given.
+    /// Whether the settings were tuned on the machine; otherwise they were given.
     pub searched: bool,
 }
 
 impl Tuned {
-    /// The settings of `law`.
+    /// Settings of `law`, where it has been tuned.
     #[must_use]
     pub fn of(&self, law: Ilc) -> Option<LawSettings> {
         self.laws.iter().find(|(known, _)| *known == law).map(|(_, settings)| *settings)
     }
 
-    /// Searches for the best settings of every law on `plant`; where gain and cut-off are both given takes them, with Paper E's weights.
+    /// Tunes every law on `plant`. If gain and cut-off are both given, takes them, with the weights of Paper E.
     ///
     /// # Errors
-    /// When the tuning curve cannot be planned, or the machine does not run it.
+    /// When the tuning curve cannot be planned, or the machine cannot run it.
     pub fn on(plant: Plant<'_>, laws: &[Ilc], setup: &Setup, settings: &CompareSettings, progress: Progress<'_>) -> Result<Self> {
         let grid = Grid::of(settings.ilc_gain, settings.ilc_low_pass_hz);
         if settings.ilc_gain.is_some() && settings.ilc_low_pass_hz.is_some() {
@@ -111,10 +113,10 @@ impl Tuned {
 }
 
 impl LawSettings {
-    /// The law with these settings; norm-optimal ones with the machine's `responses`.
+    /// The law with these settings; `responses` are the machine's impulse responses for norm-optimal laws.
     ///
     /// # Errors
-    /// When a setting is out of its range.
+    /// When a setting is out of range.
     pub fn law(self, law: Ilc, period_s: f64, responses: &[ImpulseResponse]) -> Result<Box<dyn CompensationLaw>> {
         Ok(match self {
             Self::NormOptimal { s, r } => {
@@ -130,8 +132,8 @@ impl LawSettings {
         })
     }
 
-    /// The same for programs, with another cut-off and without a window: the control takes a shift along the path for another place at which it
-    /// slows down.
+    /// The settings for programs: another cut-off and no window, since a control takes a correction along the path as
+    /// another position at which to slow down.
     #[must_use]
     pub fn for_programs(self, low_pass_hz: f64) -> Self {
         match self {
@@ -140,7 +142,7 @@ impl LawSettings {
         }
     }
 
-    /// Cut-off of the low-pass, Hz, where there is one.
+    /// Cut-off of the low-pass, Hz; `None` for norm-optimal laws.
     #[must_use]
     pub fn low_pass_hz(self) -> Option<f64> {
         match self {
@@ -150,7 +152,7 @@ impl LawSettings {
     }
 }
 
-/// Values that are tried.
+/// Grid of candidate values.
 struct Grid {
     gains: Vec<f64>,
     cut_offs_hz: Vec<f64>,
@@ -164,7 +166,7 @@ impl Grid {
         }
     }
 
-    /// Number of values along each of a law's coordinates: cut-off, gain, window; or `R`, `S`.
+    /// Number of values along each grid coordinate of a law: cut-off, gain, window; or `R`, `S`.
     fn sizes(&self, law: Ilc) -> [usize; 3] {
         if law.is_norm_optimal() {
             return [WEIGHTS_R.len(), WEIGHTS_S.len(), 1];
@@ -174,7 +176,7 @@ impl Grid {
     }
 }
 
-/// A point of the grid.
+/// Grid indices of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate([usize; 3]);
 
@@ -188,7 +190,7 @@ impl Candidate {
         LawSettings::Filtered { gain, low_pass_hz: grid.cut_offs_hz[first], window_s: WINDOWS_S[third] }
     }
 
-    /// The points one step away along one coordinate.
+    /// Candidates one step away along one coordinate.
     fn neighbours(self, sizes: [usize; 3]) -> Vec<Self> {
         let mut found = Vec::new();
         for (coordinate, size) in sizes.into_iter().enumerate() {
@@ -203,7 +205,7 @@ impl Candidate {
     }
 }
 
-/// The machine and curve on which settings are tried.
+/// Machine and curve on which candidates are evaluated.
 struct Trial<'a> {
     plant: Plant<'a>,
     desired: DesiredPath,
@@ -212,7 +214,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The best point of a law's grid: all values of the first coordinate, then downhill.
+    /// Best candidate of a law: a coarse scan, then a descent to better neighbours.
     fn best(&self, law: Ilc) -> Result<Candidate> {
         let sizes = self.grid.sizes(law);
         let second = if law.is_norm_optimal() { 0 } else { START_GAIN.min(sizes[1] - 1) };
@@ -232,7 +234,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Mean cost of the last runs, mm; infinite of a law that diverges, or that drives the machine out of what it can do.
+    /// Mean cost of the last runs, mm; infinite where the law diverges or the machine refuses a reference.
     fn cost(&self, law: Ilc, point: Candidate) -> Result<f64> {
         let desired = &self.desired;
         let seed = self.settings.seed.wrapping_add(TUNING_SEED);
@@ -242,14 +244,14 @@ impl Trial<'_> {
         let responses = if law.is_norm_optimal() { probe(machine, desired)? } else { Vec::new() };
         let settings = point.settings(law, &self.grid);
         let mut law = settings.law(law, desired.trajectory().period_s(), &responses)?;
-        let guard = ilc_guard(desired, &uncompensated, settings)?;
-        let most = DIVERGED * statistics::figures(desired, None, &uncompensated)?.cost_mm();
+        let correction_limits = ilc_correction_limits(desired, &uncompensated, settings)?;
+        let most = MOST_GROWTH * statistics::figures(desired, None, &uncompensated)?.cost_mm();
         let mut reference = desired.trajectory().clone();
         let mut actual = uncompensated;
         let mut costs = Vec::new();
         for _ in 0..self.settings.ilc_runs {
             let Ok(next) = law.update(desired, &reference, &actual) else { return Ok(f64::INFINITY) };
-            reference = guard.apply(desired, &next)?;
+            reference = correction_limits.apply(desired, &next)?;
             let Ok(run) = machine.run(&reference) else { return Ok(f64::INFINITY) };
             actual = run;
             let cost = statistics::figures(desired, None, &actual)?.cost_mm();
@@ -259,23 +261,23 @@ impl Trial<'_> {
             costs.push(cost);
         }
         let lowest = costs.iter().fold(f64::INFINITY, |low, cost| low.min(*cost));
-        if costs.last().is_some_and(|last| *last > RISEN * lowest) {
+        if costs.last().is_some_and(|last| *last > MOST_RISE * lowest) {
             return Ok(f64::INFINITY);
         }
-        let last = &costs[costs.len().saturating_sub(JUDGED_RUNS)..];
+        let last = &costs[costs.len().saturating_sub(COST_RUNS)..];
         Ok(last.iter().sum::<f64>() / last.len().max(1) as f64)
     }
 }
 
-/// The curve on which laws are tuned: a random NURBS that is reported nowhere; on a machine that turns the tool laid on the saddle.
+/// Tuning curve: a random NURBS that no table reports; on a machine with rotary axes it is projected on the saddle.
 ///
 /// # Errors
-/// When it cannot be planned on the machine.
+/// When the curve cannot be planned on the machine.
 pub fn tuning_curve(setup: &Setup) -> Result<DesiredPath> {
-    let turns = setup.kinematics.has_rotary_axes();
-    let dimensions = if turns { 2 } else { setup.kinematics.axes().len().min(3) };
+    let has_rotary_axes = setup.kinematics.has_rotary_axes();
+    let dimensions = if has_rotary_axes { 2 } else { setup.kinematics.axes().len().min(3) };
     let nurbs = library::random_nurbs(TUNING_POINTS, TUNING_SIGMA_MM, dimensions, TUNING_CURVE_SEED)?;
-    let curve: Arc<dyn Curve> = if turns { Arc::new(OnSaddle(nurbs)) } else { Arc::new(nurbs) };
+    let curve: Arc<dyn Curve> = if has_rotary_axes { Arc::new(OnSaddle(nurbs)) } else { Arc::new(nurbs) };
     Ok(plan_curve_on(curve, FEED_MM_S, &setup.kinematics, &setup.limits, &setup.plan_settings())?)
 }
 
@@ -287,14 +289,20 @@ pub fn probe(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<Vec<Imp
     Ok(ImpulseResponse::probe(machine, desired.trajectory(), PROBE, RESPONSE_S)?)
 }
 
-/// Factor on the uncompensated run's error up to which ILC may move the reference: a law that learns the whole lag away needs all of it.
+/// Bound of the correction as a multiple of the uncompensated error: a law that compensates the whole lag needs all of
+/// it.
 const SHIFT_OF_ERROR: f64 = 2.0;
 
-/// The guard of a learning law: it may take the machine's whole lag away, and its correction moves at stops for as long as the law looks.
+/// Correction limits of an ILC law: they allow the machine's whole lag, and corrections at stops for as long as the
+/// law's window.
 ///
 /// # Errors
-/// When the run does not have the path's axes.
-pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: LawSettings) -> Result<CorrectionLimits> {
+/// When the axes of the run are not those of the path.
+pub fn ilc_correction_limits(
+    desired: &DesiredPath,
+    uncompensated: &Trajectory,
+    settings: LawSettings,
+) -> Result<CorrectionLimits> {
     let poses = poses_of(uncompensated, desired.kinematics().as_ref())?;
     let (mut tip_mm, mut turn_rad) = (0.0_f64, 0.0_f64);
     for (wanted, actual) in desired.poses().iter().zip(&poses) {
@@ -311,7 +319,7 @@ pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: La
     }
     let default = CorrectionLimits::default();
     let settle_s = match settings {
-        // In the default's ratio to the window that the first run has.
+        // The default's ratio to the window of the first run.
         LawSettings::Filtered { window_s, .. } => (window_s / WINDOWS_S[START_WINDOW] * default.settle_s).max(default.settle_s),
         LawSettings::NormOptimal { .. } => default.settle_s,
     };
@@ -323,7 +331,7 @@ pub fn ilc_guard(desired: &DesiredPath, uncompensated: &Trajectory, settings: La
     })
 }
 
-/// Runs `law` on the machine: the actual positions of every run, the uncompensated one first.
+/// Runs `law` on the machine. Returns the actual positions of every run, the uncompensated one first.
 ///
 /// # Errors
 /// When the machine refuses a reference.
@@ -331,10 +339,10 @@ pub fn run_ilc(
     machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
-    guard: &CorrectionLimits,
+    correction_limits: &CorrectionLimits,
     runs: usize,
 ) -> Result<Vec<Trajectory>> {
-    // Never stops early: the last run counts, whatever the noise of the one before.
-    let learned = learn(machine, law, desired, None, guard, &StopRule::after(runs), &mut |_, _| 0.0)?;
-    Ok(learned.iterations.into_iter().map(|round| round.actual).collect())
+    // Never stops early: the last run counts, independent of the noise of the run before.
+    let learned = learn(machine, law, desired, None, correction_limits, &StopRule::after(runs), &mut |_, _| 0.0)?;
+    Ok(learned.iterations.into_iter().map(|iteration| iteration.actual).collect())
 }

@@ -1,4 +1,4 @@
-//! A machine behind its control, which commands what it makes of a reference.
+//! A machine behind its control, which derives its own command from a reference.
 
 use machine::{Machine, MachineError};
 use models::LearnedMachine;
@@ -9,57 +9,59 @@ use crate::error::Error;
 use crate::part::Part;
 use crate::refit::{RefitSettings, TimeEncoding};
 
-/// How a law sees a run that does not keep the path's time.
+/// Pairing of a run with the path for a law, where the run does not keep the path's time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pairing {
-    /// At the instants at which its own command passes the path's places.
+    /// By position: samples at the instants at which the command passes the path's samples.
     Place,
-    /// At the path's instants, as if it had kept them.
+    /// By time: samples at the path's instants, as if the run kept the path's time.
     Time,
 }
 
-/// One run of a program in the time that its control planned.
+/// A run of a program in the time planned by its control.
 #[derive(Debug, Clone)]
 pub struct CommandedRun {
-    /// What the control commanded.
+    /// Command of the control.
     pub command: Trajectory,
-    /// For every sample its place on the path, as a sample index with fraction.
-    pub places: Vec<f64>,
-    /// What the machine did, at the same instants.
+    /// Path position of every sample, as a sample index with fraction.
+    pub path_positions: Vec<f64>,
+    /// Actual positions at the same instants.
     pub actual: Trajectory,
 }
 
-/// A machine behind a control that commands the reference itself; or what it did in a recorded run, shifted by as much; or what it plans when
-/// it reads the program that the reference is written into. Its runs are in the path's time, whatever the control's.
+/// A machine behind a control. The control commands the reference itself, or the recorded command shifted by the
+/// correction, or the plan of the program into which the reference is written. Runs are returned in the path's time in
+/// all cases.
 pub struct ControlledMachine<'a, M: ?Sized> {
     machine: &'a mut M,
     part: Option<&'a Part>,
     pub(super) replans: Option<RefitSettings>,
     pub(super) pairing: Pairing,
-    /// Tells the machine which way a command leads without its correction.
+    /// Gives the machine the command without correction, which sets its directions of motion.
     prepare: fn(&mut M, &Trajectory),
-    /// How long every program that was replanned takes, s.
+    /// Duration of every replanned program, s.
     durations_s: Vec<f64>,
-    /// Every run of a program that was replanned, where they are kept.
+    /// Runs of replanned programs, where they are kept.
     pub(super) runs: Option<Vec<CommandedRun>>,
 }
 
 impl<'a> ControlledMachine<'a, LearnedMachine> {
-    /// A learned machine behind a control that keeps the reference, or leaves it as in the recorded run of `part`.
+    /// A learned machine behind a control that commands the reference, or follows the recorded command of `part`.
     pub fn learned(machine: &'a mut LearnedMachine, part: Option<&'a Part>) -> Self {
         Self { prepare: LearnedMachine::freeze_flags, ..Self::new(machine, part) }
     }
 }
 
 impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
-    /// A machine behind a control that keeps the reference, or leaves it as in the recorded run of `part`.
+    /// A machine behind a control that commands the reference, or follows the recorded command of `part`.
     pub fn new(machine: &'a mut M, part: Option<&'a Part>) -> Self {
         let (replans, pairing, durations_s, runs) = (None, Pairing::Place, Vec::new(), None);
         Self { machine, part, replans, pairing, prepare: |_, _| {}, durations_s, runs }
     }
 
-    /// From here on the control reads the program, written so, and plans it anew. `false` where there is none, where a recorded run
-    /// says what the control commands, or where the program states the times of its lines.
+    /// Switches to a control that reads and replans the program, written with these settings. Returns `false` without
+    /// effect where there is no program, where a recorded run gives the command, or where the program states the times
+    /// of its lines.
     pub fn replans(&mut self, written: RefitSettings) -> bool {
         let timed = |part: &Part| written.encoding == TimeEncoding::Keep && part.states_times();
         let replans = self.part.is_some_and(|part| part.command.is_none() && !timed(part));
@@ -69,13 +71,13 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
         replans
     }
 
-    /// How long every program that was replanned takes, s.
+    /// Duration of every replanned program, s.
     #[must_use]
     pub fn durations_s(&self) -> &[f64] {
         &self.durations_s
     }
 
-    /// How long the program replanned last takes, s.
+    /// Duration of the last replanned program, s; 0 before the first.
     #[must_use]
     pub fn last_s(&self) -> f64 {
         self.durations_s.last().copied().unwrap_or_default()
@@ -94,13 +96,14 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
         let actual = self.machine.run(&replanned.command)?;
         self.durations_s.push(replanned.command.duration_s());
         let seen = match self.pairing {
-            // The command tells where the run should have been, to the micrometre: better than a delay of the whole run.
+            // The command gives the intended position at every instant, to the micrometre. One delay for the whole run
+            // is less exact.
             Pairing::Place => replanned.in_path_time(&actual)?,
             Pairing::Time => in_step(&actual, reference.len())?,
         };
-        let Replanned { command, places, .. } = replanned;
+        let Replanned { command, path_positions, .. } = replanned;
         if let Some(runs) = &mut self.runs {
-            runs.push(CommandedRun { command, places, actual });
+            runs.push(CommandedRun { command, path_positions, actual });
         }
         Ok(seen)
     }
@@ -116,7 +119,7 @@ impl<M: Machine + ?Sized> Machine for ControlledMachine<'_, M> {
     }
 }
 
-/// The first `samples` of a run, the last one held where there are fewer: beside a path as if it had kept its time.
+/// First `samples` samples of a run, extended by its last position where it is shorter.
 ///
 /// # Errors
 /// As [`Trajectory::new`].
@@ -128,7 +131,7 @@ pub fn in_step(run: &Trajectory, samples: usize) -> Result<Trajectory, MotionErr
     Trajectory::new(run.period_s(), run.axes().to_vec(), columns.collect())
 }
 
-/// An error and what caused it, in one line.
+/// An error and its causes in one line.
 fn with_causes(error: &Error) -> String {
     let causes = std::iter::successors(Some(error as &dyn std::error::Error), |error| error.source());
     causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")

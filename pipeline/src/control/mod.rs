@@ -1,4 +1,7 @@
-//! Machines behind a control, and programs run by them.
+//! Machines behind a control.
+//!
+//! [`ControlledMachine`] wraps a machine with a control that may replan every program. [`run_program`] and
+//! [`learn_program`] run part programs on it.
 
 mod controlled;
 mod programs;

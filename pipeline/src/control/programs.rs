@@ -1,4 +1,5 @@
-//! Learning on a machine that is given programs: every reference is written as G-code, whose time the control plans anew.
+//! Learning on a machine that runs programs: every reference is written as G-code, and the control replans its feed
+//! profile.
 
 use compensation::{CompensationLaw, CorrectionLimits, StopRule, learn};
 use machine::Machine;
@@ -11,7 +12,8 @@ use crate::part::Part;
 use crate::refit::{DECIMALS, RefitSettings, TimeEncoding};
 use crate::statistics::{self, Figures};
 
-/// Points are moved, none is added: more of them where a program is slow would only bring noise there, which a control slows down for.
+/// Output settings that move existing points and add none. Additional points in slow segments would add noise, for
+/// which a control slows down.
 pub const MOVE_POINTS: RefitSettings = RefitSettings {
     encoding: TimeEncoding::Keep,
     decimals: DECIMALS,
@@ -20,12 +22,12 @@ pub const MOVE_POINTS: RefitSettings = RefitSettings {
     path_tolerance_mm: None,
 };
 
-/// One run of a program, with its figures.
+/// A run of a program with its error figures.
 #[derive(Debug, Clone)]
 pub struct ProgramRun {
     /// Command and actual positions.
     pub run: CommandedRun,
-    /// Against the program's own path.
+    /// Figures against the path of the original program.
     pub figures: Figures,
 }
 
@@ -36,17 +38,18 @@ impl ProgramRun {
     }
 }
 
-/// Runs a program with its points moved as `reference` says.
+/// Runs a program whose points are moved to `reference`.
 ///
 /// # Errors
 /// When the program cannot be written or planned, or the run fails.
 pub fn run_program(part: &Part, machine: &mut dyn Machine, reference: &Trajectory) -> Result<ProgramRun> {
-    let Replanned { command, places, .. } = Replanned::new(part, reference, &MOVE_POINTS)?;
+    let Replanned { command, path_positions, .. } = Replanned::new(part, reference, &MOVE_POINTS)?;
     let actual = machine.run(&command)?;
-    ProgramRun::of(part, CommandedRun { command, places, actual })
+    ProgramRun::of(part, CommandedRun { command, path_positions, actual })
 }
 
-/// Runs a program, lets `law` move its points within `bounds`, and runs it again, `updates` times. Nothing moves at a standstill.
+/// Iterates `law` on a program: runs it, moves its points within `bounds`, and runs it again, `updates` times. Points
+/// at a standstill do not move.
 ///
 /// # Errors
 /// As [`run_program`], and when the law fails.
@@ -59,16 +62,16 @@ pub fn learn_program(
     bounds: &CorrectionLimits,
 ) -> Result<Vec<ProgramRun>> {
     let desired = &part.plan.desired;
-    let guard = CorrectionLimits { weights: weights(desired.trajectory()), ..bounds.clone() };
+    let correction_limits = CorrectionLimits { weights: moving_weights(desired.trajectory()), ..bounds.clone() };
     let mut control = ControlledMachine::new(machine, Some(part));
     (control.replans, control.pairing, control.runs) = (Some(MOVE_POINTS), pairing, Some(Vec::with_capacity(updates + 1)));
-    learn(&mut control, law, desired, None, &guard, &StopRule::after(updates), &mut |_, _| 0.0)?;
+    learn(&mut control, law, desired, None, &correction_limits, &StopRule::after(updates), &mut |_, _| 0.0)?;
     control.runs.unwrap_or_default().into_iter().map(|run| ProgramRun::of(part, run)).collect()
 }
 
-/// None of a correction where the path stands still, all of it elsewhere: a program begins and ends where it says, and there a servo's
-/// integrator brings the axes to where they are commanded.
-fn weights(path: &Trajectory) -> Vec<f64> {
+/// Correction weights: 0 at a standstill of the path, 1 elsewhere. The program keeps its start and end, where the
+/// servo's integrator removes the error.
+fn moving_weights(path: &Trajectory) -> Vec<f64> {
     let moves = |k: usize| k + 1 < path.len() && path.at(k).ne(path.at(k + 1));
     (0..path.len()).map(|k| f64::from(u8::from(k > 0 && moves(k - 1) && moves(k)))).collect()
 }

@@ -1,4 +1,4 @@
-//! A curve as a program of short lines, as a CAM system writes a finishing path.
+//! A curve as a program of short lines, in the form in which a CAM system writes a finishing path.
 
 use gcode::{Dialect, Options, Units, format_angle, format_coordinate, format_number};
 use machine::ProgramWords;
@@ -10,10 +10,11 @@ use crate::part::{Part, WorkOffsets, stated};
 use crate::refit::DECIMALS;
 use crate::setup::Setup;
 
-/// A built-in curve as short lines in words of the tool tip at one feed, planned for the setup.
+/// A built-in curve as a program of short lines in tool tip coordinates at one feed, planned for the setup. Its
+/// points are about `spacing_mm` apart.
 ///
 /// # Errors
-/// When there is no such curve, or the machine cannot run it.
+/// When the curve does not exist, or the machine cannot run it.
 pub fn curve_program(name: &str, feed_mm_s: f64, spacing_mm: f64, setup: &Setup) -> Result<Part> {
     let curve = Input::curve(name, feed_mm_s, setup)?;
     let program = gcode::parse(short_lines(curve.desired(), feed_mm_s, spacing_mm)?);
@@ -21,7 +22,7 @@ pub fn curve_program(name: &str, feed_mm_s: f64, spacing_mm: f64, setup: &Setup)
     Part::planned(name, program, options, &WorkOffsets::default().or_zero(), setup, &setup.plan_settings())
 }
 
-/// A program through the path's places at least `spacing_mm` apart, its ends included.
+/// Program through points of the path at least `spacing_mm` apart, including its ends.
 fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
     let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\n");
     let kinematics = path.kinematics().as_ref();
@@ -48,7 +49,7 @@ fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<St
     Ok(text)
 }
 
-/// Tip and rotary axes at the path's first sample, at every one `spacing_mm` after the one before, and at its last.
+/// Tip and rotary coordinates at the first sample, at samples at least `spacing_mm` apart, and at the last sample.
 fn points(path: &DesiredPath, spacing_mm: f64) -> Vec<Vec6> {
     let (trajectory, kinematics) = (path.trajectory(), path.kinematics().as_ref());
     let at = |k: usize| stated(&trajectory.at(k).collect::<Vec<f64>>(), kinematics, ProgramWords::Tip);
@@ -59,7 +60,7 @@ fn points(path: &DesiredPath, spacing_mm: f64) -> Vec<Vec6> {
             points.push(point);
         }
     }
-    // No line at the end is much shorter than the others.
+    // Avoids a last line that is much shorter than the others.
     if let Some(end) = trajectory.len().checked_sub(1).map(at) {
         if points.len() > 1 && !points.last().is_none_or(|before| apart(before, &end, 0.5 * spacing_mm)) {
             points.pop();

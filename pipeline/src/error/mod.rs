@@ -1,4 +1,4 @@
-//! What can go wrong between bytes and bytes.
+//! Errors of this crate.
 
 use compensation::CompensationError;
 use datasets::{DatasetError, Severity};
@@ -15,22 +15,22 @@ mod read_back;
 
 pub use read_back::{ProgramFault, VerifyError};
 
-/// Result of this crate.
+/// Result with an error of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Errors of this crate. Those of a program name its line; those of a log its run.
+/// Errors of this crate. Program errors carry the line, log errors the run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The program was refused: its faults, and the same as text with a caret under each word.
+    /// The program is refused. The error holds its faults, and their text with a caret under each word.
     #[error("{text}")]
     Program {
-        /// Every fault with its place.
+        /// Every fault with its position in the program.
         diagnostics: Vec<Diagnostic>,
-        /// The faults as they are shown; the label of the first one is left to whoever shows the text.
+        /// Text of the faults; the first one has no `error:` label.
         text: String,
     },
-    /// Nothing of the program cuts.
+    /// The program has no feed move.
     #[error("{name}: the program has no feed move; there is nothing to plan or to compensate")]
     NoFeedMove {
         /// Name of the program.
@@ -47,35 +47,35 @@ pub enum Error {
         /// Axes of the machine.
         axes: Vec<String>,
     },
-    /// A tool length for a machine whose description holds it.
+    /// A tool length is given for a machine with rotary axes, whose description holds it.
     #[error(
         "--tool-length is for machines that do not turn tool or part; here the machine file says it (kinematics.tool_length_mm), \
          as the positions of all axes go by it"
     )]
     ToolLengthOfTurningMachine,
-    /// A path without a program leaves the travel of an axis.
+    /// A path without a program exceeds the travel of an axis.
     #[error("{name}: at t = {time_s:.3} s {what}")]
     OffTravel {
         /// Name of the path.
         name: String,
-        /// When, s.
+        /// Time on the path, s.
         time_s: f64,
         /// Axis, position and limits.
         what: String,
     },
-    /// No sample of the path counts in figures.
+    /// No sample of the path is evaluated.
     #[error("the path has no samples")]
     NoSamples,
-    /// The path that a run is compared with stands still.
+    /// The path of a comparison has no motion.
     #[error("the path does not move")]
     NoMotion,
-    /// The description of the machine in a model is not sound.
+    /// The machine description in a model is invalid.
     #[error("the model's machine: {0}")]
     ModelMachine(#[source] MachineError),
-    /// What is asked for needs a part program, and the path comes from none.
+    /// The operation needs a part program; the input is a reference or curve.
     #[error("this needs a part program; a reference has no lines, feeds or commands of its own")]
     NoProgram,
-    /// A log that is no run of the program.
+    /// The log is not of an uncompensated, complete run of the program.
     #[error(
         "`{log}` is not the log of a run of {program}, uncompensated and whole; where the part lies elsewhere on the machine, say so with --work-offset"
     )]
@@ -84,20 +84,20 @@ pub enum Error {
         log: String,
         /// Name of the program.
         program: String,
-        /// Where the comparison failed.
+        /// Reason why the comparison failed.
         source: Box<Error>,
     },
-    /// A recorded command that leaves the program's path.
+    /// A recorded command deviates from the program's path.
     #[error(
         "the recorded command is up to {} µm off the program's path: the log is of another program, or the control rounds corners so \
          far off that lines have no place on it; tighten its tolerance and record again",
         um(*off_mm)
     )]
     CommandOffPath {
-        /// How far it is off at most, mm.
+        /// Largest distance, mm.
         off_mm: f64,
     },
-    /// A recorded command that is not of a whole run.
+    /// A recorded command does not cover the complete run.
     #[error("`{log}` {verb} {off_mm:.3} mm from the program's {place}; record the whole run, with a rest before and after")]
     PartOfRun {
         /// Name of the log.
@@ -109,7 +109,7 @@ pub enum Error {
         /// Distance, mm.
         off_mm: f64,
     },
-    /// A recorded command whose rotary axes turn elsewhere than the tool tip says.
+    /// Rotary axes of a recorded command deviate from the program at the same tip position.
     #[error(
         "axis {axis} of the recorded command is up to {:.3}° from where the program has it while the tip is there; moves that turn \
          the tool about a resting tip have no place on a recorded path: compensate from the plan, without --reference",
@@ -118,7 +118,7 @@ pub enum Error {
     CommandTurnsElsewhere {
         /// The axis.
         axis: String,
-        /// How far it is off at most, rad.
+        /// Largest angle, rad.
         off_rad: f64,
     },
     /// Setpoints of a program that cuts in several coordinate systems.
@@ -130,7 +130,7 @@ pub enum Error {
         /// Name of the program.
         name: String,
     },
-    /// Setpoints cannot stand for a block of the program.
+    /// Setpoints cannot represent a block of the program.
     #[error(
         "{name}: line {line} {why}: setpoints cannot stand for it; cut the program there, or write a program (--format keep)"
     )]
@@ -142,39 +142,39 @@ pub enum Error {
         /// What the block does.
         why: &'static str,
     },
-    /// The output did not pass its own check.
+    /// The output failed verification.
     #[error("the compensated program did not pass its check and was not written")]
     Verify(#[from] VerifyError),
-    /// A move in inverse time without a time.
+    /// A move in inverse time (G93) has no F word.
     #[error("line {line}: a move in inverse time has no F")]
     NoInverseTime {
         /// Line, from 1.
         line: usize,
     },
-    /// An excitation run that could not be written as a program.
+    /// An excitation run could not be written as a program.
     #[error("the program of run {run} was not written")]
     Excitation {
         /// Name of the run.
         run: String,
-        /// Where it differs when read back.
+        /// Difference found when it was read back.
         source: ProgramFault,
     },
-    /// Logs that nothing can be learned from.
+    /// The logs are not fit for training.
     #[error("the log is not fit for training:\n  {}", reasons.join("\n  "))]
     UnfitLogs {
-        /// One reason a fault.
+        /// One reason for each fault.
         reasons: Vec<String>,
     },
-    /// There is no log.
+    /// No log is given.
     #[error("there is no log")]
     NoLog,
-    /// A recipe without a predictor.
+    /// The recipe has no predictor.
     #[error("the recipe has no stage")]
     EmptyRecipe,
-    /// A thread that trained an axis ended early.
+    /// A training thread panicked.
     #[error("a training thread failed")]
     Thread,
-    /// A model that does no better on held-out data than none.
+    /// A model predicts an axis no better on held-out data than no model.
     #[error(
         "axis {axis}: the model leaves {} of {} RMS on held-out data, no better than no model; nothing is written. Look for exchanged columns, lost rows or \
          too little motion, or leave the axis out with --columns",
@@ -184,14 +184,14 @@ pub enum Error {
     NoBetterThanNoModel {
         /// The axis.
         axis: String,
-        /// Unit in which its errors are shown.
+        /// Unit of its errors in reports.
         unit: ErrorUnit,
-        /// What the model leaves, mm or rad.
+        /// RMS error of the model, mm or rad.
         rms: f64,
-        /// The tracking error itself, mm or rad.
+        /// RMS tracking error, mm or rad.
         raw_rms: f64,
     },
-    /// A predictor that cannot be adapted.
+    /// A predictor of this kind cannot be adapted.
     #[error("axis {axis} has a predictor of the kind `{kind}`; only staged models can be adapted: train a new one")]
     NotAdaptable {
         /// The axis.
@@ -199,7 +199,7 @@ pub enum Error {
         /// Kind of its predictor.
         kind: String,
     },
-    /// A log without an axis that the model has.
+    /// The log lacks an axis of the model.
     #[error("the log {log} lacks the axis {axis}, which the model has")]
     LogLacksAxis {
         /// Name of the log.
@@ -207,51 +207,51 @@ pub enum Error {
         /// The axis.
         axis: String,
     },
-    /// A log with none of the model's axes.
+    /// The log has no axis of the model.
     #[error("the log has none of the model's axes")]
     NoCommonAxis,
-    /// A log sampled at another rate than the model.
+    /// The log has another sampling period than the model.
     #[error("the model was trained at {model_ms} ms a sample, the log has {log_ms} ms")]
     OtherRate {
-        /// Period of the model, ms.
+        /// Sampling period of the model, ms.
         model_ms: f64,
-        /// Period of the log, ms.
+        /// Sampling period of the log, ms.
         log_ms: f64,
     },
-    /// The curve on which ILC is tuned does not fit the machine.
+    /// The curve for tuning ILC cannot be planned on the machine.
     #[error("the curve on which ILC is tuned does not fit the machine; give its gain and cut-off with --gain and --low-pass")]
     TuningCurve(#[source] Box<Error>),
-    /// A law of which no run was made.
+    /// A method made no run.
     #[error("{0} made no run")]
     NoRun(&'static str),
-    /// The caller asked to stop.
+    /// The progress callback cancelled the job.
     #[error("cancelled")]
     Cancelled,
-    /// Of the program.
+    /// Error of the G-code crate.
     #[error(transparent)]
     Gcode(#[from] GcodeError),
-    /// Of curves, trajectories and plans.
+    /// Error of curves, trajectories or plans.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// Of a machine.
+    /// Error of a machine or its description.
     #[error(transparent)]
     Machine(#[from] MachineError),
-    /// Of laws.
+    /// Error of a compensation law.
     #[error(transparent)]
     Compensation(#[from] CompensationError),
-    /// Of logs and references.
+    /// Error of a log or reference.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// Of a model.
+    /// Error of a model.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Of a fit.
+    /// Error of a fit.
     #[error(transparent)]
     Training(#[from] TrainingError),
 }
 
 impl Error {
-    /// The reasons for which a report refuses logs.
+    /// Error with the reasons for which `report` refuses the logs.
     pub(crate) fn unfit(report: &datasets::Report) -> Self {
         Self::UnfitLogs { reasons: report.of(Severity::Refuse).map(ToString::to_string).collect() }
     }

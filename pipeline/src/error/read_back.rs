@@ -1,18 +1,18 @@
-//! How our own output differs from what was meant when it is read again.
+//! Differences between written programs and their intended content, found when they are read back.
 
 use motion::{Vec3, Vec6};
 use thiserror::Error;
 
-/// A compensated program that does not lead where it should. Lines are those of the original, from 1, unless said otherwise.
+/// A compensated program failed verification. Lines are those of the original program, from 1, unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum VerifyError {
-    /// A move is not there.
+    /// A move is missing.
     #[error("the move of line {line} is missing in the output")]
     Missing {
         /// Line.
         line: usize,
     },
-    /// A move that was to stay leads elsewhere.
+    /// A move that is not compensated has another end.
     #[error("the move of line {line} was not to be compensated, but leads to {is:?} instead of {was:?} mm in the output")]
     Changed {
         /// Line.
@@ -22,23 +22,23 @@ pub enum VerifyError {
         /// Its end in the original, mm.
         was: Vec3,
     },
-    /// The output ends too early.
+    /// The output ends within a move.
     #[error("the output ends within line {line}")]
     Ends {
         /// Line.
         line: usize,
     },
-    /// A point is not the one that was meant.
+    /// A point has other coordinates than intended.
     #[error("line {line} of the original leads to {is:?} instead of {wanted:?} in the output")]
     Elsewhere {
         /// Line.
         line: usize,
         /// The point in the output, mm and rad.
         is: Vec6,
-        /// The point that was meant, mm and rad.
+        /// Intended point, mm and rad.
         wanted: Vec6,
     },
-    /// A point is shifted too far.
+    /// A point is shifted by more than the bound.
     #[error("a point of line {line} would lie {off_mm:.4} mm off the programmed path")]
     TooFar {
         /// Line.
@@ -46,7 +46,7 @@ pub enum VerifyError {
         /// Distance, mm.
         off_mm: f64,
     },
-    /// The output moves once more.
+    /// The output has an additional move.
     #[error("line {line} of the output moves where the program does not")]
     Extra {
         /// Line of the output.
@@ -57,25 +57,25 @@ pub enum VerifyError {
     Unreadable(#[from] gcode::GcodeError),
 }
 
-/// An excitation program that does not lead where it should. Lines are those of the program, from 1.
+/// An excitation program failed its check. Lines are those of the program, from 1.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProgramFault {
-    /// Lines are missing or too many.
+    /// The number of lines differs.
     #[error("it reads back as {read} lines instead of {wanted}")]
     Lines {
-        /// Lines read.
+        /// Number of lines read.
         read: usize,
-        /// Lines written.
+        /// Number of lines written.
         wanted: usize,
     },
-    /// A line leads elsewhere.
+    /// A line has another end.
     #[error("line {line} leads to {read} instead of {wanted}")]
     Elsewhere {
         /// Line.
         line: usize,
         /// Position read, mm or rad.
         read: f64,
-        /// Position meant, mm or rad.
+        /// Intended position, mm or rad.
         wanted: f64,
     },
     /// A line has no feed.
@@ -84,23 +84,23 @@ pub enum ProgramFault {
         /// Line.
         line: usize,
     },
-    /// The lines take another time than the run.
+    /// The total time of the lines differs from that of the run.
     #[error("its lines take {read_s:.3} s instead of {wanted_s:.3} s")]
     Time {
         /// Time read, s.
         read_s: f64,
-        /// Time meant, s.
+        /// Intended time, s.
         wanted_s: f64,
     },
-    /// It waits longer than the run takes.
+    /// The dwells take longer than the run.
     #[error("it waits for {waited_s:.3} s, longer than the run's {longest_s:.3} s")]
     Waits {
-        /// Time read, s.
+        /// Sum of the dwells, s.
         waited_s: f64,
-        /// Longest that it may, s.
+        /// Largest allowed sum, s.
         longest_s: f64,
     },
-    /// A number cannot be written, or the program not be read.
+    /// A number cannot be written, or the program cannot be read.
     #[error(transparent)]
     Gcode(#[from] gcode::GcodeError),
 }

@@ -1,4 +1,7 @@
-//! Motions that teach a machine's axes: as programs for a real control, or recorded on a simulated machine.
+//! Excitation: motions for the identification of the axes.
+//!
+//! [`program`] writes an excitation run as a part program for a real control. [`record`] runs excitation on a simulated
+//! machine.
 
 mod program;
 mod recording;

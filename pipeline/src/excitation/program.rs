@@ -1,4 +1,4 @@
-//! An excitation run as a part program, in the words of the control that is to run it.
+//! An excitation run as a part program in the dialect of its control.
 
 use gcode::{Dialect, Feed, MoveKind, Options, append_number, format_number};
 use motion::{AxisKind, Trajectory};
@@ -8,43 +8,45 @@ use crate::refit::{RefitSettings, TimeEncoding};
 use crate::setup::Setup;
 use crate::units::in_programs;
 
-/// Feed of the way down to the first point, mm/min: slow enough to be stopped by hand.
+/// Feed of the descent to the first point, mm/min: slow enough to be stopped by hand.
 const PLUNGE_MM_MIN: f64 = 600.0;
-/// Wait before and after the motion, s: every axis is at rest when the run begins.
+/// Dwell before and after the motion, s, so that every axis is at standstill when the run begins.
 const WAIT_S: f64 = 0.5;
 /// Path tolerance on LinuxCNC where the machine file states none, mm: that of the built-in profile.
 const PATH_TOLERANCE_MM: f64 = 0.001;
-/// Longest time between points on LinuxCNC unless one is asked for, s: under its path tolerance, points every 8 ms, the spacing of
-/// compensated programs, make the motion of a run of 7 s last 10.1 s, those every 4 ms 7.6 s (`excite --controller linuxcnc`, `simulate 01-full.nc`).
+/// Default longest time between points on LinuxCNC, s. Under its path tolerance, points every 8 ms, the spacing of
+/// compensated programs, extend a run of 7 s to 10.1 s; points every 4 ms extend it to 7.6 s (`excite --controller
+/// linuxcnc`, `simulate 01-full.nc`).
 const LINUXCNC_SPACING_S: f64 = 0.004;
 /// Decimals of feeds and of inverse times.
 const FEED_DECIMALS: usize = 4;
-/// Difference of the program's whole time from the run's that its rounding may make, as a share.
+/// Relative difference between program time and run time that rounding may cause.
 const TIME_SHARE: f64 = 0.01;
-/// Number of the first program, where programs have one: below the range that machine builders protect.
+/// Number of the first program on controls with program numbers: below the range that machine builders protect.
 const FIRST_NUMBER: usize = 7001;
 
-/// How the control reads programs.
+/// Output style of an excitation program.
 #[derive(Debug, Clone)]
 pub struct Style {
-    /// What is written; where the machine file does not say, words that most controls share.
+    /// Dialect; `None` uses words that most controls share.
     pub dialect: Option<Dialect>,
-    /// How lines carry their time; `Keep` is a feed a minute on every line.
+    /// Time encoding of lines; `Keep` writes a feed per minute on every line.
     pub encoding: TimeEncoding,
     /// Decimals of coordinates, mm and degrees.
     pub decimals: usize,
-    /// Time between points, s.
+    /// Longest time between points, s.
     pub spacing_s: f64,
-    /// `G64 P…`, mm, where the control knows it.
+    /// Path tolerance of `G64 P…`, mm; `None` where the control has none.
     pub path_tolerance_mm: Option<f64>,
     /// Name of the machine.
     pub machine: String,
-    /// Feed of the first way down, mm/min.
+    /// Feed of the descent to the first point, mm/min.
     plunge_mm_min: f64,
 }
 
 impl Style {
-    /// As `settings`, from the machine's profile, say; `spacing_s` is the time between points that the user asked for. Inverse time on a control whose dialect is not stated becomes a feed on every line.
+    /// Style for the control of `setup`, from `settings`; `spacing_s` replaces the time between points. Inverse time
+    /// becomes a feed on every line where the dialect is not stated.
     #[must_use]
     pub fn of(settings: &RefitSettings, spacing_s: Option<f64>, setup: &Setup) -> Self {
         let dialect = setup.dialect;
@@ -66,7 +68,8 @@ impl Style {
         }
     }
 
-    /// A wait. Where the dialect is not known it is in seconds: a control that counts milliseconds then waits too short, not for minutes.
+    /// Dwell block. Without a dialect the unit is seconds: a control that counts milliseconds then dwells too briefly
+    /// rather than for minutes.
     fn dwell(&self, seconds: f64) -> Result<String, ProgramFault> {
         Ok(match self.dialect {
             Some(Dialect::Fanuc) => format!("G4 P{:.0}", seconds * 1e3),
@@ -79,13 +82,14 @@ impl Style {
     }
 }
 
-/// A program of short lines: `reference` holds the positions that its words state, mm and rad; `number` counts the runs from 0.
+/// Program of short lines through `reference`, whose positions are program coordinates, mm and rad; `number` is the
+/// index of the run, from 0.
 ///
-/// The tool is lifted to the highest Z of the run first, then moved over the first point, then lowered at a feed. The text is read again
-/// and compared with `reference`.
+/// The program first raises the tool to the highest Z of the run, then moves above the first point, then descends at a
+/// feed. The text is read back and compared with `reference`.
 ///
 /// # Errors
-/// When a position cannot be written, or what was written does not lead where it should.
+/// When a position cannot be written, or the text read back does not match.
 pub fn program(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, Error> {
     written(name, number, reference, style).map_err(|source| Error::Excitation { run: name.to_owned(), source })
 }
@@ -107,7 +111,7 @@ fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> 
     Ok(text)
 }
 
-/// What an operator has to know before the start, a line each.
+/// Header for the operator, one line each.
 fn header(name: &str, reference: &Trajectory, style: &Style, feeds: Option<(f64, f64)>) -> Vec<String> {
     let mut lines = vec![
         format!("precomp excitation {name} for machine {}", style.machine),
@@ -130,23 +134,23 @@ fn extent(column: &[f64]) -> [f64; 2] {
     [column.iter().copied().fold(f64::INFINITY, f64::min), column.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// A line's end as written, and its time.
+/// End of a written line, and its duration.
 struct End {
-    /// As read back, in the order of the reference's axes, mm and rad.
+    /// Position as read back, in the order of the reference's axes, mm and rad.
     at: Vec<f64>,
     /// Speed of the linear axes, mm/min.
     feed_mm_min: f64,
     seconds: f64,
 }
 
-/// The motion in the making.
+/// State of the motion while it is written.
 struct Lines<'a> {
     reference: &'a Trajectory,
     style: &'a Style,
     text: String,
-    /// The words of the place that was written last.
+    /// Words of the last written position.
     words: Vec<String>,
-    /// That place as read back, mm and rad.
+    /// The last written position as read back, mm and rad.
     at: Vec<f64>,
     ends: Vec<End>,
 }
@@ -169,7 +173,7 @@ impl Lines<'_> {
         let last = self.reference.len().saturating_sub(1);
         let (mut from, mut waited) = (0, 0);
         for k in (stride..last).step_by(stride).chain([last]) {
-            let (words, at) = self.place(k)?;
+            let (words, at) = self.words_at(k)?;
             if words == self.words {
                 waited += k - from;
             } else {
@@ -186,9 +190,9 @@ impl Lines<'_> {
         Ok(())
     }
 
-    /// Up, over the first point, down.
+    /// Raises the tool, moves above the first point, descends.
     fn approach(&mut self) -> Result<(), ProgramFault> {
-        let (words, at) = self.place(0)?;
+        let (words, at) = self.words_at(0)?;
         let z = self.reference.axes().iter().position(|axis| axis.name == "z");
         if let Some(z) = z {
             let [_, highest] = extent(&self.reference.columns()[z]);
@@ -205,8 +209,8 @@ impl Lines<'_> {
         Ok(())
     }
 
-    /// Words of a sample, one an axis, and where they lead when read back.
-    fn place(&self, sample: usize) -> Result<(Vec<String>, Vec<f64>), ProgramFault> {
+    /// Words of a sample, one for each axis, and the position as read back.
+    fn words_at(&self, sample: usize) -> Result<(Vec<String>, Vec<f64>), ProgramFault> {
         let axes = self.reference.axes().iter().zip(self.reference.at(sample));
         axes.map(|(axis, position)| {
             let (scale, _) = in_programs(axis.kind);
@@ -215,7 +219,7 @@ impl Lines<'_> {
             Ok((word, read / scale))
         })
         .collect::<Result<Vec<_>, ProgramFault>>()
-        .map(|places| places.into_iter().unzip())
+        .map(|words| words.into_iter().unzip())
     }
 
     fn wait(&mut self, seconds: f64) -> Result<(), ProgramFault> {
@@ -226,18 +230,18 @@ impl Lines<'_> {
     }
 
     fn line(&mut self, words: Vec<String>, at: Vec<f64>, seconds: f64) -> Result<(), ProgramFault> {
-        let way = |kind: AxisKind| {
+        let distance = |kind: AxisKind| {
             let steps = self.reference.axes().iter().zip(at.iter().zip(&self.at)).filter(|(axis, _)| axis.kind == kind);
             steps.map(|(_, (to, from))| (to - from).powi(2)).sum::<f64>().sqrt()
         };
-        let (linear_mm, rotary_deg) = (way(AxisKind::Linear), way(AxisKind::Rotary).to_degrees());
-        // F is the speed of the linear axes; where none of them moves, of the rotary ones in degrees.
+        let (linear_mm, rotary_deg) = (distance(AxisKind::Linear), distance(AxisKind::Rotary).to_degrees());
+        // F is the speed of the linear axes; where none of them moves, that of the rotary axes in degrees.
         let length = if linear_mm > 0.0 { linear_mm } else { rotary_deg };
         let feed = match self.style.encoding {
             TimeEncoding::G93 => 60.0 / seconds,
             TimeEncoding::G94 | TimeEncoding::Keep => (length / seconds * 60.0).max(1e-4),
         };
-        // Words that lead nowhere would make a turn look like a move of the linear axes.
+        // Words without motion would make a pure rotation look like a move of the linear axes.
         let moved: Vec<&str> = words.iter().zip(&self.words).filter(|(to, from)| to != from).map(|(to, _)| to.as_str()).collect();
         self.text += &format!("G1 {} F{}\n", moved.join(" "), format_number(feed, FEED_DECIMALS)?);
         self.ends.push(End { at: at.clone(), feed_mm_min: linear_mm / seconds * 60.0, seconds });
@@ -245,19 +249,19 @@ impl Lines<'_> {
         Ok(())
     }
 
-    /// Slowest and fastest speed of the linear axes, mm/min; `None` where none of them moves.
+    /// Lowest and highest speed of the linear axes, mm/min; `None` where none of them moves.
     fn feeds(&self) -> Option<(f64, f64)> {
         let feeds: Vec<f64> = self.ends.iter().map(|end| end.feed_mm_min).filter(|feed| *feed > 0.0).collect();
         (!feeds.is_empty()).then(|| extent(&feeds)).map(|[slowest, fastest]| (slowest, fastest))
     }
 }
 
-/// Reads the program as its control does: every line ends where it should, and all of them together take the time that they should.
+/// Reads the program as its control does and checks the end of every line and the total time.
 fn check(text: &str, reference: &Trajectory, ends: &[End], style: &Style) -> Result<(), ProgramFault> {
     let program = gcode::parse(text.as_bytes().to_vec());
     let toolpath = gcode::interpret(&program, &style.options(&program))?;
     let feeds: Vec<&gcode::Move> = toolpath.moves.iter().filter(|of| of.is_feed()).collect();
-    // The way down comes first.
+    // The descent comes first.
     let lines = feeds.get(feeds.len().saturating_sub(ends.len())..).unwrap_or_default();
     if lines.len() != ends.len() {
         return Err(ProgramFault::Lines { read: lines.len(), wanted: ends.len() });
@@ -266,8 +270,8 @@ fn check(text: &str, reference: &Trajectory, ends: &[End], style: &Style) -> Res
     let (mut read_s, mut wanted_s) = (0.0, 0.0);
     for (line, end) in lines.iter().zip(ends) {
         let (linear, rotary) = (line.end.nominal_mm(), line.end.nominal_rotary_rad());
-        let places = reference.axes().iter().zip(&end.at).filter_map(|(axis, wanted)| Some((axis.slot()?, wanted)));
-        for (slot, wanted) in places {
+        let positions = reference.axes().iter().zip(&end.at).filter_map(|(axis, wanted)| Some((axis.slot()?, wanted)));
+        for (slot, wanted) in positions {
             let read = if slot < 3 { linear[slot] } else { rotary[slot - 3] };
             if (read - wanted).is_nan() || (read - wanted).abs() > rounding {
                 return Err(ProgramFault::Elsewhere { line: line.block as usize + 1, read, wanted: *wanted });
@@ -305,7 +309,7 @@ mod tests {
     use super::*;
     use crate::output::{OutputFormat, OutputSettings};
 
-    /// Down from above with a dwell half-way.
+    /// Descent from above with a dwell half-way.
     fn run() -> Trajectory {
         let ease = |k: i32| (std::f64::consts::PI * f64::from(k.clamp(0, 100)) / 100.0).cos();
         let columns = [(20.0, 0), (-5.0, 0), (24.0, 50), (0.4, 0)]

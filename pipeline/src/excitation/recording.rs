@@ -1,4 +1,4 @@
-//! Excitation runs, recorded on a simulated machine.
+//! Excitation runs recorded on a simulated machine.
 
 use datasets::{ExcitationPlan, Log, excite};
 use machine::{AxisSpec, Machine, MachineSpec, SimulatedMachine};
@@ -7,15 +7,16 @@ use motion::AxisKind;
 use crate::error::Result;
 use crate::setup::Setup;
 
-/// Travel of the demo's and the tables' excitation: the axes keep within ± this, mm.
+/// Half of the default travel of linear axes in excitation, mm.
 pub const TRAVEL_MM: f64 = 60.0;
 
-/// And its rotary axes within ± this, rad.
+/// Half of the default travel of rotary axes in excitation, rad.
 pub const TURN_RAD: f64 = std::f64::consts::PI;
-/// Share of an axis's own travel that excitation uses: it stops short of the ends.
+/// Share of an axis's own travel that excitation uses, so that it stops before the ends.
 const OF_TRAVEL: f64 = 0.9;
 
-/// Lowest and highest position of every axis during excitation: ± `travel_mm`, rotary axes ± `turn_rad`, within the axes' own travel.
+/// Lowest and highest position of every axis during excitation, mm or rad: ± `travel_mm`, rotary axes ± `turn_rad`,
+/// within the axes' own travel.
 #[must_use]
 pub fn travel(spec: &MachineSpec, travel_mm: f64, turn_rad: f64) -> Vec<(f64, f64)> {
     let of = |axis: &AxisSpec| {
@@ -27,16 +28,16 @@ pub fn travel(spec: &MachineSpec, travel_mm: f64, turn_rad: f64) -> Vec<(f64, f6
     spec.axes
         .iter()
         .map(of)
-        // A travel that does not reach the wanted range is used as it is.
+        // A travel that does not reach the requested range is used as it is.
         .zip(&spec.axes)
         .map(|(range, axis)| if range.0 < range.1 { range } else { axis.travel().map_or(range, |[low, high]| (low, high)) })
         .collect()
 }
 
-/// Runs about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log a run.
+/// Records about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log for each run.
 ///
 /// # Errors
-/// When the machine has no drives.
+/// When the description has no drives.
 pub fn record(spec: &MachineSpec, seconds: f64, travel_mm: f64, seed: u64) -> Result<Vec<Log>> {
     let setup = Setup::new(spec, None)?;
     let travel = travel(spec, travel_mm, TURN_RAD);

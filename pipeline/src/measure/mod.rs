@@ -1,4 +1,7 @@
-//! A recorded run against the path that the part needs.
+//! Measurement of a recorded run against the desired path.
+//!
+//! [`measure`] aligns a log with the path and evaluates contour error, lags, reversals and, on a full circle, the
+//! circular test. [`readback`] compares command and program, [`fits`] compares model and log.
 
 mod matching;
 mod model_check;
@@ -18,80 +21,80 @@ use crate::error::Result;
 use crate::input::Input;
 use crate::statistics::{self, OrientationSummary, summary_of_feed_moves};
 
-pub use matching::{Match, in_path_time, in_time_of, match_places, match_run, without_approach};
+pub use matching::{Match, in_path_time, in_time_of, match_by_position, match_run, without_approach};
 pub use model_check::{Fit, fits};
 pub use readback::{Readback, readback};
 pub use reversals::{Reversal, reversals};
 
-/// Worst places that are shown, and how far apart they have to be, s.
+/// Number of worst positions that are reported, and their least distance in time, s.
 const WORST: usize = 5;
 const APART_S: f64 = 0.05;
 
-/// Everything measured of a run. Lengths in mm, times in s.
+/// Measurement of a run. Lengths in mm, times in s.
 #[derive(Debug)]
 pub struct Measurement {
     /// Contour error over the samples of the run.
     pub contour: ContourSummary,
-    /// Error of the tool's direction, on a machine that turns it.
+    /// Error of the tool orientation; `None` on a machine without rotary axes.
     pub orientation: Option<OrientationSummary>,
-    /// How the run lies against the path.
+    /// Alignment of the run with the path.
     pub matched: Match,
-    /// Delay of every axis's actual position behind its command; `None` where it does not move.
+    /// Lag of every axis's actual position behind its command, s; `None` where the axis does not move.
     pub lags_s: Vec<Option<f64>>,
-    /// Every reversal of an axis.
+    /// Reversals of the linear axes, in order of time.
     pub reversals: Vec<Reversal>,
-    /// The worst places, worst first; none on rapids.
-    pub worst: Vec<Place>,
-    /// Lines of a program that feed, or stretches between rests, in order.
+    /// Positions of the largest contour errors, largest first; rapids are excluded.
+    pub worst: Vec<WorstPoint>,
+    /// Segments in order: program lines with feed moves, or motion between standstills.
     pub segments: Vec<Segment>,
-    /// Circular-test figures, where the path is a full circle.
+    /// Circular-test figures; `None` where the path is not a full circle.
     pub circle: Option<CircularTest>,
 }
 
-/// One place of a run.
+/// A position in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct WorstPoint {
     /// Time in the log, s.
     pub time_s: f64,
-    /// Where on the desired path, mm.
+    /// Foot point on the desired path, mm.
     pub at: Vec3,
     /// Contour error, mm.
     pub error_mm: f64,
-    /// Line of the program, from 1.
+    /// Program line, from 1; `None` without a program.
     pub line: Option<usize>,
 }
 
-/// One stretch of a run.
+/// A segment of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// Line of the program, from 1, where there is one.
+    /// Program line, from 1; `None` without a program.
     pub line: Option<usize>,
     /// Time of its first sample, s.
     pub from_s: f64,
-    /// Its contour error.
+    /// Contour error over the segment.
     pub contour: ContourSummary,
-    /// Its samples.
+    /// Number of samples.
     pub samples: usize,
 }
 
-/// Measures `log` against `desired` (the log's own command where that is `None`).
+/// Measures `log` against the path `desired`, with contour errors from `estimator`.
 ///
 /// # Errors
-/// When the run leads elsewhere than the path.
+/// When the command of the log leaves the path.
 pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator) -> Result<Measurement> {
     let (path, part, period) = (desired.desired(), desired.part(), log.period_s());
     let (commanded, actual) = (path.tips_of(&log.reference)?, path.tips_of(&log.actual)?);
     let matched = match_run(path, &commanded, period)?;
     let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;
-    let placed = matched.places.iter().map(|place| place.round() as usize).zip(errors.iter().copied());
+    let placed = matched.path_positions.iter().map(|position| position.round() as usize).zip(errors.iter().copied());
     let contour = summary_of_feed_moves(part, placed)?;
-    let counts = |k: &usize| statistics::counts(part, matched.places[*k].round() as usize);
-    let poses = poses_at_places(path.poses(), &matched.places);
+    let counts = |k: &usize| statistics::counts(part, matched.path_positions[*k].round() as usize);
+    let poses = poses_at_places(path.poses(), &matched.path_positions);
     let orientation = statistics::orientation(path, &errors, &poses, &log.actual, counts)?;
     let line = |k: usize| {
         let part = part?;
-        part.line_at((matched.places[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))
+        part.line_at((matched.path_positions[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))
     };
     let lags_s: Vec<Option<f64>> = log
         .reference
@@ -114,7 +117,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
 }
 
 impl Measurement {
-    /// Delay that all axes share, s: it hardly hurts a contour. The mean over the moving axes.
+    /// Common lag of all axes, s: the mean over the moving axes. It has little effect on the contour.
     #[must_use]
     pub fn common_lag_s(&self) -> Option<f64> {
         let lags: Vec<f64> = self.lags_s.iter().flatten().copied().collect();
@@ -127,7 +130,7 @@ fn worst(
     period_s: f64,
     counts: impl Fn(&usize) -> bool,
     line: impl Fn(usize) -> Option<usize>,
-) -> Vec<Place> {
+) -> Vec<WorstPoint> {
     let apart = (APART_S / period_s).ceil() as usize;
     let mut order: Vec<usize> = (0..errors.len()).filter(counts).collect();
     order.sort_by(|a, b| errors[*b].magnitude_mm.total_cmp(&errors[*a].magnitude_mm));
@@ -140,12 +143,16 @@ fn worst(
             chosen.push(k);
         }
     }
-    let place =
-        |k: usize| Place { time_s: k as f64 * period_s, at: errors[k].foot, error_mm: errors[k].magnitude_mm, line: line(k) };
-    chosen.into_iter().map(place).collect()
+    let point = |k: usize| WorstPoint {
+        time_s: k as f64 * period_s,
+        at: errors[k].foot,
+        error_mm: errors[k].magnitude_mm,
+        line: line(k),
+    };
+    chosen.into_iter().map(point).collect()
 }
 
-/// By line of the program; without one, by stretches between rests of the path.
+/// Segments by program line; without a program by motion between standstills of the path.
 fn segments(
     errors: &[ContourError],
     path: &[Vec3],
@@ -154,7 +161,7 @@ fn segments(
     line: impl Fn(usize) -> Option<usize>,
 ) -> Vec<Segment> {
     let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    let mut stretch = 0;
+    let mut segment = 0;
     for k in 0..errors.len() {
         let moves = k > 0 && path[k] != path[k - 1];
         if by_line {
@@ -162,9 +169,9 @@ fn segments(
                 groups.entry(line).or_default().push(k);
             }
         } else if moves {
-            groups.entry(stretch).or_default().push(k);
-        } else if groups.contains_key(&stretch) {
-            stretch += 1;
+            groups.entry(segment).or_default().push(k);
+        } else if groups.contains_key(&segment) {
+            segment += 1;
         }
     }
     groups
@@ -181,19 +188,20 @@ fn segments(
         .collect()
 }
 
-/// How round a path has to be to be taken for a programmed circle, mm.
-const ROUND_MM: f64 = 5e-4;
+/// Largest circular deviation of a path that counts as a programmed circle, mm.
+const CIRCULARITY_MM: f64 = 5e-4;
 
-/// Circular-test figures, where the desired path is a circle in one of the main planes.
+/// Circular-test figures; `None` where the desired path is not a circle in a main plane.
 fn circle(desired: &[Vec3], actual: &[Vec3]) -> Option<CircularTest> {
     let range = |axis: usize| {
         let values = desired.iter().map(|point| point[axis]);
         values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
     };
     let planes = [(CirclePlane::Yz, 0), (CirclePlane::Zx, 1), (CirclePlane::Xy, 2)];
-    let (plane, _) = planes.into_iter().find(|(_, normal)| range(*normal) < ROUND_MM)?;
+    let (plane, _) = planes.into_iter().find(|(_, normal)| range(*normal) < CIRCULARITY_MM)?;
     let wanted = circular_test(desired, plane, NominalCircle { centre: None, radius_mm: 1.0 }).ok()?;
-    let round = [wanted.counterclockwise, wanted.clockwise].into_iter().flatten().all(|one| one.circular_deviation_mm < ROUND_MM);
+    let round =
+        [wanted.counterclockwise, wanted.clockwise].into_iter().flatten().all(|one| one.circular_deviation_mm < CIRCULARITY_MM);
     let nominal = NominalCircle { centre: Some(wanted.centre), radius_mm: wanted.radius_mm };
     round.then(|| circular_test(actual, plane, nominal).ok()).flatten()
 }

@@ -1,4 +1,4 @@
-//! Whether a model still fits the machine.
+//! Check whether a model still fits its machine.
 
 use datasets::{Log, scored};
 use models::{AxisSignal, Bundle};
@@ -7,35 +7,37 @@ use crate::error::{Error, Result};
 use crate::statistics::rms_max;
 use crate::units::ErrorUnit;
 
-/// Error over that of the worst two seconds of held-out runs above which a model is stale, whatever its band says.
+/// Ratio of the RMS error to that of the worst two seconds of held-out runs above which a model is stale, independent of
+/// its prediction interval.
 const STALE: f64 = 2.0;
-/// Share of errors within the 95 % band below which it is: chance exceeds the band in a twentieth, never in a quarter.
+/// Share of errors within the 95 % prediction interval below which a model is stale: chance leaves a twentieth outside,
+/// never a quarter.
 const LEAST_IN_BAND: f64 = 0.75;
 
-/// How one axis of a model does on a new log.
+/// Fit of one axis of a model to a new log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Name of the axis.
     pub axis: String,
-    /// Unit in which its errors are shown.
+    /// Unit of its errors in reports.
     pub unit: ErrorUnit,
     /// Root mean square of prediction minus measurement, mm or rad.
     pub rms: f64,
-    /// What it was on held-out runs of the training, mm or rad.
+    /// RMS of prediction minus measurement on held-out runs of the training, mm or rad.
     pub expected: f64,
-    /// Share of the samples within the model's 95 % band.
+    /// Share of the samples within the model's 95 % prediction interval.
     pub in_band: f64,
-    /// Share of the samples beyond the positions, speeds and accelerations of the training. They say nothing of the machine and are left
-    /// out of the other figures, unless there are no others.
+    /// Share of the samples outside the operating range: positions, speeds and accelerations beyond the training. They
+    /// show nothing about the machine and do not count in the other figures, unless there are no others.
     pub outside: f64,
-    /// Whether the model no longer fits.
+    /// Whether the model no longer fits the machine.
     pub stale: bool,
 }
 
-/// The axes of the model that the log has as well.
+/// Fit of every axis that model and log share.
 ///
 /// # Errors
-/// When the rates differ, or the log has none of the axes.
+/// When the sampling periods differ, or the log has no axis of the model.
 pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
     if (bundle.manifest.period_s / log.period_s() - 1.0).abs() > 1e-6 {
         return Err(Error::OtherRate { model_ms: bundle.manifest.period_s * 1e3, log_ms: log.period_s() * 1e3 });
@@ -53,10 +55,11 @@ pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
             (skip..reference.len()).map(|k| (errors[k], widths[k - skip], outside[k].1.is_some())).collect();
         let inside: Vec<(f64, f64)> =
             all.iter().filter(|(.., outside)| !outside).map(|(error, width, _)| (*error, *width)).collect();
-        let judged =
+        let evaluated =
             if inside.is_empty() { all.iter().map(|(error, width, _)| (*error, *width)).collect() } else { inside.clone() };
-        let rms = rms_max(&judged.iter().map(|(error, _)| *error).collect::<Vec<_>>()).0;
-        let in_band = judged.iter().filter(|(error, width)| error.abs() <= *width).count() as f64 / judged.len().max(1) as f64;
+        let rms = rms_max(&evaluated.iter().map(|(error, _)| *error).collect::<Vec<_>>()).0;
+        let in_band =
+            evaluated.iter().filter(|(error, width)| error.abs() <= *width).count() as f64 / evaluated.len().max(1) as f64;
         let uneven = axis.held_out.worst_window.max(1.0);
         found.push(Fit {
             axis: axis.name.clone(),

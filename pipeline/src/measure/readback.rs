@@ -1,33 +1,33 @@
-//! What a control commanded, against what its program was to make it command.
+//! Readback: comparison of a recorded command with the command that its program intends.
 
 use datasets::Log;
 use motion::contour::{ContourEstimator, ContourSummary};
 
-use super::matching::{Match, match_places};
+use super::matching::{Match, match_by_position};
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::statistics::summary_of_feed_moves;
 
-/// A command this near to the intended path, mm at most, is what was meant: a tenth of what a first run leaves.
+/// Largest distance of a faithful command from the intended path, mm: a tenth of the residual error of a first run.
 const NEAR_MM: f64 = 1e-3;
-/// Share by which the time between the path's ends may differ.
+/// Largest relative difference of the duration of a faithful command.
 const SAME_TIME: f64 = 0.03;
 
-/// A command beside its intention.
+/// Comparison of a command with the intended one.
 #[derive(Debug, Clone, Copy)]
 pub struct Readback {
-    /// Distance of the commanded path from the intended one, over feed moves, mm.
+    /// Distance of the commanded path from the intended one over feed moves, mm.
     pub path: ContourSummary,
-    /// Time from the path's start to its end as intended, s.
+    /// Intended time from the start to the end of the path, s.
     pub intended_s: f64,
-    /// The same as commanded, s.
+    /// Commanded time from the start to the end of the path, s.
     pub commanded_s: f64,
-    /// Largest difference between the instants at which both pass a place, both starting together, s.
+    /// Largest time difference at a path position, with a common start, s.
     pub largest_delay_s: f64,
 }
 
 impl Readback {
-    /// Whether the carrier of the program's points is faithful in space, and in time.
+    /// Whether the program's output format reproduces the path in space, and in time.
     #[must_use]
     pub fn is_faithful(&self) -> [bool; 2] {
         let ratio = self.commanded_s / self.intended_s;
@@ -35,30 +35,31 @@ impl Readback {
     }
 }
 
-/// Compares the command of `log` with what is planned for `intended`; with how the one lies against the other.
+/// Compares the command of `log` with the plan of `intended`. Also returns their alignment.
 ///
 /// # Errors
-/// When the command leads elsewhere.
+/// When the command leaves the path, or the path has no motion.
 pub fn readback(log: &Log, intended: &Input, estimator: &mut dyn ContourEstimator) -> Result<(Readback, Match)> {
     let period = log.period_s();
     let commanded = intended.desired().tips_of(&log.reference)?;
-    let matched = match_places(intended.desired(), &commanded, period)?;
-    let rests = |k: usize| k == 0 || commanded[k] == commanded[k - 1];
+    let matched = match_by_position(intended.desired(), &commanded, period)?;
+    let is_still = |k: usize| k == 0 || commanded[k] == commanded[k - 1];
     let on_path: Vec<_> = commanded.iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&on_path, &matched.path)?;
-    let places = &matched.places;
-    let path = summary_of_feed_moves(intended.part(), places.iter().map(|place| place.round() as usize).zip(errors))?;
-    // From where the intended path leaves its start to where it comes to its end.
+    let path_positions = &matched.path_positions;
+    let path =
+        summary_of_feed_moves(intended.part(), path_positions.iter().map(|position| position.round() as usize).zip(errors))?;
+    // From the end of the first standstill to the start of the last one.
     let tips = intended.desired().tips();
     let moves = |k: &usize| tips[*k] != tips[k - 1];
     let ends = (1..tips.len()).find(moves).zip((1..tips.len()).rev().find(moves));
     let (start, end) = ends.ok_or(Error::NoMotion)?;
-    let passed = |place: usize| places.partition_point(|known| *known < place as f64) as f64;
+    let passed = |position: usize| path_positions.partition_point(|known| *known < position as f64) as f64;
     let (first, last) = (passed(start), passed(end));
-    // A rest is one place at many instants: it makes no one late.
-    let within = |(k, place): &(usize, &f64)| !rests(*k) && **place >= start as f64 && **place <= end as f64;
-    let late = places.iter().enumerate().filter(within);
-    let largest = late.map(|(k, place)| ((k as f64 - first) - (place - start as f64)).abs()).fold(0.0, f64::max);
+    // A standstill is one position at many instants and counts as no delay.
+    let within = |(k, position): &(usize, &f64)| !is_still(*k) && **position >= start as f64 && **position <= end as f64;
+    let late = path_positions.iter().enumerate().filter(within);
+    let largest = late.map(|(k, position)| ((k as f64 - first) - (position - start as f64)).abs()).fold(0.0, f64::max);
     let found = Readback {
         path,
         intended_s: (end - start) as f64 * period,

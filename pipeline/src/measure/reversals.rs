@@ -1,11 +1,11 @@
-//! The glitch that an axis leaves at each reversal.
+//! Glitches of the contour error at axis reversals.
 
 use datasets::Log;
 use motion::contour::ContourError;
 
-/// Time after a reversal in which its glitch is looked for, s.
+/// Time after a reversal in which its glitch is searched for, s.
 const WINDOW_S: f64 = 0.06;
-/// Slower is standing still, mm/s or rad/s.
+/// Speed below which an axis counts as at standstill, mm/s or rad/s.
 const STILL: f64 = 0.05;
 
 /// A reversal of one axis.
@@ -13,17 +13,18 @@ const STILL: f64 = 0.05;
 pub struct Reversal {
     /// Name of the axis.
     pub axis: String,
-    /// When its command turned back, s.
+    /// Time at which its command reverses, s.
     pub time_s: f64,
-    /// Its position there, mm.
+    /// Commanded position of the reversal, mm.
     pub at: f64,
-    /// Whether it moved towards positive positions before.
+    /// Whether the axis moved in positive direction before the reversal.
     pub from_positive: bool,
-    /// Size of the glitch, mm: how far the contour error along the axis swings within 60 ms of the actual reversal.
+    /// Size of the glitch, mm: range of the contour error along the axis within 60 ms after the actual reversal.
     pub glitch_mm: f64,
 }
 
-/// The reversals of the axes x, y and z, in order of time. `errors` are the contour errors of the log's samples.
+/// Reversals of the axes x, y and z, in order of time. `errors` are the contour errors of the log's samples, `lags_s`
+/// the lags of its axes.
 #[must_use]
 pub fn reversals(log: &Log, errors: &[ContourError], lags_s: &[Option<f64>]) -> Vec<Reversal> {
     let period = log.period_s();

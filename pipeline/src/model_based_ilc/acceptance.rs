@@ -1,15 +1,15 @@
-//! Which forecast is taken, if any: it has to gain, and to be worse in nothing.
+//! Acceptance of forecasts: the cost has to fall, and no figure may grow.
 
 use compensation::Iteration;
 
 use crate::statistics::Figures;
 
-/// What a forecast is judged by, mm: RMS, and a tenth of MAX, which is three to ten times as large.
+/// Cost of a forecast, mm: RMS plus a tenth of MAX, which is three to ten times as large.
 pub(super) fn cost(figures: &Figures) -> f64 {
     figures.cost_mm() + 0.1 * figures.tip.max_mm
 }
 
-/// What a forecast has to stay below to be accepted: the measure that learning goes by falls, and neither RMS nor MAX grows.
+/// Acceptance bound of a forecast: its cost falls below the bound, and neither RMS nor MAX grows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bound {
     measure: f64,
@@ -18,9 +18,9 @@ pub(super) struct Bound {
 }
 
 impl Bound {
-    /// The bound of a first run, of whose measure this share has to be gained.
-    pub fn of((round, figures): &(Iteration, Figures), gain: f64) -> Self {
-        Self { measure: (1.0 - gain) * round.measure, cost_mm: figures.cost_mm(), max_mm: figures.tip.max_mm }
+    /// Bound relative to a first run, of whose cost the share `gain` has to be gained.
+    pub fn of((iteration, figures): &(Iteration, Figures), gain: f64) -> Self {
+        Self { measure: (1.0 - gain) * iteration.measure, cost_mm: figures.cost_mm(), max_mm: figures.tip.max_mm }
     }
 
     pub fn holds(self, measure: f64, figures: &Figures) -> bool {
@@ -28,7 +28,7 @@ impl Bound {
     }
 }
 
-/// The run with the smallest measure of those within the bound.
+/// Index of the run with the lowest cost within the bound.
 pub(super) fn best(runs: &[(Iteration, Figures)], most: Bound) -> Option<usize> {
     let measure = |run: &usize| runs[*run].0.measure;
     let held = (0..runs.len()).filter(|run| most.holds(measure(run), &runs[*run].1));
@@ -55,7 +55,7 @@ mod tests {
         let runs =
             [run(2.6e-3, 28.0e-3), run(3.0e-3, 15.0e-3), run(2.0e-3, 29.0e-3), run(2.5e-3, 27.0e-3), run(2.59e-3, 28.0e-3)];
         let bound = Bound::of(&runs[0], 0.0);
-        // The second and the third have smaller measures than the fourth.
+        // The second and the third run have lower costs than the fourth.
         assert!(runs[1].0.measure < runs[3].0.measure && runs[2].0.measure < runs[3].0.measure);
         assert_eq!(best(&runs, bound), Some(3));
         assert_eq!(best(&runs, Bound::of(&runs[0], 0.05)), None);

@@ -1,4 +1,4 @@
-//! The laws that learn, with their settings.
+//! Laws of model-based ILC with their settings.
 
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, OneShot, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, ImpulseResponse, LowPass};
@@ -9,12 +9,12 @@ use motion::contour::Exact;
 use super::settings::{LawName, Settings};
 use crate::error::Result;
 
-/// Size of the shifts from which impulse responses are identified, mm: far above the noise, small enough for the motor's torque.
+/// Size of the shifts that identify impulse responses, mm: far above the noise, and small enough for the motor torque.
 pub const PROBE: f64 = 0.005;
-/// Time after which a drive's response is over, s.
+/// Length of a drive's impulse response, s.
 pub const RESPONSE_S: f64 = 0.2;
 
-/// The law that `settings` name.
+/// The law that `settings` select.
 pub(super) fn law(settings: &Settings, path: &Trajectory, machine: &mut dyn Machine) -> Result<Box<dyn CompensationLaw>> {
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     Ok(match settings.law {
@@ -31,7 +31,7 @@ pub(super) fn spatial(gain: f64, low_pass: Option<LowPass>) -> Result<SpatialIlc
     Ok(SpatialIlc::new(Gain::Constant(gain), low_pass)?.with_estimator(Box::new(Exact::default())))
 }
 
-/// Paper E's law with its printed weights; `a` is the share of the contour error.
+/// Norm-optimal law of Paper E with its printed weights; `a` is the share of the contour error, 0…1.
 ///
 /// # Errors
 /// When `a` is not within 0…1.

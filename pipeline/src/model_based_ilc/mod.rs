@@ -1,4 +1,7 @@
-//! Model-based ILC: a law, iterated on the model of the machine before the first run.
+//! Model-based ILC: a law that is iterated on the model of the machine before the first run.
+//!
+//! [`model_based_ilc`] iterates on the reference, repeats the iteration on the replanned program where the control
+//! plans its own feed profile, and returns the best accepted forecast with its reference.
 
 mod acceptance;
 mod laws;
@@ -29,39 +32,45 @@ pub use outcome::Outcome;
 pub use outside::OutsideRange;
 pub use settings::{LawName, Settings, shift_bound};
 
-/// Share by which an update on the reference has to lower the forecast for another to follow.
-const WORTH: f64 = 0.02;
-/// Difference of the forecasts on the reference itself and on what a control makes of the program, as a share, up to which the control
-/// does as it is told.
-const SAME: f64 = 0.02;
-/// Updates on what a control makes of the program, for every one on the reference, and how many in a row may bring nothing.
-const PLANNED_UPDATES: usize = 3;
-const PLANNED_PATIENCE: usize = 4;
-/// Samples planned anew in all of them together, and the least updates of a program of hours: planning takes most of the time.
-const PLANNED_SAMPLES: usize = 12_000_000;
-const LEAST_PLANNED: usize = 2;
-/// Gain and cut-off (Hz) of these updates: what is learned above it comes back as kinks, at which a control slows down.
-const PLANNED_GAIN: f64 = 0.7;
-const PLANNED_LOW_PASS_HZ: f64 = 40.0;
+/// Least relative decrease of the forecast by an update on the reference for which the iteration continues.
+const LEAST_DECREASE: f64 = 0.02;
+/// Relative difference between the forecast on the reference and that on the replanned program up to which the two
+/// count as equal.
+const SAME_FORECAST: f64 = 0.02;
+/// Updates on the replanned program for each update on the reference, and largest number of consecutive updates without
+/// improvement.
+const REPLANNED_UPDATES: usize = 3;
+const REPLANNED_PATIENCE: usize = 4;
+/// Largest number of replanned samples over all updates, and least number of updates for a program of hours: replanning
+/// takes most of the time.
+const REPLANNED_SAMPLES: usize = 12_000_000;
+const LEAST_REPLANNED: usize = 2;
+/// Gain and cut-off, Hz, of updates on the replanned program. Corrections above the cut-off become kinks, at which a
+/// control slows down.
+const REPLANNED_GAIN: f64 = 0.7;
+const REPLANNED_LOW_PASS_HZ: f64 = 40.0;
 
-/// Least predicted gain for which a path is changed at all, as a share of its RMS contour error.
+/// Least predicted gain for which a path is changed, as a share of its RMS contour error.
 const LEAST_GAIN: f64 = 0.05;
 
-/// Forecast at which learning ends, as a share of the error that the model leaves on data held out: it adds half a per cent to that error.
+/// Forecast at which the iteration ends, as a share of the model's held-out error. It adds half a per cent to that error.
 const FLOOR_SHARE: f64 = 0.1;
-/// Learns a reference for `input` on `model`: on the reference itself, then on what the control makes of the program that is written, and takes
-/// the best forecast if it gains and makes nothing worse.
+
+/// Computes a compensated reference for `input` by iteration on `model`.
+///
+/// The law is iterated on the reference, then on the replanned program where `settings.written` is given. The best
+/// forecast is taken if it gains and no figure grows; otherwise the reference is the desired path.
 ///
 /// # Errors
-/// When the path does not fit the model (axes, sampling period), a predictor of the model is not usable, or `progress` asks to stop.
+/// When the path does not fit the model (axes, sampling period), a predictor of the model is invalid, or `progress` cancels.
 pub fn model_based_ilc(input: &Input, model: &Bundle, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
     on_learned_machine(input, &mut machine, &model.coverage(), settings, floor_mm, progress)
 }
 
-/// As [`model_based_ilc`], on a learned machine with the ranges that it was trained on; `floor_mm` is the forecast at which nothing is gained by
-/// going on.
+/// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage`. The iteration ends at the
+/// forecast `floor_mm`.
 ///
 /// # Errors
 /// As [`model_based_ilc`].
@@ -77,14 +86,14 @@ pub fn on_learned_machine(
     let mut control = ControlledMachine::learned(machine, input.part());
     let max_shift = bound_of(settings, &mut control, input)?;
     let limits = input.limits().cloned();
-    let guard = CorrectionLimits {
+    let correction_limits = CorrectionLimits {
         max_shift,
         max_rotation_rad: settings.max_rotation_rad,
         limits,
         weights,
         ..CorrectionLimits::default()
     };
-    let mut task = Task::new(input, guard, floor_mm, progress);
+    let mut task = Task::new(input, correction_limits, floor_mm, progress);
 
     let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, settings)?;
     let most = Bound::of(&runs[0], LEAST_GAIN);
@@ -100,8 +109,8 @@ pub fn on_learned_machine(
     choose(input, first, chosen, Learned { max_shift, ended, outside })
 }
 
-/// How much of a correction every sample may take, and where the model is out of its depth. The machine learns which way the path leads, and
-/// leaves out what depends on a position that is not known.
+/// Correction weights of the samples, and the ranges outside the operating range. Also gives the machine its directions
+/// of motion, and leaves out position-dependent terms where the work offset is unknown.
 fn prepare(input: &Input, machine: &mut LearnedMachine, coverage: &[OperatingRange]) -> (Vec<f64>, Vec<OutsideRange>) {
     let command = input.command();
     machine.freeze_flags(command);
@@ -111,14 +120,14 @@ fn prepare(input: &Input, machine: &mut LearnedMachine, coverage: &[OperatingRan
     let (mut weights, reasons) = fade(coverage, machine, command);
     let outside = ranges(input.trajectory(), &reasons, &weights);
     if let Some(part) = input.part() {
-        for (weight, allowed) in weights.iter_mut().zip(part.weights()) {
+        for (weight, allowed) in weights.iter_mut().zip(part.taper()) {
             *weight *= allowed;
         }
     }
     (weights, outside)
 }
 
-/// The bound of corrections that is given, or that of a run of `machine` without any, mm.
+/// Bound of corrections, mm: the given one, else that for an uncompensated run of `machine`.
 fn bound_of(settings: &Settings, machine: &mut dyn Machine, input: &Input) -> Result<f64> {
     Ok(match settings.max_shift {
         Some(given) => given,
@@ -126,7 +135,7 @@ fn bound_of(settings: &Settings, machine: &mut dyn Machine, input: &Input) -> Re
     })
 }
 
-/// Every run on the reference itself, the uncompensated one first.
+/// Runs on the reference itself, the uncompensated one first.
 struct OnReference {
     runs: Runs,
     ended: Option<Ended>,
@@ -144,23 +153,24 @@ fn learn_on_reference(
     }
     let mut law = law(settings, input.trajectory(), control)?;
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
-    let runs = task.iterate(control, law.as_mut(), None, StopRule::while_better(updates, WORTH))?;
+    let runs = task.iterate(control, law.as_mut(), None, StopRule::while_better(updates, LEAST_DECREASE))?;
     Ok(OnReference { runs, ended: None })
 }
 
-/// The run that is taken if it makes nothing worse, on the way that the control takes it.
+/// Candidate for the result, on the feed profile that the control uses.
 #[derive(Default)]
 struct OnProgram {
     run: Option<(Iteration, Figures)>,
-    /// Updates up to here, on the reference and on the program.
+    /// Updates so far, on the reference and on the replanned program.
     updates: usize,
-    /// How long the program takes before and after, s, where the control plans it anew.
+    /// Cycle time before and after, s, where the control replans the program.
     cycle_s: Option<(f64, f64)>,
-    /// Where the program keeps its feeds because the times of its points would cost too much: how much, as a share of the cycle time.
+    /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its
+    /// feeds.
     kept_feeds: Option<f64>,
 }
 
-/// Goes on from the best reference on what the control makes of the program that it is written into.
+/// Continues the iteration from the best reference on the replanned program.
 fn relearn_on_program(
     task: &Task<'_>,
     control: &mut ControlledMachine<'_, LearnedMachine>,
@@ -183,12 +193,12 @@ fn relearn_on_program(
     let mut after_s = control.last_s();
     let figures = task.figures(&seen)?;
     let measure = cost(&figures);
-    // The papers' laws are left as they are; only the forecast is the control's.
-    let run = if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME {
-        let mut law = spatial(PLANNED_GAIN, LowPass::new(PLANNED_LOW_PASS_HZ, path.period_s())?)?;
-        let affordable = (PLANNED_SAMPLES / path.len().max(1)).max(LEAST_PLANNED);
-        let most_updates = affordable.min(PLANNED_UPDATES * settings.iterations);
-        let stop = StopRule { updates: most_updates, patience: PLANNED_PATIENCE, worth: 0.0 };
+    // The papers' laws are not iterated again; only their forecast is that of the replanned program.
+    let run = if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME_FORECAST {
+        let mut law = spatial(REPLANNED_GAIN, LowPass::new(REPLANNED_LOW_PASS_HZ, path.period_s())?)?;
+        let affordable = (REPLANNED_SAMPLES / path.len().max(1)).max(LEAST_REPLANNED);
+        let most_updates = affordable.min(REPLANNED_UPDATES * settings.iterations);
+        let stop = StopRule { updates: most_updates, patience: REPLANNED_PATIENCE, worth: 0.0 };
         let first = control.durations_s().len();
         let mut planned = task.iterate(control, &mut law, Some(reference), stop)?;
         updates += planned.len() - 1;
@@ -202,20 +212,21 @@ fn relearn_on_program(
     Ok(OnProgram { run, updates, cycle_s, kept_feeds })
 }
 
-/// What is known beside the runs.
+/// Result of the iteration beside its runs.
 struct Learned {
     max_shift: f64,
     ended: Option<Ended>,
     outside: Vec<OutsideRange>,
 }
 
-/// Takes the chosen run where what may not be changed does not come out worse for what is changed beside it either, else the uncompensated one.
+/// Takes the chosen run where the figures over all feed moves do not grow either, else the uncompensated run.
 fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) -> Result<Outcome> {
     let before = input.figures(&first.actual)?;
-    let overall =
-        |(round, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> { Ok((input.figures(&round.actual)?, round)) };
+    let overall = |(iteration, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> {
+        Ok((input.figures(&iteration.actual)?, iteration))
+    };
     let kept = chosen.run.map(overall).transpose()?.filter(|(after, _)| {
-        let most = |before: f64| before * (1.0 + SAME);
+        let most = |before: f64| before * (1.0 + SAME_FORECAST);
         after.cost_mm() <= most(before.cost_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
     });
     let gained = kept.is_some();
@@ -226,20 +237,20 @@ fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) 
     Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
 }
 
-/// Learns a reference for `input` on any machine, as [`model_based_ilc`] does on a learned one: on the noise-free simulated machine this is what
-/// a perfect model would give.
+/// Computes a reference for `input` on any machine, as [`model_based_ilc`] does on a learned one. On the noise-free
+/// simulated machine it is the result of a perfect model.
 ///
 /// # Errors
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Trajectory> {
     let max_shift = bound_of(settings, machine, input)?;
-    let guard = CorrectionLimits {
+    let correction_limits = CorrectionLimits {
         max_shift,
         max_rotation_rad: settings.max_rotation_rad,
         limits: input.limits().cloned(),
         ..CorrectionLimits::default()
     };
-    let (runs, _) = Task::new(input, guard, 0.0, SILENT).descend(machine, settings.iterations)?;
+    let (runs, _) = Task::new(input, correction_limits, 0.0, SILENT).descend(machine, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }

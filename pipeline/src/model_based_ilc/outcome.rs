@@ -1,4 +1,4 @@
-//! What the learning came to.
+//! Result of model-based ILC.
 
 use compensation::Ended;
 use motion::Trajectory;
@@ -6,29 +6,31 @@ use motion::Trajectory;
 use super::outside::OutsideRange;
 use crate::statistics::Figures;
 
-/// What came out.
+/// Result of model-based ILC.
 #[derive(Debug)]
 pub struct Outcome {
-    /// The learned reference; the desired path itself where nothing is gained.
+    /// Computed reference; the desired path itself where nothing is gained.
     pub reference: Trajectory,
-    /// What the model expects of it.
+    /// Predicted actual positions for `reference`.
     pub forecast: Trajectory,
-    /// Bound of the correction of the tool tip that was kept to, mm.
+    /// Bound of the correction of the tool tip, mm.
     pub max_shift: f64,
     /// Predicted figures without compensation.
     pub before: Figures,
-    /// Predicted figures of `reference`.
+    /// Predicted figures with `reference`.
     pub after: Figures,
-    /// Updates taken.
+    /// Number of updates.
     pub updates: usize,
-    /// Why learning on the reference ended; `None` for the papers' laws and where the spatial law alone learns.
+    /// Reason why the iteration on the reference ended; `None` for the papers' laws and where no Gauss–Newton steps are
+    /// made.
     pub ended: Option<Ended>,
-    /// Whether the model predicts a gain worth having.
+    /// Whether the predicted gain is large enough for the path to be changed.
     pub gained: bool,
-    /// How long the program takes before and after, as the control is expected to plan it, s; `None` where it takes the reference.
+    /// Predicted cycle time before and after, s, of a replanned program; `None` where the control takes the reference.
     pub cycle_s: Option<(f64, f64)>,
-    /// Where the program keeps its feeds because the times of its points would cost too much: how much, as a share of the cycle time.
+    /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its
+    /// feeds.
     pub kept_feeds: Option<f64>,
-    /// Where the model is out of its depth: axis, reason, samples.
+    /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
 }

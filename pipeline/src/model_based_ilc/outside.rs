@@ -1,31 +1,31 @@
-//! Where a model is out of its depth along a path.
+//! Path ranges outside the operating range of a model.
 
 use std::collections::BTreeMap;
 
 use models::Outside;
 use motion::Trajectory;
 
-/// A stretch of samples in which an axis leaves what the model was trained on.
+/// A range of samples in which an axis leaves the operating range of the model, for one reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutsideRange {
     /// Name of the axis.
     pub axis: String,
-    /// Why.
+    /// Reason.
     pub reason: Outside,
     /// First sample.
     pub first: usize,
     /// Last sample.
     pub last: usize,
-    /// Samples in between that lie outside.
+    /// Number of samples in the range that lie outside.
     pub samples: usize,
-    /// Whether the correction fades there; else only what the model knows of single places does.
+    /// Whether the correction fades there. Otherwise only position-dependent terms fade.
     pub fades: bool,
 }
 
-/// A correction of which this share is kept, over a stretch, does not count as faded.
+/// Share of a correction above which it does not count as faded, mean over the range.
 const MOSTLY: f64 = 0.95;
 
-/// One entry an axis and reason.
+/// Ranges of all axes, one for each axis and reason.
 pub(super) fn ranges(path: &Trajectory, reasons: &[Vec<Option<Outside>>], weights: &[f64]) -> Vec<OutsideRange> {
     let mut found = Vec::new();
     for (axis, reasons) in path.axes().iter().zip(reasons) {

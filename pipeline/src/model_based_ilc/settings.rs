@@ -1,11 +1,11 @@
-//! What is asked of the learning.
+//! Settings of model-based ILC.
 
 use compensation::CorrectionLimits;
 use serde::Serialize;
 
 use crate::refit::RefitSettings;
 
-/// How the reference is learned on the model.
+/// Law of the iteration on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LawName {
@@ -21,25 +21,26 @@ pub enum LawName {
     CrossCoupled,
 }
 
-/// Settings of a compensation.
+/// Settings of model-based ILC.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The law.
     pub law: LawName,
-    /// Updates on the model; one shot has one. A program that its control plans anew gets up to three times as many more, one of hours fewer.
+    /// Number of updates on the model; the one-shot law uses one. A replanned program gets up to three times as many in
+    /// addition, a program of hours fewer.
     pub iterations: usize,
     /// Gain of every update.
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on every update, Hz.
     pub low_pass_hz: f64,
-    /// Largest correction of the tool tip, mm; that of [`shift_bound`] when `None`.
+    /// Largest correction of the tool tip, mm; `None` takes [`shift_bound`].
     pub max_shift: Option<f64>,
-    /// Largest correction of the tool's direction, rad.
+    /// Largest correction of the tool orientation, rad.
     pub max_rotation_rad: f64,
-    /// How a program will be written: the last updates are then made on what a control commands when it has read it. `None` where the
-    /// control takes the reference itself.
+    /// Output settings of a program, whose replanned feed profile the last updates then use. `None` where the control
+    /// takes the reference itself.
     pub written: Option<RefitSettings>,
-    /// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
+    /// Largest relative increase of the cycle time by timed points; above it the program keeps its feeds.
     pub slowest: f64,
 }
 
@@ -58,12 +59,14 @@ impl Default for Settings {
     }
 }
 
-/// Largest correction, as a multiple of the largest error that there is to correct: a stop or a turn of a slow loop asks for more than its error.
+/// Largest correction as a multiple of the largest error. A stop or sharp turn of a slow loop needs more than its
+/// error.
 const SHIFT_OF_ERROR: f64 = 2.0;
-/// The least and the largest bound of corrections where none is given, mm.
+/// Least and largest default bound of corrections, mm.
 const SHIFT_BOUND_MM: [f64; 2] = [0.1, 1.0];
 
-/// The bound of corrections of the tool tip where none is given, mm: of a run that is corrected by `shifted_mm` already and has a largest error of `max_mm`.
+/// Default bound of corrections of the tool tip, mm, for a run that is already shifted by up to `shifted_mm` and has a
+/// largest error of `max_mm`.
 #[must_use]
 pub fn shift_bound(shifted_mm: f64, max_mm: f64) -> f64 {
     let [least, most] = SHIFT_BOUND_MM;

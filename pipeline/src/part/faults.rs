@@ -1,13 +1,13 @@
-//! Faults of a program, shown at their lines.
+//! Program faults, reported with their lines.
 
 use gcode::{Diagnostic, Program, Severity, Toolpath};
 use motion::MotionError;
 
 use crate::error::Error;
 
-/// A fault of the plan, shown at the line that the path's piece stands for.
+/// A planning fault, reported at the program line of its path segment.
 pub(super) fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &Toolpath, program: &Program, name: &str) -> Error {
-    // A way that the program does not state leads to the move after it.
+    // A segment that the program does not state leads to the next move.
     let owner = error.piece().and_then(|piece| owners[piece..].iter().flatten().next().copied());
     let Some(owner) = owner else { return error.into() };
     let what = match &error {
@@ -18,7 +18,7 @@ pub(super) fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &T
     on_move(toolpath, owner, program, name, what)
 }
 
-/// A fault of a move, with its line and a caret under its first word.
+/// A fault of a move: its line and a caret under its first word.
 pub(super) fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name: &str, what: String) -> Error {
     let block = toolpath.moves[owner].block as usize;
     let span = program.block_words(block).first().map_or(program.blocks()[block].span, |word| word.span);
@@ -27,8 +27,8 @@ pub(super) fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name
     Error::Program { diagnostics, text }
 }
 
-/// The program's faults, those that refuse it first, each with its line and a caret under the word. The label of the first one is left to
-/// whoever shows the text, as for every other error.
+/// Text of the faults of a program, errors first, each with its line and a caret under the word. The first fault has no
+/// `error:` label, so that the caller can print its own.
 #[must_use]
 pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> String {
     let (errors, others): (Vec<&Diagnostic>, Vec<_>) = diagnostics.iter().partition(|diagnostic| diagnostic.is_error());

@@ -1,4 +1,4 @@
-//! What of a program is left alone, and why.
+//! Moves that are not compensated, and the reasons.
 
 use std::collections::BTreeMap;
 
@@ -7,24 +7,25 @@ use gcode::{Fixed, Move, MoveKind, Shiftable};
 use super::Part;
 
 impl Part {
-    /// Why moves that cut may not be compensated, each reason with the number of its moves; rapids and dwells are not counted.
+    /// Reasons why cutting moves cannot be compensated, each with its number of moves. Rapids and dwells are not
+    /// counted.
     #[must_use]
     pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
         let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
-        let why = |of: &Move| match (of.shiftable, of.kind) {
+        let reason = |of: &Move| match (of.shiftable, of.kind) {
             (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
                 Some("arcs at whose points the control would stop (G9, G61, G64 P0)")
             }
             _ => why_fixed(of),
         };
-        for why in fixed.filter_map(why) {
+        for why in fixed.filter_map(reason) {
             *counts.entry(why).or_default() += 1;
         }
         counts
     }
 
-    /// Share of the length of all feed moves that may not be compensated; turning alone has no length.
+    /// Share of the length of all feed moves that cannot be compensated, 0…1. Pure rotations have no length.
     #[must_use]
     pub fn fixed_share(&self) -> f64 {
         let length = |of: &Move| of.length_mm().unwrap_or(0.0);
@@ -35,7 +36,7 @@ impl Part {
     }
 }
 
-/// Why a move that is not compensated is not; `None` where it does not cut.
+/// Reason why a move is not compensated; `None` for a move that does not cut.
 fn why_fixed(of: &Move) -> Option<&'static str> {
     Some(match (of.shiftable, of.kind) {
         (_, MoveKind::Rapid | MoveKind::Dwell { .. } | MoveKind::Home) => return None,

@@ -1,4 +1,7 @@
 //! A part program as a planned path.
+//!
+//! [`Part::read`] interprets the blocks of a program, places them on the machine by their work offsets, and plans the
+//! feed profile. [`Part::is_shiftable`] states which moves may be compensated.
 
 mod faults;
 mod fixed;
@@ -25,22 +28,23 @@ pub use offsets::{GivenOffset, Placement, WorkOffsets};
 pub use taper::taper;
 pub use tool_path::{POINT_MM, coordinates, stated};
 
-/// How a program is read and planned.
+/// Settings for reading and planning a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadSettings {
-    /// Dialect of the program; the setup's, or found from the program, when `None`.
+    /// Dialect of the program; `None` takes that of the setup, else detects it.
     pub dialect: Option<Dialect>,
-    /// M codes with which the machine changes nothing of path or frame.
+    /// M codes that change neither path nor coordinate system on this machine.
     pub passive: PassiveCodes,
-    /// Whether the control skips blocks that begin with `/`; `None` leaves them and what depends on them alone.
+    /// Whether the control skips blocks that begin with `/`. With `None` these blocks and all that depends on them are
+    /// not compensated.
     pub block_delete: Option<bool>,
-    /// Machine minus program coordinates, mm: beside those of the setup, or in their place.
+    /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
     pub work_offsets: Vec<GivenOffset>,
-    /// Length of the tool, mm, where the offsets' Z is without it.
+    /// Tool length, mm, where the Z offsets do not contain it.
     pub tool_length_mm: f64,
     /// Whether coordinate systems without an offset lie at 0,0,0, as on a simulated machine.
     pub at_zero: bool,
-    /// How far the control may round corners off where the program does not say so, mm; 0 plans a stop at every corner.
+    /// Corner tolerance where the program states none, mm; 0 plans a stop at every corner.
     pub corner_tolerance_mm: f64,
 }
 
@@ -58,57 +62,59 @@ impl Default for ReadSettings {
     }
 }
 
-/// A part program, read and planned.
+/// A part program, interpreted and planned.
 #[derive(Debug)]
 pub struct Part {
     /// File name, for messages.
     pub name: String,
-    /// The program's bytes, blocks and words.
+    /// Bytes, blocks and words of the program.
     pub program: Program,
-    /// How it was read.
+    /// Options of the interpreter.
     pub options: Options,
-    /// Its moves.
+    /// Moves of the program.
     pub toolpath: Toolpath,
-    /// The path in machine coordinates; program coordinates plus the work offset.
+    /// Path in machine coordinates: program coordinates plus work offset.
     pub path: ToolPath,
-    /// For every piece of the path the move that it stands for; `None` for a way that the program does not state (from a tool
-    /// change, from a home position).
+    /// Index of the move of every path piece; `None` for a piece that the program does not state, such as the return
+    /// from a tool change or from a home position.
     pub owners: Vec<Option<usize>>,
-    /// Where its coordinate systems lie on the machine.
+    /// Work offsets of the program on the machine.
     pub placement: Placement,
-    /// What its words mean while it does not say so itself.
+    /// Default meaning of the words: axis positions or tool tip coordinates.
     pub words: ProgramWords,
-    /// What the programmed feed of every move is multiplied by.
+    /// Feed factor of every move.
     pub feed_factors: Vec<f64>,
-    /// How it is planned.
+    /// Planner settings.
     pub settings: PlanSettings,
-    /// What the axes and the path are allowed to do.
+    /// Limits of axes and path.
     pub limits: Limits,
-    /// Positions over time.
+    /// Planned positions over time.
     pub plan: Plan,
-    /// Whether compensated stretches state a path mode of their own, in which the control goes on through points that are put in.
+    /// Whether compensated segments state a path mode of their own, in which the control does not stop at added points.
     pub states_path: bool,
-    /// What the control commanded when it ran the program, one sample each of the plan, where a recorded run says so.
+    /// Recorded command, one sample for each sample of the plan; `None` without a recorded run.
     pub command: Option<Trajectory>,
 }
 
-/// Time over which a correction begins and ends beside moves that must not be shifted, s.
-pub const FADE_S: f64 = 0.03;
+/// Length of the taper of a correction beside moves that are not compensated, s.
+pub const TAPER_S: f64 = 0.03;
 
-/// Share of the time of all feed moves that may go without a stated time before the program counts as one whose time the control plans.
-const UNTIMED: f64 = 0.05;
+/// Largest share of the feed-move time without inverse time at which a program still counts as one that states its
+/// times.
+const UNTIMED_SHARE: f64 = 0.05;
 
 impl Part {
-    /// Interprets and plans the bytes of a program for a setup.
+    /// Interprets and plans a program for a setup.
     ///
     /// # Errors
-    /// [`Error::Program`] when the program holds a feed move that cannot be predicted, with its line; when it moves none of the machine's
-    /// axes at a feed; when a tool length is given on a machine that turns tool or part, whose description holds it.
+    /// [`Error::Program`] with the line of a feed move that cannot be predicted; [`Error::NoFeedMove`] or
+    /// [`Error::NoAxisMoved`] when nothing is planned; [`Error::ToolLengthOfTurningMachine`] when a tool length is
+    /// given for a machine with rotary axes, whose description holds it.
     pub fn read(name: &str, bytes: impl Into<Vec<u8>>, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
         Self::of(name, gcode::parse(bytes), setup, settings)
     }
 
-    /// As [`Part::read`], of a program that is parsed already.
+    /// Same as [`Part::read`], for a parsed program.
     ///
     /// # Errors
     /// As [`Part::read`].
@@ -124,7 +130,7 @@ impl Part {
         Self::planned(name, program, options, &offsets, setup, &plan)
     }
 
-    /// Interprets and plans a program with everything stated.
+    /// Interprets and plans a program with explicit options, work offsets and planner settings.
     ///
     /// # Errors
     /// As [`Part::read`].
@@ -174,7 +180,7 @@ impl Part {
         })
     }
 
-    /// The bytes of another version of the program, its moves a little elsewhere, planned as this one is.
+    /// Plans another version of the program, given as bytes, with the settings of this part.
     ///
     /// # Errors
     /// As [`Part::read`].
@@ -195,10 +201,10 @@ impl Part {
         Self::planned(&self.name, program, self.options, self.placement.offsets(), &setup, &self.settings)
     }
 
-    /// The same program with its feeds multiplied by `factors`, one a move, and planned anew.
+    /// Replans the program with its feeds multiplied by `factors`, one for each move.
     ///
     /// # Errors
-    /// When it cannot be planned.
+    /// When the program cannot be planned.
     pub fn with_feeds(self, factors: Vec<f64>) -> Result<Self> {
         let kinematics = self.plan.desired.kinematics();
         let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words)?;
@@ -207,10 +213,10 @@ impl Part {
         Ok(Self { path, owners, plan, feed_factors: factors, command: None, ..self })
     }
 
-    /// What the control commands when it is given `reference`: this, off by as much as in the recorded run, where there is one.
+    /// Command of the control for `reference`. With a recorded run, its difference from the plan is added.
     ///
     /// # Errors
-    /// When `reference` does not have the plan's samples.
+    /// When the samples of `reference` are not those of the plan.
     pub fn commanded(&self, reference: &Trajectory) -> Result<Trajectory, MotionError> {
         let Some(command) = &self.command else { return Ok(reference.clone()) };
         let shifts = reference.tracking_error(self.plan.desired.trajectory())?;
@@ -218,7 +224,7 @@ impl Part {
         command.with_columns(columns.map(|(at, shift)| at.iter().zip(shift).map(|(at, shift)| at + shift).collect()).collect())
     }
 
-    /// The move that a sample of the plan belongs to.
+    /// Index of the move at a sample of the plan; `None` where the program states none.
     #[must_use]
     pub fn move_at(&self, sample: usize) -> Option<usize> {
         self.owners.get(self.plan.samples.get(sample)?.piece).copied().flatten()
@@ -230,20 +236,21 @@ impl Part {
         self.move_at(sample).is_some_and(|index| self.is_shiftable(&self.toolpath.moves[index]))
     }
 
-    /// Whether a move may be compensated: a feed move whose geometry is known; one that turns axes only on a machine whose kinematics says
-    /// what that does to the tool.
+    /// Whether a move may be compensated: a feed move of known geometry. A move of rotary axes also needs a machine
+    /// whose kinematics include them.
     #[must_use]
     pub fn is_shiftable(&self, of: &Move) -> bool {
         let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();
-        // Tip control is about rotary axes: which, a machine without any does not say.
+        // Tip control concerns rotary axes. The description of a machine without rotary axes does not state their
+        // effect.
         let tip = self.toolpath.modal(of).tool_length == ToolLength::TipControl;
         let stops_within = self.stops_exactly(of) && matches!(of.kind, MoveKind::Arc(_));
         let known = of.shiftable == Shiftable::Yes && !stops_within;
         known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().has_rotary_axes())
     }
 
-    /// Whether the control stops at the end of every line that stands for a move (G9, G61.1) or goes through it exactly (G61, G64 P0), so that points that are
-    /// put in would stop it too.
+    /// Whether the control stops at the end of every line of a move (G9, G61.1) or passes it exactly (G61, G64 P0).
+    /// Added points would then become stops too.
     #[must_use]
     pub fn stops_exactly(&self, of: &Move) -> bool {
         match self.toolpath.modal(of).path {
@@ -254,7 +261,7 @@ impl Part {
         }
     }
 
-    /// Whether feed moves state their time (G93) but for a small share of it, such as an approach.
+    /// Whether feed moves state their times (G93), except for a small share such as an approach.
     #[must_use]
     pub fn states_times(&self) -> bool {
         let moves = (0..self.plan.samples.len()).filter_map(|k| self.move_at(k)).map(|index| &self.toolpath.moves[index]);
@@ -263,35 +270,35 @@ impl Part {
             all += 1;
             stated += usize::from(self.toolpath.modal(step).feed_mode == FeedMode::InverseTime);
         }
-        (all - stated) as f64 <= UNTIMED * all as f64
+        (all - stated) as f64 <= UNTIMED_SHARE * all as f64
     }
 
-    /// What the words of a move mean.
+    /// Meaning of the words of a move.
     #[must_use]
     pub fn words_of(&self, of: &Move) -> ProgramWords {
         words_of(&self.toolpath, of, self.words)
     }
 
-    /// Whether a sample of the plan belongs to a feed move; the nearest one does for a place beyond the ends.
+    /// Whether a sample of the plan belongs to a feed move. A sample index beyond the end counts as the last sample.
     #[must_use]
     pub fn feeds_at(&self, sample: usize) -> bool {
         let sample = sample.min(self.plan.samples.len().saturating_sub(1));
         self.move_at(sample).is_some_and(|index| self.toolpath.moves[index].is_feed())
     }
 
-    /// Line of the program, from 1, that a sample of the plan belongs to.
+    /// Program line, from 1, of a sample of the plan.
     #[must_use]
     pub fn line_at(&self, sample: usize) -> Option<usize> {
         self.move_at(sample).map(|index| self.toolpath.moves[index].block as usize + 1)
     }
 
-    /// Machine minus program coordinates of a move, mm and rad.
+    /// Work offset of a move, machine minus program coordinates, mm and rad.
     #[must_use]
     pub fn offset_of(&self, of: &Move) -> Vec6 {
         offset_of(&self.placement, &self.toolpath, of)
     }
 
-    /// A refusal of what the plan does at a sample, shown at its line.
+    /// Error for a sample of the plan, reported at its program line.
     #[must_use]
     pub fn refused_at(&self, sample: usize, what: String) -> Error {
         let owner = self.plan.samples.get(sample).and_then(|at| self.owners[at.piece..].iter().flatten().next().copied());
@@ -301,11 +308,11 @@ impl Part {
         }
     }
 
-    /// How much of a correction every sample may take: 1 on moves that may be compensated, 0 elsewhere, with a fade at both
-    /// ends of each segment so that it begins and ends exactly where the program says.
+    /// Taper of the correction, one weight a sample: 1 on moves that may be compensated, 0 elsewhere. Each segment
+    /// fades in and out over [`TAPER_S`], so that its ends are those of the program.
     #[must_use]
-    pub fn weights(&self) -> Vec<f64> {
+    pub fn taper(&self) -> Vec<f64> {
         let shiftable: Vec<bool> = (0..self.plan.samples.len()).map(|k| self.shiftable_at(k)).collect();
-        taper(&shiftable, FADE_S / self.plan.desired.trajectory().period_s())
+        taper(&shiftable, TAPER_S / self.plan.desired.trajectory().period_s())
     }
 }

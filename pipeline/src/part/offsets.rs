@@ -1,4 +1,4 @@
-//! Where a program's coordinates lie on the machine.
+//! Work offsets: position of the program's coordinate systems on the machine.
 
 use std::collections::BTreeMap;
 
@@ -6,41 +6,42 @@ use gcode::{Toolpath, WorkOffset};
 use machine::WORK_SYSTEMS;
 use motion::Vec3;
 
-/// A work offset: the coordinate system that it is of, if not of all, and machine minus program coordinates, mm.
+/// A work offset: its coordinate system (`None` for all), and machine minus program coordinates, mm.
 pub type GivenOffset = (Option<&'static str>, [f64; 3]);
 
-/// Work offsets: machine minus program coordinates, mm, as far as they are given.
+/// Known work offsets, machine minus program coordinates, mm.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct WorkOffsets {
-    /// Of every coordinate system that has none of its own.
+    /// Offset of every coordinate system without one of its own.
     all: Option<Vec3>,
-    /// By the index of the system's name in [`WORK_SYSTEMS`].
+    /// Offsets by index of the system's name in [`WORK_SYSTEMS`].
     systems: BTreeMap<usize, Vec3>,
-    /// Added to Z of them all, mm.
+    /// Tool length, added to Z of every offset, mm.
     tool_length_mm: f64,
 }
 
 impl WorkOffsets {
-    /// Those that are `given` (with the name of a coordinate system, or for all), else those of the machine file; with the tool's length, mm.
+    /// Offsets that are `given`, else those of the machine file, plus the tool length, mm. A later entry replaces an
+    /// earlier one.
     #[must_use]
     pub fn new(given: &[GivenOffset], in_file: &BTreeMap<String, [f64; 3]>, tool_length_mm: f64) -> Self {
         let index = |name: &str| WORK_SYSTEMS.iter().position(|known| *known == name);
         let all = given.iter().rev().find(|(system, _)| system.is_none()).map(|(_, offset)| Vec3::from(*offset));
         let mut systems: BTreeMap<usize, Vec3> = BTreeMap::new();
-        // An offset for all on the command line stands above the file's.
+        // A given offset for all systems replaces those of the file.
         let in_file = in_file.iter().filter(|_| all.is_none()).map(|(name, offset)| (name.as_str(), *offset));
         let given = given.iter().filter_map(|(system, offset)| Some(((*system)?, *offset)));
         systems.extend(in_file.chain(given).filter_map(|(name, offset)| Some((index(name)?, Vec3::from(offset)))));
         Self { all, systems, tool_length_mm }
     }
 
-    /// The same with 0,0,0 for coordinate systems that have none.
+    /// The same offsets, with 0,0,0 for systems without one.
     #[must_use]
     pub fn or_zero(self) -> Self {
         Self { all: self.all.or(Some(Vec3::zeros())), ..self }
     }
 
-    /// Where the coordinate systems that `toolpath` cuts in lie.
+    /// Placement of the coordinate systems in which `toolpath` has feed moves.
     #[must_use]
     pub fn placement(&self, toolpath: &Toolpath) -> Placement {
         let cuts = toolpath.moves.iter().filter(|step| step.is_feed());
@@ -51,7 +52,7 @@ impl WorkOffsets {
         placement
     }
 
-    /// The offset of a coordinate system with the tool's length, mm.
+    /// Offset of a coordinate system including the tool length, mm.
     fn of(&self, system: WorkOffset) -> Option<Vec3> {
         let own = match system {
             WorkOffset::Standard(number) => {
@@ -63,7 +64,7 @@ impl WorkOffsets {
     }
 }
 
-/// Where the coordinate systems that a program cuts in lie on the machine: machine minus program coordinates, mm.
+/// Offsets of the coordinate systems in which a program cuts, machine minus program coordinates, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     offsets: WorkOffsets,
@@ -72,37 +73,39 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The offset of a coordinate system, mm; zero for all of them while one that the program cuts in is not known.
+    /// Offset of a coordinate system, mm. All offsets are zero while that of any system in which the program cuts is
+    /// unknown.
     #[must_use]
     pub fn of(&self, system: WorkOffset) -> Vec3 {
         self.offsets.of(system).unwrap_or_default()
     }
 
-    /// Whether the offset of every system that the program cuts in is known.
+    /// Whether the offsets of all systems in which the program cuts are known.
     #[must_use]
     pub fn known(&self) -> bool {
         self.known
     }
 
-    /// Whether the program cuts in systems whose offsets differ.
+    /// Whether the program cuts in systems with different offsets.
     #[must_use]
     pub fn several(&self) -> bool {
         self.several
     }
 
-    /// What says the same of another reading of the program.
+    /// The offsets, for another version of the program.
     #[must_use]
     pub fn offsets(&self) -> &WorkOffsets {
         &self.offsets
     }
 
-    /// All of it farther by `way`, mm, which a log of the program tells; `known` from then on unless said otherwise.
+    /// Adds `by`, mm, an offset found in a log of the program. With `known` the placement counts as known afterwards;
+    /// without it nothing changes.
     #[must_use]
-    pub fn moved(mut self, way: Vec3, known: bool) -> Self {
+    pub fn moved(mut self, by: Vec3, known: bool) -> Self {
         if known {
             let all = if self.known { self.offsets.all } else { Some(Vec3::zeros()) };
-            self.offsets.all = all.map(|offset| offset + way);
-            self.offsets.systems.values_mut().for_each(|offset| *offset += way);
+            self.offsets.all = all.map(|offset| offset + by);
+            self.offsets.systems.values_mut().for_each(|offset| *offset += by);
             self.known = true;
         }
         self
@@ -130,7 +133,7 @@ mod tests {
     const TWO: &str = "G21 G90\nG54\nG0 X0 Y0 Z0\nG1 X10 F600\nG55\nG0 X0 Y0 Z0\nG1 X10\nM30\n";
 
     #[test]
-    fn the_system_that_a_program_cuts_in_says_its_offset() {
+    fn the_offset_is_that_of_the_system_in_which_the_program_cuts() {
         let file: BTreeMap<String, [f64; 3]> = [("G54".into(), [1.0, 2.0, 3.0]), ("G55".into(), [4.0, 5.0, 6.0])].into();
         let unknown = WorkOffsets::default();
         assert_eq!(known(&unknown, ONE), None);
@@ -142,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn two_systems_lie_each_at_its_own_place() {
+    fn two_systems_have_offsets_of_their_own() {
         let two = WorkOffsets::new(&[(Some("G54"), [1.0, 0.0, 0.0]), (Some("G55"), [2.0, 0.0, 0.0])], &BTreeMap::new(), 0.0);
         let placement = placed(&two, TWO);
         assert!(placement.known() && placement.several());

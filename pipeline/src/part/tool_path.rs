@@ -1,4 +1,4 @@
-//! The moves of a program as pieces of a path, in machine coordinates.
+//! Moves of a program as path pieces in machine coordinates.
 
 use std::sync::Arc;
 
@@ -10,22 +10,22 @@ use motion::{Curve, Kinematics, MM_PER_RAD, Piece, RotaryPath, ToolPath, Turning
 use super::offsets::Placement;
 use crate::error::Result;
 
-/// Shorter moves are no moves, mm.
+/// Length below which a move counts as no motion, mm.
 pub const POINT_MM: f64 = 1e-7;
 
-/// What the words of a move mean on a machine whose words otherwise mean `usual`.
+/// Meaning of the words of a move; `usual` without tip control.
 pub(super) fn words_of(toolpath: &Toolpath, of: &Move, usual: ProgramWords) -> ProgramWords {
     if toolpath.modal(of).tool_length == ToolLength::TipControl { ProgramWords::Tip } else { usual }
 }
 
-/// A place as a program states it: X, Y, Z in mm, A, B, C in rad, reckoned where not known.
+/// Program coordinates of a position: X, Y, Z in mm, A, B, C in rad. Unknown coordinates take their nominal value.
 #[must_use]
 pub fn coordinates(of: &Position) -> Vec6 {
     let ([x, y, z], [a, b, c]) = (of.nominal_mm(), of.nominal_rotary_rad());
     Vec6::new(x, y, z, a, b, c)
 }
 
-/// The pieces of the path in machine coordinates, with the move that each stands for.
+/// Path pieces in machine coordinates, with the index of the move of each piece.
 pub(super) fn pieces(
     toolpath: &Toolpath,
     placement: &Placement,
@@ -33,8 +33,8 @@ pub(super) fn pieces(
     kinematics: &dyn Kinematics,
     usual: ProgramWords,
 ) -> Result<(ToolPath, Vec<Option<usize>>)> {
-    let room = toolpath.moves.len();
-    let (path, owners) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    let count = toolpath.moves.len();
+    let (path, owners) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut builder = Builder { path, owners, at: None, words: usual, kinematics };
     for (index, step) in toolpath.moves.iter().enumerate() {
         let offset = offset_of(placement, toolpath, step);
@@ -53,16 +53,16 @@ pub(super) fn pieces(
                     _ => Arc::new(Line { start: linear(&start), end: linear(&end) }),
                 };
                 let length = step.length_mm().unwrap_or(0.0);
-                // Only a machine that turns something counts its rotary axes.
+                // Rotary axes count only where the machine has them.
                 let turned = if kinematics.has_rotary_axes() { rotary(&(end - start)).norm() * MM_PER_RAD } else { 0.0 };
-                let way = length.hypot(turned);
+                let distance = length.hypot(turned);
                 let feed_mm_s = match step.feed {
-                    Some(Feed::Linear { mm_s }) if length > 0.0 => mm_s * way / length,
+                    Some(Feed::Linear { mm_s }) if length > 0.0 => mm_s * distance / length,
                     Some(Feed::Angular { rad_s }) => rad_s * MM_PER_RAD,
-                    Some(Feed::Duration { seconds }) if seconds > 0.0 => way / seconds,
+                    Some(Feed::Duration { seconds }) if seconds > 0.0 => distance / seconds,
                     _ => f64::INFINITY,
                 };
-                if way > POINT_MM {
+                if distance > POINT_MM {
                     let mut piece = Piece::whole(curve, feed_mm_s * feed_factors[index]).turning(builder.turning(start, end));
                     piece.stop_after = exact;
                     if let PathMode::Continuous { tolerance_mm, .. } = mode {
@@ -94,14 +94,14 @@ fn rotary(at: &Vec6) -> Vec3 {
 struct Builder<'a> {
     path: Vec<Piece>,
     owners: Vec<Option<usize>>,
-    /// Where the path has led, in the meaning of `words`.
+    /// End of the path so far, in the meaning of `words`.
     at: Option<Vec6>,
     words: ProgramWords,
     kinematics: &'a dyn Kinematics,
 }
 
 impl Builder<'_> {
-    /// How a move from `start` to `end` turns the tool.
+    /// Rotary motion of a move from `start` to `end`.
     fn turning(&self, start: Vec6, end: Vec6) -> Turning {
         let path = RotaryPath::linear(rotary(&start), rotary(&end));
         match self.words {
@@ -111,7 +111,7 @@ impl Builder<'_> {
         }
     }
 
-    /// From here on coordinates have this meaning; the machine stays where it is.
+    /// Changes the meaning of coordinates from here on. The machine does not move.
     fn set_words(&mut self, words: ProgramWords) -> Result<()> {
         if words != self.words
             && self.kinematics.has_rotary_axes()
@@ -131,14 +131,16 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A straight way at full speed, with rests at both ends; none where the tool is there already.
+    /// Straight rapid with stops at both ends; nothing where the tool is already there.
     fn rapid(&mut self, to: Vec6, owner: Option<usize>) {
         let Some(at) = self.at else {
             self.at = Some(to);
             return;
         };
-        let way = to - at;
-        if linear(&way).norm() > POINT_MM || (self.kinematics.has_rotary_axes() && rotary(&way).norm() > POINT_MM) {
+        let displacement = to - at;
+        if linear(&displacement).norm() > POINT_MM
+            || (self.kinematics.has_rotary_axes() && rotary(&displacement).norm() > POINT_MM)
+        {
             self.stop();
             let line = Line { start: linear(&at), end: linear(&to) };
             let mut piece = Piece::whole(Arc::new(line), f64::INFINITY).turning(self.turning(at, to));
@@ -166,7 +168,7 @@ impl Builder<'_> {
     }
 }
 
-/// Axis positions as words of this meaning state them, machine coordinates.
+/// Axis positions as program coordinates of this meaning, in the machine frame: mm and rad.
 #[must_use]
 pub fn stated(joints: &[f64], kinematics: &dyn Kinematics, words: ProgramWords) -> Vec6 {
     let mut out = Vec6::zeros();
@@ -181,7 +183,8 @@ pub fn stated(joints: &[f64], kinematics: &dyn Kinematics, words: ProgramWords) 
     out
 }
 
-/// The arc of a program as a curve; G18's plane turns Z towards X, which `Plane::axes` keeps right-handed.
+/// A circular arc of the program as a curve. In G18 the rotation is from Z to X, which `Plane::axes` keeps
+/// right-handed.
 fn circular(arc: &gcode::Arc, start: Vec3, end: Vec3, offset: &Vec3) -> Result<CircularArc> {
     let [first, second, normal] = arc.plane.axes();
     let mut center = start;

@@ -1,4 +1,4 @@
-//! Lines of a compensated program, in its own units.
+//! Blocks of a compensated program, in its own units.
 
 use gcode::{FeedMode, Move, Units, append_number, format_number};
 use motion::Vec6;
@@ -7,23 +7,23 @@ use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
 
-/// A point to be written.
+/// End of a line to be written.
 pub(super) struct Target {
-    /// Program coordinates: mm, rad.
+    /// Program coordinates, mm and rad.
     pub(super) point: Vec6,
-    /// When the plan passes it, s.
+    /// Time at which the plan passes the point, s.
     pub(super) time_s: f64,
-    /// Share of the move's way that has been gone.
-    pub(super) way: f64,
+    /// Share of the move's length up to the point, 0…1.
+    pub(super) share: f64,
 }
 
-/// Which of A, B, C a part's machine turns.
-fn turning_axes(part: &Part) -> [bool; 3] {
+/// Which of A, B, C are axes of the part's machine.
+fn rotary_axes(part: &Part) -> [bool; 3] {
     let kinematics = part.plan.desired.kinematics();
     ["a", "b", "c"].map(|name| kinematics.has_rotary_axes() && kinematics.axes().iter().any(|axis| axis.name == name))
 }
 
-/// Most bytes of a usual line.
+/// Usual largest length of a line, bytes.
 const LINE: usize = 96;
 
 fn append_feed(text: &mut String, feed: f64) -> Result<()> {
@@ -36,13 +36,13 @@ fn append_feed(text: &mut String, feed: f64) -> Result<()> {
 pub(super) struct Writer<'a> {
     part: &'a Part,
     settings: &'a RefitSettings,
-    /// Where the written lines have led, program coordinates as rounded: mm, rad.
+    /// End of the last written line in program coordinates as rounded, mm and rad.
     written: Vec6,
-    /// Which of A, B, C the machine turns.
-    turns: [bool; 3],
+    /// Which of A, B, C are axes of the machine.
+    rotary: [bool; 3],
     mode: FeedMode,
     g1_active: bool,
-    /// Feed word in force where feeds are changed.
+    /// Feed word in force where feeds change.
     feed: Option<f64>,
 }
 
@@ -53,14 +53,14 @@ impl<'a> Writer<'a> {
             part,
             settings,
             written: coordinates(&first.start),
-            turns: turning_axes(part),
+            rotary: rotary_axes(part),
             mode: modal.feed_mode,
             g1_active: false,
             feed: first.feed_word,
         }
     }
 
-    /// The line to `target`, which takes this `share` of its move's way.
+    /// Line to `target`, which covers the share `share` of its move's length.
     pub(super) fn line(
         &mut self,
         owner: usize,
@@ -72,17 +72,17 @@ impl<'a> Writer<'a> {
         let step = &self.part.toolpath.moves[owner];
         let mut text = String::with_capacity(LINE);
         self.append_codes(&mut text, step, first_of_block);
-        let way = self.append_coordinates(&mut text, step, target)?;
+        let displacement = self.append_coordinates(&mut text, step, target)?;
         let duration_s = (target.time_s - before_s).max(1e-5);
         match self.settings.encoding {
             TimeEncoding::G93 => append_feed(&mut text, 60.0 / duration_s)?,
-            TimeEncoding::G94 => append_feed(&mut text, (self.length(step, &way) / duration_s * 60.0).max(1e-4))?,
+            TimeEncoding::G94 => append_feed(&mut text, (self.length(step, &displacement) / duration_s * 60.0).max(1e-4))?,
             TimeEncoding::Keep => self.append_own_feed(&mut text, owner, first_of_block, share)?,
         }
         Ok(text)
     }
 
-    /// The codes of feed mode and motion, where they change.
+    /// Writes the codes of feed mode and motion where they change.
     fn append_codes(&mut self, text: &mut String, step: &Move, first_of_block: bool) {
         let (wanted, code) = match self.settings.encoding {
             TimeEncoding::G93 => (FeedMode::InverseTime, "G93"),
@@ -100,23 +100,23 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The words of the axes that move, at least one; and how far they lead as rounded, mm and rad.
+    /// Writes the words of the axes that move, at least one. Returns the displacement as rounded, mm and rad.
     fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Target) -> Result<Vec6> {
         let (toolpath, units, before) = (&self.part.toolpath, self.part.toolpath.modal(step).units, self.written);
         let mut moves = false;
         let decimals = self.settings.decimals + usize::from(units == Units::Inch);
-        for axis in (0..6).filter(|axis| *axis < 3 || self.turns[axis - 3]) {
+        for axis in (0..6).filter(|axis| *axis < 3 || self.rotary[axis - 3]) {
             let at = self.written[axis];
             let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
             let before_word = text.len();
             text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
-            // What a control reads back, so that incremental programs gather no rounding.
+            // The value as the control reads it, so that incremental programs do not accumulate rounding errors.
             let read = match axis {
                 0..3 => append_number(text, value / units.mm(), decimals)? * units.mm(),
                 _ => append_number(text, value.to_degrees(), self.settings.decimals)?.to_radians(),
             };
             let reached = at + (read - toolpath.programmed(step, axis, at, at).unwrap_or_default());
-            // A line needs an axis word, or it is no move.
+            // A line without an axis word is not a move.
             let last_chance = !moves && axis == 2;
             let stated = axis == 0 && self.settings.encoding != TimeEncoding::Keep;
             if (reached - at).abs() > 0.0 || stated || last_chance {
@@ -129,17 +129,19 @@ impl<'a> Writer<'a> {
         Ok(self.written - before)
     }
 
-    /// The length that F counts, in the program's units: that of the linear axes, or where none of them moves of the rotary ones in degrees.
-    fn length(&self, step: &Move, way: &Vec6) -> f64 {
-        let linear = way.fixed_rows::<3>(0).norm() / self.part.toolpath.modal(step).units.mm();
-        let length = if linear > 0.0 { linear } else { way.fixed_rows::<3>(3).norm().to_degrees() };
+    /// Length that F refers to, in program units: that of the linear axes; where none of them moves, that of the rotary
+    /// axes in degrees.
+    fn length(&self, step: &Move, displacement: &Vec6) -> f64 {
+        let linear = displacement.fixed_rows::<3>(0).norm() / self.part.toolpath.modal(step).units.mm();
+        let length = if linear > 0.0 { linear } else { displacement.fixed_rows::<3>(3).norm().to_degrees() };
         length.max(1e-6)
     }
 
-    /// The program's own feed word where it holds, multiplied by the factor of its move.
+    /// Writes the program's own feed word where it applies, times the factor of its move.
     fn append_own_feed(&mut self, text: &mut String, owner: usize, first_of_block: bool, share: f64) -> Result<()> {
         let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
-        // Inverse time holds for one line: the parts of a move share its time. One that only the correction moves gets a hundredth.
+        // Inverse time applies to one line: the parts of a move share its time. A part without a share of the length
+        // gets a hundredth.
         if self.mode == FeedMode::InverseTime && share < 1.0 {
             let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
             return append_feed(text, word * factor / share.max(0.01));
@@ -161,7 +163,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// The line after a segment that puts the program's own feed back.
+    /// Line after a segment that restores the program's own feed.
     pub(super) fn restore(&self, last: &Move) -> Result<Option<String>> {
         if self.settings.encoding == TimeEncoding::Keep {
             // Inverse time holds for one line only.

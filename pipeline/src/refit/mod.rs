@@ -1,7 +1,8 @@
-//! The learned reference, written back into the program.
+//! Refit: writes a learned reference back into its program.
 //!
-//! Points of the original geometry are moved by the correction that holds at their time: the ends of all moves, and within arcs and
-//! long lines as many more as the correction and the arc's shape need. Nothing else of the program changes.
+//! Points of the original geometry are shifted by the correction at their time: the ends of all moves, and as many
+//! points within arcs and long lines as the correction and the shape of the arc need. Everything else in the program is
+//! unchanged. [`write_program`] refits and verifies.
 
 mod block_writer;
 mod modes;
@@ -32,7 +33,7 @@ pub use verify::verify;
 /// When a block cannot be split into several lines.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
     let shifts = shifts(part, reference)?;
-    let rounded = rounds_less(part, settings).then(|| places(part));
+    let rounded = rounds_less(part, settings).then(|| program_points(part));
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted::default();
     let pieces: Vec<usize> = (0..part.owners.len()).collect();
@@ -54,20 +55,20 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     Ok(out)
 }
 
-/// The planned path at every sample, in the program's coordinates: mm, rad.
-fn places(part: &Part) -> Vec<Vec6> {
+/// Planned path at every sample in program coordinates, mm and rad.
+fn program_points(part: &Part) -> Vec<Vec6> {
     let (path, kinematics) = (part.plan.desired.trajectory(), part.plan.desired.kinematics().as_ref());
-    let place = |k: usize| {
+    let point = |k: usize| {
         let (words, offset) = part.move_at(k).map_or((part.words, Vec6::zeros()), |index| {
             let of = &part.toolpath.moves[index];
             (part.words_of(of), part.offset_of(of))
         });
         stated(&path.at(k).collect::<Vec<f64>>(), kinematics, words) - offset
     };
-    (0..path.len()).map(place).collect()
+    (0..path.len()).map(point).collect()
 }
 
-/// The correction of every sample, in the coordinates of the words of its move: mm, rad.
+/// Correction of every sample in the coordinates of its move's words, mm and rad.
 fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
     let desired = &part.plan.desired;
     let kinematics = desired.kinematics().as_ref();
@@ -89,10 +90,11 @@ fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
     Ok((0..reference.len()).into_par_iter().with_min_len(SHARE).map_init(Vec::new, shift).collect())
 }
 
-/// The bytes of `part` with the points of `reference`, read again and checked; and the largest correction of a point, mm.
+/// Program `part` with the points of `reference`, read back and verified. Also returns the largest correction of a
+/// point, mm.
 ///
 /// # Errors
-/// When the program did not pass its check.
+/// When the program cannot be written, or fails verification.
 pub fn write_program(part: &Part, reference: &Trajectory, settings: &RefitSettings, max_shift_mm: f64) -> Result<(Vec<u8>, f64)> {
     let refitted = refit(part, reference, settings)?;
     let bytes = edit(&part.program, &refitted.edits)?;

@@ -1,4 +1,4 @@
-//! Modes of a compensated segment: one feed mode and one path tolerance hold in all of it, and the program's own behind it.
+//! Modes of a compensated segment: one feed mode and one path tolerance within it, the program's own after it.
 
 use gcode::{Dialect, Edits, Move, MoveKind, PathMode, Span, Word, format_number};
 
@@ -6,14 +6,15 @@ use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::Result;
 use crate::part::Part;
 
-/// Share of the program's own path tolerance that compensated segments keep, where that is more than the control's least: rounding takes
-/// less time than following every kink.
-const OF_ITS_OWN: f64 = 0.1;
-/// Share of the program's own merging that segments keep which keep its feeds. Merged points lose their corrections, and not merged ones
-/// cost time: `3D_Chips` (P and Q 0.1 mm) takes 4.6 % longer on LinuxCNC with none, 3.2 % with a fiftieth, 2.1 % with a twentieth.
-const OF_ITS_MERGING: f64 = 0.05;
+/// Share of the program's own path tolerance that compensated segments use, where it exceeds the least tolerance of the
+/// control. Rounding takes less time than following every kink.
+const TOLERANCE_SHARE: f64 = 0.1;
+/// Share of the program's own merging tolerance in segments that keep its feeds. Merged points lose their corrections,
+/// unmerged points cost time: `3D_Chips` (P and Q 0.1 mm) takes 4.6 % longer on LinuxCNC without merging, 3.2 % with a
+/// fiftieth, 2.1 % with a twentieth.
+const MERGING_SHARE: f64 = 0.05;
 
-/// What the program may state in a segment is taken out of it where the segment states another.
+/// Modes of a segment. Codes of other modes are removed from its blocks.
 pub(super) struct Modes<'a> {
     part: &'a Part,
     /// Codes of feed modes other than the segment's.
@@ -22,13 +23,13 @@ pub(super) struct Modes<'a> {
     states_path: bool,
     /// The path mode in force.
     path: PathMode,
-    /// The first block that has not been looked at.
+    /// First block that has not been processed.
     next_block: usize,
 }
 
 impl<'a> Modes<'a> {
-    /// Modes of the segment that begins with `first`; states the path tolerance before it unless the program's own will do. Feed modes are
-    /// stated by the lines.
+    /// Modes of the segment that begins with `first`. States the path tolerance before the segment unless the program's
+    /// own is sufficient. Lines state the feed mode.
     pub(super) fn state(part: &'a Part, settings: &RefitSettings, first: &Move, edits: &mut Edits) -> Result<Self> {
         let other_feeds: &[f64] = match settings.encoding {
             TimeEncoding::G93 => &[94.0, 95.0],
@@ -36,10 +37,10 @@ impl<'a> Modes<'a> {
             TimeEncoding::Keep => &[],
         };
         let (modal, block) = (part.toolpath.modal(first), first.block as usize);
-        let wanted = path_of_stretch(part, settings, modal.path).filter(|_| !part.stops_exactly(first));
+        let wanted = path_of_segment(part, settings, modal.path).filter(|_| !part.stops_exactly(first));
         let mut path = modal.path;
         if let Some(wanted) = wanted
-            && (!will_do(modal.path, wanted) || part.program.block_words(block).iter().any(states_path))
+            && (!is_sufficient(modal.path, wanted) || part.program.block_words(block).iter().any(states_path))
         {
             path = wanted;
             edits.insert_before(&part.program, block, &[stated(path, modal.units.mm())?])?;
@@ -47,8 +48,8 @@ impl<'a> Modes<'a> {
         Ok(Self { part, other_feeds, states_path: wanted.is_some(), path, next_block: block })
     }
 
-    /// Takes other modes out of all blocks up to `block`.
-    pub(super) fn hold_to(&mut self, block: usize, edits: &mut Edits) {
+    /// Removes codes of other modes from all blocks up to `block`.
+    pub(super) fn remove_others(&mut self, block: usize, edits: &mut Edits) {
         let program = &self.part.program;
         for words in (self.next_block..=block).map(|block| program.block_words(block)) {
             let path = self.states_path && words.iter().any(states_path);
@@ -65,7 +66,7 @@ impl<'a> Modes<'a> {
         self.next_block = self.next_block.max(block + 1);
     }
 
-    /// The line that puts the program's own path mode back after `last`.
+    /// Line that restores the program's own path mode after `last`.
     pub(super) fn restore(&self, last: &Move) -> Result<Option<String>> {
         let modal = self.part.toolpath.modal(last);
         if !self.states_path || modal.path == self.path || modal.path == PathMode::Default {
@@ -75,23 +76,23 @@ impl<'a> Modes<'a> {
     }
 }
 
-/// The path mode that a segment states where the program's is `own`, if it states one.
+/// Path mode of a segment where that of the program is `own`; `None` where the segment states none.
 ///
-/// A control that merges points of nearly straight lines loses their times and some of their correction: it may do so only where lines keep
-/// the program's feeds, and within little of what the program allows.
-fn path_of_stretch(part: &Part, settings: &RefitSettings, own: PathMode) -> Option<PathMode> {
+/// A control that merges points of nearly straight lines loses their times and part of their correction. Merging is
+/// therefore allowed only where lines keep the program's feeds, and within a small share of the program's tolerance.
+fn path_of_segment(part: &Part, settings: &RefitSettings, own: PathMode) -> Option<PathMode> {
     let least_mm = settings.path_tolerance_mm.filter(|_| part.options.dialect == Dialect::LinuxCnc)?;
     let PathMode::Continuous { tolerance_mm: Some(own_mm), merge_mm } = own else {
         return Some(PathMode::Continuous { tolerance_mm: Some(least_mm), merge_mm: Some(0.0) });
     };
-    // A tolerance without another for merging is both.
-    let merged_mm = OF_ITS_MERGING * merge_mm.unwrap_or(own_mm);
+    // A tolerance without a merging tolerance stands for both.
+    let merged_mm = MERGING_SHARE * merge_mm.unwrap_or(own_mm);
     let merged_mm = if settings.encoding == TimeEncoding::Keep && merged_mm > least_mm { merged_mm } else { 0.0 };
-    Some(PathMode::Continuous { tolerance_mm: Some(least_mm.max(OF_ITS_OWN * own_mm)), merge_mm: Some(merged_mm) })
+    Some(PathMode::Continuous { tolerance_mm: Some(least_mm.max(TOLERANCE_SHARE * own_mm)), merge_mm: Some(merged_mm) })
 }
 
-/// Whether a segment may run in the mode `own` where `wanted` is asked for: it rounds no more and merges as told.
-fn will_do(own: PathMode, wanted: PathMode) -> bool {
+/// Whether a segment may run in the mode `own` instead of `wanted`: it rounds no more, and merges the same.
+fn is_sufficient(own: PathMode, wanted: PathMode) -> bool {
     match (own, wanted) {
         (
             PathMode::Continuous { tolerance_mm: Some(own_mm), merge_mm: own_merged },
@@ -101,11 +102,12 @@ fn will_do(own: PathMode, wanted: PathMode) -> bool {
     }
 }
 
-/// Whether a control rounds corners less under the tolerance that segments state than under the program's own.
+/// Whether the tolerance of segments is smaller than the program's own for any move, so that the control rounds corners
+/// less.
 pub(super) fn rounds_less(part: &Part, settings: &RefitSettings) -> bool {
     let moves = part.toolpath.moves.iter().filter(|step| part.is_shiftable(step));
     moves.map(|step| part.toolpath.modal(step).path).any(|own| match own {
-        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } if own_mm > 0.0 => match path_of_stretch(part, settings, own) {
+        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } if own_mm > 0.0 => match path_of_segment(part, settings, own) {
             Some(PathMode::Continuous { tolerance_mm: Some(stated_mm), .. }) => stated_mm < own_mm,
             _ => false,
         },
@@ -118,7 +120,7 @@ fn states_path(word: &Word) -> bool {
     word.is(b'G') && [61.0, 61.1, 64.0].contains(&word.value)
 }
 
-/// The words of a path mode, lengths in units of `unit_mm`.
+/// Words of a path mode, lengths in units of `unit_mm`.
 fn stated(path: PathMode, unit_mm: f64) -> Result<String> {
     Ok(match path {
         PathMode::Default => String::new(),
@@ -136,7 +138,8 @@ fn stated(path: PathMode, unit_mm: f64) -> Result<String> {
     })
 }
 
-/// A move after the segment that relies on a motion code which the segment no longer leaves behind gets it stated.
+/// States the motion code of the move after the segment where that move relied on a code that the segment no longer
+/// leaves active.
 pub(super) fn restore_motion_code(part: &Part, last: usize, edits: &mut Edits) {
     let moves = &part.toolpath.moves;
     let Some(next) = moves.get(last + 1) else { return };

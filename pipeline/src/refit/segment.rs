@@ -1,4 +1,4 @@
-//! Consecutive moves that are compensated together.
+//! Segments: consecutive moves that are compensated together.
 
 use gcode::{Move, MoveKind};
 use motion::Vec6;
@@ -11,22 +11,23 @@ use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::Result;
 use crate::part::{POINT_MM, Part, coordinates};
 
-/// Whether the move of a piece of the path may be compensated.
+/// Whether the move of a path piece may be compensated.
 pub(super) fn piece_is_shiftable(part: &Part, piece: usize) -> bool {
     part.owners[piece].is_some_and(|owner| part.is_shiftable(&part.toolpath.moves[owner]))
 }
 
-/// Whether a move is a feed move to where the tool is already.
+/// Whether a move is a feed move without motion.
 fn leads_nowhere(part: &Part, step: &Move) -> bool {
-    let way = coordinates(&step.end) - coordinates(&step.start);
-    matches!(step.kind, MoveKind::Line) && part.is_shiftable(step) && way.norm() <= POINT_MM
+    let displacement = coordinates(&step.end) - coordinates(&step.start);
+    matches!(step.kind, MoveKind::Line) && part.is_shiftable(step) && displacement.norm() <= POINT_MM
 }
 
 /// Consecutive moves that may be compensated.
 pub(super) struct Segment<'a> {
     pub(super) part: &'a Part,
     pub(super) shifts: &'a [Vec6],
-    /// The planned path, where the control is no longer to round the program's corners as far as it did: the points do.
+    /// Planned path in program coordinates, where the control will round corners less than before and the points
+    /// include the rounding.
     pub(super) rounded: Option<&'a [Vec6]>,
     pub(super) settings: &'a RefitSettings,
 }
@@ -38,21 +39,21 @@ impl Segment<'_> {
         let mut last = self.owner(run[0]);
         let mut writer = Writer::new(part, self.settings, &moves[last]);
         let mut modes = Modes::state(part, self.settings, &moves[last], &mut out.edits)?;
-        let targets: Vec<Vec<Target>> = run.par_iter().with_min_len(PIECES).map(|piece| self.targets(*piece)).collect();
+        let targets: Vec<Vec<Target>> = run.par_iter().with_min_len(MOVES_PER_TASK).map(|piece| self.targets(*piece)).collect();
         for (piece, targets) in run.iter().zip(targets) {
             let owner = self.owner(*piece);
             let step = &moves[owner];
             let mut before_s = self.departure(self.start_of(*piece));
             let mut lines = Vec::with_capacity(targets.len());
-            let mut way = 0.0;
+            let mut share = 0.0;
             for target in &targets {
-                lines.push(writer.line(owner, lines.is_empty(), target, before_s, target.way - way)?);
-                (before_s, way) = (target.time_s, target.way);
+                lines.push(writer.line(owner, lines.is_empty(), target, before_s, target.share - share)?);
+                (before_s, share) = (target.time_s, target.share);
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
             last = owner;
-            // A line that leads nowhere has no piece of the path; left as it is, it would lead back to the point as programmed.
+            // A line without motion has no path piece. Unchanged, it would lead back to the programmed point.
             if let Some(end) = targets.last() {
                 while let Some(still) =
                     Some(last + 1).filter(|next| moves.get(*next).is_some_and(|step| leads_nowhere(part, step)))
@@ -63,7 +64,7 @@ impl Segment<'_> {
                     last = still;
                 }
             }
-            modes.hold_to(moves[last].block as usize, &mut out.edits);
+            modes.remove_others(moves[last].block as usize, &mut out.edits);
         }
         let after: Vec<String> = writer.restore(&moves[last])?.into_iter().chain(modes.restore(&moves[last])?).collect();
         out.edits.insert_after(&part.program, moves[last].block as usize, &after)?;
@@ -72,7 +73,7 @@ impl Segment<'_> {
     }
 
     fn owner(&self, piece: usize) -> usize {
-        // Checked by `piece_is_shiftable` for every piece of a run.
+        // `piece_is_shiftable` holds for every piece of a run.
         self.part.owners[piece].unwrap_or_default()
     }
 
@@ -92,19 +93,19 @@ impl Segment<'_> {
         (before as f64 + share) * period
     }
 
-    /// Time at which the plan leaves an arc length, s: the end of the rest where it rests there.
+    /// Time at which the plan leaves an arc length, s: the end of a standstill there.
     fn departure(&self, position_mm: f64) -> f64 {
         let still = self.part.plan.samples.partition_point(|sample| sample.position_mm <= position_mm + POINT_MM);
         let period = self.part.plan.desired.trajectory().period_s();
         self.time_at(position_mm).max(still.saturating_sub(1) as f64 * period)
     }
 
-    /// The correction at a time, mm and rad.
+    /// Correction at a time, mm and rad.
     fn shift_at(&self, time_s: f64) -> Vec6 {
         self.between(self.shifts, time_s)
     }
 
-    /// The value at a time of what is known at every sample.
+    /// Linear interpolation of per-sample values at a time.
     fn between(&self, values: &[Vec6], time_s: f64) -> Vec6 {
         let index = time_s / self.part.plan.desired.trajectory().period_s();
         let last = values.len() - 1;
@@ -121,15 +122,15 @@ impl Segment<'_> {
         let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
         let (from_s, to_s) = (self.departure(from_mm), self.time_at(to_mm));
         let length = (to_mm - from_mm).max(1e-12);
-        // Points of the original geometry, at the share of its length that the plan has passed.
-        let way_at = |time_s: f64| {
+        // Points of the original geometry at the share of its length that the plan has passed.
+        let share_at = |time_s: f64| {
             let index = (time_s / period) as usize;
             let samples = &plan.samples;
             let (a, b) = (samples[index.min(samples.len() - 1)], samples[(index + 1).min(samples.len() - 1)]);
             let position = a.position_mm + (b.position_mm - a.position_mm) * (time_s / period - index as f64);
             ((position - from_mm) / length).clamp(0.0, 1.0)
         };
-        let place = |time_s: f64, share: f64| {
+        let point_at = |time_s: f64, share: f64| {
             if let Some(rounded) = self.rounded {
                 return self.between(rounded, time_s);
             }
@@ -137,31 +138,32 @@ impl Segment<'_> {
             let turned = coordinates(&step.start).lerp(&coordinates(&step.end), share);
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
-        let corrected = |time_s: f64| place(time_s, way_at(time_s)) + self.shift_at(time_s);
-        let end = Target { point: place(to_s, 1.0) + self.shift_at(to_s), time_s: to_s, way: 1.0 };
+        let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
+        let end = Target { point: point_at(to_s, 1.0) + self.shift_at(to_s), time_s: to_s, share: 1.0 };
         let mut targets = Vec::new();
-        let mut start = (from_s, place(from_s, 0.0) + self.shift_at(from_s));
+        let mut start = (from_s, point_at(from_s, 0.0) + self.shift_at(from_s));
         let steps = if exact { 0 } else { ((to_s - from_s) / self.settings.spacing_s).floor() as usize };
-        let mut held = 0;
+        let mut written = 0;
         for i in 1..steps {
-            // The line so far reaches to point `i`; if it leaves the curve in between, the last good point is written.
+            // The line so far ends at point `i`. Where its extension would leave the curve, the last valid point is
+            // written.
             let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
             let next_s = at(i + 1).min(to_s);
             let candidate = corrected(next_s);
-            // Where lines carry times the speed on one is even: a line over a change of speed would be late or early in between.
+            // The speed along a timed line is constant: a line over a change of speed would pass points late or early.
             let even = |time_s: f64| {
                 let share = (time_s - start.0) / (next_s - start.0);
-                let way = way_at(start.0) + (way_at(next_s) - way_at(start.0)) * share;
-                self.settings.encoding == TimeEncoding::Keep || (way_at(time_s) - way).abs() * length <= ALONG_MM
+                let uniform = share_at(start.0) + (share_at(next_s) - share_at(start.0)) * share;
+                self.settings.encoding == TimeEncoding::Keep || (share_at(time_s) - uniform).abs() * length <= ALONG_PATH_MM
             };
-            let fits = (held + 1..=i)
+            let fits = (written + 1..=i)
                 .all(|j| even(at(j)) && off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm)
-                && i - held < MOST_POINTS;
+                && i - written < MOST_POINTS;
             if !fits {
                 let point = corrected(at(i));
-                targets.push(Target { point, time_s: at(i), way: way_at(at(i)) });
+                targets.push(Target { point, time_s: at(i), share: share_at(at(i)) });
                 start = (at(i), point);
-                held = i;
+                written = i;
             }
         }
         targets.push(end);
@@ -169,16 +171,16 @@ impl Segment<'_> {
     }
 }
 
-/// Distance along the path by which a point of a line that carries its time may be passed early or late, mm.
-const ALONG_MM: f64 = 0.02;
+/// Largest error along the path at points of a timed line, mm.
+const ALONG_PATH_MM: f64 = 0.02;
 
-/// Samples over which one line may reach: bounds the work of checking it.
+/// Largest number of samples in one line; it bounds the time of the check.
 const MOST_POINTS: usize = 64;
 
-/// Fewest moves whose points are worth a core of their own.
-const PIECES: usize = 256;
+/// Least number of moves for each parallel task.
+const MOVES_PER_TASK: usize = 256;
 
-/// Lever at which a rotary axis's distance from a line counts, mm.
+/// Lever at which the error of a rotary axis counts, mm.
 const LEVER_MM: f64 = 100.0;
 
 /// Distance of a point from the line between two others, mm.

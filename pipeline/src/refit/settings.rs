@@ -1,22 +1,22 @@
-//! How a compensated program is written.
+//! Output settings of compensated programs.
 
 use machine::ControllerSpec;
 use serde::{Deserialize, Serialize};
 
-/// How the points of a compensated program carry their time.
+/// Time encoding: how the lines of a compensated program state their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TimeEncoding {
     /// Inverse time: `F` is one over the line's duration in minutes.
     G93,
-    /// Units a minute, an `F` on every line.
+    /// Feed per minute: an `F` on every line.
     G94,
     /// The program's own feed words, unchanged.
     Keep,
 }
 
 impl TimeEncoding {
-    /// Its name on the command line.
+    /// Name on the command line: `g93`, `g94` or `keep`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -27,10 +27,10 @@ impl TimeEncoding {
     }
 }
 
-/// How a program is written.
+/// Settings for writing a compensated program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefitSettings {
-    /// How points carry their time.
+    /// Time encoding of the lines.
     pub encoding: TimeEncoding,
     /// Decimals of a coordinate in mm; inch coordinates get one more.
     pub decimals: usize,
@@ -38,18 +38,19 @@ pub struct RefitSettings {
     pub spacing_s: f64,
     /// Largest distance of a line between points from the corrected curve, mm.
     pub chord_tolerance_mm: f64,
-    /// Path tolerance that a stretch states, mm, where the control knows one; `None` keeps the program's own.
+    /// Path tolerance that segments state, mm, where the control has one; `None` keeps the program's own.
     pub path_tolerance_mm: Option<f64>,
 }
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
 const CHORD_TOLERANCE_MM: f64 = 2e-4;
-/// Decimals of coordinates in mm, and time between points, ms, where neither the user nor the machine's profile says: what LinuxCNC needs.
+/// Default decimals of coordinates in mm, and default time between points, ms, where neither the caller nor the control
+/// profile states them: those for LinuxCNC.
 pub const DECIMALS: usize = 6;
 const SPACING_MS: f64 = 4.0;
 
 impl RefitSettings {
-    /// What is given, else what the profile of the control says.
+    /// Given values, else those of the control profile, else the defaults.
     #[must_use]
     pub fn of(
         encoding: TimeEncoding,

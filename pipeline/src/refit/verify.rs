@@ -1,4 +1,4 @@
-//! Our own output, read again before it is written.
+//! Verification of a compensated program, which is read back before it is written.
 
 use gcode::{Move, MoveKind, Options, PathMode};
 use machine::ProgramWords;
@@ -8,19 +8,20 @@ use super::refitted::Refitted;
 use crate::error::VerifyError;
 use crate::part::{Part, coordinates};
 
-/// Rounding of written coordinates, mm, with five decimals or more; fewer round more.
+/// Rounding of written coordinates, mm, with five decimals or more.
 const ROUNDING_MM: f64 = 2e-5;
 
-/// How far rounding to `decimals` may move a coordinate, mm: half a unit, more than that in inch programs, which have one decimal more.
+/// Largest rounding error of a coordinate with `decimals`, mm. It covers inch programs, which have one decimal more.
 fn rounding_mm(decimals: usize) -> f64 {
     ROUNDING_MM.max(1.3 * 0.1_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX)))
 }
 
-/// Reads the compensated program `bytes` and compares every move with what was meant: moves that were not compensated end where they
-/// ended, those that were lead through their targets, and no target is further than `max_shift_mm` from the original curve.
+/// Reads the compensated program `bytes` and compares every move with its intended end. Moves without compensation keep
+/// their ends, compensated moves lead through their targets, and no target lies further than `max_shift_mm` from the
+/// original curve.
 ///
 /// # Errors
-/// Says at which line the output differs; it must then not be written.
+/// Names the line at which the output differs. Such output must not be written.
 pub fn verify(
     part: &Part,
     refitted: &Refitted,
@@ -34,12 +35,12 @@ pub fn verify(
     let toolpath = gcode::interpret(&program, options)?;
     let mut written = toolpath.moves.iter();
     let mut targets = refitted.targets.iter().peekable();
-    let turns = part.plan.desired.kinematics().has_rotary_axes();
+    let has_rotary_axes = part.plan.desired.kinematics().has_rotary_axes();
     for (index, original) in part.toolpath.moves.iter().enumerate() {
         let line = original.block as usize + 1;
         let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
             let Some(same) = written.next() else { return Err(VerifyError::Missing { line }) };
-            // Where the tool waits it stays where the move before left it.
+            // A dwell keeps the end of the move before it.
             let waits = matches!(original.kind, MoveKind::Dwell { .. });
             let alike = std::mem::discriminant(&same.kind) == std::mem::discriminant(&original.kind);
             if !alike || !(waits || ends_alike(same, original)) {
@@ -54,10 +55,11 @@ pub fn verify(
             if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > rounding_mm * 6.0_f64.sqrt() {
                 return Err(VerifyError::Elsewhere { line, is: end, wanted: *point });
             }
-            // Where axes are programmed that turn the tool, tip and axes move apart: there the reference itself was bounded.
-            let bounded = turns && part.words_of(original) == ProgramWords::Axes;
+            // In axis words of a machine with rotary axes, tip and axes move apart. There the reference itself was
+            // bounded.
+            let bounded = has_rotary_axes && part.words_of(original) == ProgramWords::Axes;
             let off = distance(original, Vec3::from(step.end.nominal_mm()));
-            // Points may have taken the control's rounding of the corner upon them.
+            // Points may include the control's rounding of the corner.
             let corner_mm = match part.toolpath.modal(original).path {
                 PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
                 _ => 0.0,
@@ -77,7 +79,7 @@ fn ends_alike(a: &Move, b: &Move) -> bool {
     (coordinates(&a.end) - coordinates(&b.end)).iter().all(|off| off.abs() <= ROUNDING_MM)
 }
 
-/// Distance of a point from a move's curve, mm: nearest of dense points, each refined on its chord.
+/// Distance of a point from the curve of a move, mm: the least over the chords of a dense polyline.
 fn distance(of: &Move, point: Vec3) -> f64 {
     let pieces = match of.kind {
         MoveKind::Arc(arc) => ((arc.sweep.abs() / 0.01).ceil() as usize).clamp(8, 4096),

@@ -1,4 +1,4 @@
-//! One axis: its predictor, fitted to all runs and judged on runs left out.
+//! Predictor of one axis: fitted to all runs, evaluated on held-out runs.
 
 use datasets::Fold;
 use models::{AxisPredictor, HeldOut, OperatingRange, PredictionInterval};
@@ -7,13 +7,13 @@ use training::AxisRun;
 use training::network::NetworkRecipe;
 use training::staged::StagedRecipe;
 
-use super::cross_fit::{self, Judged, only, without};
+use super::cross_fit::{self, FoldErrors, only, without};
 use super::settings::TrainSettings;
 use crate::error::{Error, Result};
 use crate::statistics::rms_max;
 use crate::units::ErrorUnit;
 
-/// The predictor of an axis, with what its manifest says.
+/// Predictor of an axis with the data of its manifest.
 pub(super) struct FittedAxis {
     pub predictor: Box<dyn AxisPredictor>,
     pub held_out: HeldOut,
@@ -22,54 +22,54 @@ pub(super) struct FittedAxis {
     pub note: String,
 }
 
-/// Fits an axis to all runs, and to the runs without each fold, whose errors then judge the same procedure.
+/// Fits an axis to all runs, and to the runs without each fold to evaluate the same procedure on held-out data.
 ///
-/// A predictor that takes minutes to train is not trained again on all runs: that of the first fold is kept.
+/// A predictor whose training takes minutes is not trained again on all runs; the one of the first fold is kept.
 pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
-    let mut judged = Vec::new();
+    let mut fold_errors = Vec::new();
     let mut kept = None;
     let mut networks_paid = 0;
-    let again = settings.recipe.staged.is_some();
-    for fold in if again { folds } else { &folds[..1] } {
+    let refit = settings.recipe.staged.is_some();
+    for fold in if refit { folds } else { &folds[..1] } {
         let (training, held_out) = (without(runs, fold), only(runs, fold));
         let fit = fit_recipe(&training, axis, settings, Network::Try)?;
         networks_paid += usize::from(fit.network);
         let linear = fit_linear(&training, axis, settings.seed)?;
-        judged.push(Judged {
+        fold_errors.push(FoldErrors {
             rich: cross_fit::pieces(fit.predictor.as_ref(), &held_out),
             simple: cross_fit::pieces(linear.predictor.as_ref(), &held_out),
         });
         kept = kept.or(Some(fit));
     }
-    // Stages that pay on folds within the log and not on others are not shipped; who judges does not choose.
-    let choice = cross_fit::choose(&judged, again);
-    let Fit { predictor, note, inner_rms, .. } = match kept.filter(|_| choice.simple || !again) {
+    // A stage is used only where it also helps on the outer folds: data that evaluate a predictor do not choose it.
+    let choice = cross_fit::choose(&fold_errors, refit);
+    let Fit { predictor, note, inner_rms, .. } = match kept.filter(|_| choice.simple || !refit) {
         Some(fit) if choice.simple => {
             let note = format!("{}; worse than the linear law on held-out runs, which is taken instead", fit.note);
             Fit { note, ..fit_linear(runs, axis, settings.seed)? }
         }
         Some(fit) => fit,
-        // Where the folds agree whether a network pays, it need not be found out again: that takes longer than all the rest.
+        // Where all folds agree on the network, the trial is skipped. It takes longer than all other steps together.
         None => {
             let network = match networks_paid {
                 0 => Network::Skip,
-                paid if paid == judged.len() => Network::Take,
+                paid if paid == fold_errors.len() => Network::Take,
                 _ => Network::Try,
             };
             fit_recipe(runs, axis, settings, network)?
         }
     };
     let covered =
-        runs.iter().zip(&folds[0]).filter(|(_, rows)| again || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
+        runs.iter().zip(&folds[0]).filter(|(_, rows)| refit || rows.is_empty()).map(|(run, _)| run.reference.as_slice());
     let coverage = OperatingRange::of(covered, period_of(runs));
-    let (band, band_held) = cross_fit::bands(runs, &choice.pieces, coverage.velocity);
+    let (band, band_held) = cross_fit::prediction_interval(runs, &choice.pieces, coverage.velocity);
     let errors: Vec<f64> = choice.pieces.iter().flat_map(|piece| &piece.errors).copied().collect();
     let (rms, max) = rms_max(&errors);
-    let linear: Vec<f64> = judged.iter().flat_map(|judged| &judged.simple).flat_map(|piece| &piece.errors).copied().collect();
+    let linear: Vec<f64> = fold_errors.iter().flat_map(|fold| &fold.simple).flat_map(|piece| &piece.errors).copied().collect();
     let raw = cross_fit::tracking_errors(runs, &choice.pieces);
     let worst_window = cross_fit::worst_window(&choice.pieces, period_of(runs));
-    // What was fitted to all runs says what its errors are like in all of them; how large they are is for rows that were left out to say.
-    let spread = match inner_rms.filter(|_| again) {
+    // The predictor fitted to all runs gives the shape of its errors; the held-out samples give their size.
+    let spread = match inner_rms.filter(|_| refit) {
         Some(inner_rms) => {
             let kept = cross_fit::pieces(predictor.as_ref(), runs);
             cross_fit::spread(runs, &kept, coverage.velocity, inner_rms, &choice.pieces)
@@ -78,7 +78,7 @@ pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: 
     };
     let band = band.with_spread(spread);
     let (linear_rms, raw_rms) = (rms_max(&linear).0, rms_max(&raw).0);
-    let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: judged.len(), worst_window };
+    let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: fold_errors.len(), worst_window };
     Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
 }
 
@@ -89,18 +89,18 @@ fn period_of(runs: &[AxisRun]) -> f64 {
 /// A predictor fitted to runs.
 struct Fit {
     predictor: Box<dyn AxisPredictor>,
-    /// What it is made of.
+    /// Summary of its structure.
     note: String,
-    /// Whether a network on what the stages leave is part of it.
+    /// Whether it includes a network on the residual of the stages.
     network: bool,
-    /// What its stages leave in the cross-validation by which they were chosen, mm or rad; `None` of a network alone.
+    /// RMS residual of its stages in their own cross-validation, mm or rad; `None` for a network alone.
     inner_rms: Option<f64>,
 }
 
-/// What becomes of a network on what the stages leave.
+/// Treatment of the network on the residual of the stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Network {
-    /// It is trained on a part of the rows, and again on all of them if it pays on the others.
+    /// Train it on part of the samples; train it again on all of them if it lowers the error on the others.
     Try,
     Take,
     Skip,
@@ -114,13 +114,13 @@ fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, network: 
     }
 }
 
-/// The linear law alone.
+/// Linear stage alone.
 fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
     let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
     fit_stages(runs, &law, None, axis, seed)
 }
 
-/// The staged predictor, with a network on what it leaves where that pays.
+/// Grey-box cascade, with a network on its residual where that lowers the error.
 fn fit_stages(
     runs: &[AxisRun],
     recipe: &StagedRecipe,
@@ -158,7 +158,7 @@ fn fit_stages(
     Ok(Fit { predictor, note, network: kept.is_some(), inner_rms: report.held_out_rms() })
 }
 
-/// A network on the papers' features. Early stopping chooses by runs of its own, so that the held-out figures stay honest.
+/// Network on the papers' features. Early stopping uses runs of its own, so that the held-out figures stay unbiased.
 fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: &TrainSettings) -> Result<Fit> {
     let (fitted, validation) = validation_split(runs);
     let trained = match &settings.checkpoints {
@@ -172,7 +172,7 @@ fn fit_network(runs: &[AxisRun], recipe: &NetworkRecipe, axis: &Axis, settings: 
     Ok(Fit { predictor: trained.predictor, note, network: false, inner_rms: None })
 }
 
-/// One run in six, at least one, to stop early by; of a single run a sixth of its rows.
+/// Split for early stopping: one run in six, at least one; of a single run its last sixth.
 fn validation_split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
     if let [run] = runs {
         let rows = run.scored();

@@ -1,4 +1,4 @@
-//! What a fitting procedure reaches on rows that neither fitted nor chose its result.
+//! Cross-fit: errors of a fitting procedure on samples that neither fitted nor chose its result.
 
 use std::ops::Range;
 
@@ -8,49 +8,49 @@ use training::AxisRun;
 
 use crate::statistics::rms_max;
 
-/// Errors of a prediction over rows of a run that were held out from it: prediction minus measurement, mm or rad.
+/// Errors over a range of held-out samples of one run: prediction minus measurement, mm or rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// Index of the run.
     pub run: usize,
-    /// The rows.
+    /// Sample range in the run.
     pub rows: Range<usize>,
-    /// One a row.
+    /// Error of every sample, mm or rad.
     pub errors: Vec<f64>,
 }
 
-/// One fold, judged: what a rich predictor and what a simpler one, neither fitted to it, make of it.
+/// Errors on one held-out fold of a rich and of a simpler predictor, neither fitted to it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
+pub struct FoldErrors {
     /// Errors of the rich predictor.
     pub rich: Vec<Piece>,
-    /// Errors of the simpler one on the same rows.
+    /// Errors of the simpler predictor on the same samples.
     pub simple: Vec<Piece>,
 }
 
-/// Which of the two is kept, and the errors that speak for it.
+/// Choice between the two predictors, and the held-out errors that belong to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
-    /// Whether the simpler one is kept.
+    /// Whether the simpler predictor is chosen.
     pub simple: bool,
-    /// On every row held out, the errors of the predictor that the other rows chose.
+    /// Errors on every held-out sample, of the predictor that the other samples choose.
     pub pieces: Vec<Piece>,
 }
 
-/// All runs with the rows that the fold does not hold out; runs of which nothing is left are left out.
+/// All runs without the samples of the fold. Empty runs are removed.
 #[must_use]
 pub fn without(runs: &[AxisRun], fold: &Fold) -> Vec<AxisRun> {
     let kept = runs.iter().zip(fold).map(|(run, rows)| run.without(rows));
     kept.filter(|run| !run.rows.is_empty()).collect()
 }
 
-/// All runs, each with the rows that the fold holds out of it, which may be none.
+/// All runs, each with only the samples of the fold, possibly none.
 #[must_use]
 pub fn only(runs: &[AxisRun], fold: &Fold) -> Vec<AxisRun> {
     runs.iter().zip(fold).map(|(run, rows)| run.only(rows)).collect()
 }
 
-/// Errors on the scored rows of `runs`, in order; `runs` hold those rows alone.
+/// Errors on the scored samples of `runs`, in order. `runs` must hold held-out samples only.
 #[must_use]
 pub fn pieces(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<Piece> {
     let of = |(index, run): (usize, &AxisRun)| -> Vec<Piece> {
@@ -65,13 +65,14 @@ pub fn pieces(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<Piece> {
     runs.iter().enumerate().flat_map(of).collect()
 }
 
-/// Keeps the simpler predictor where the rich predictor does worse on the rows held out, if there is a choice.
+/// Chooses the simpler predictor where the rich one is worse on held-out samples; with `free` false always the rich
+/// one.
 ///
-/// A part of the rows is judged by what the other parts choose, so that the figures are not those of a choice made by themselves. The
-/// parts are the folds, or the two halves of a single one.
+/// Each part of the samples is evaluated with the choice of the other parts, so that the figures do not come from their
+/// own choice. The parts are the folds, or the two halves of a single fold.
 #[must_use]
-pub fn choose(folds: &[Judged], free: bool) -> Choice {
-    let parts: Vec<Judged> = match folds {
+pub fn choose(folds: &[FoldErrors], free: bool) -> Choice {
+    let parts: Vec<FoldErrors> = match folds {
         [only] => halves(only),
         _ => folds.to_vec(),
     };
@@ -80,28 +81,29 @@ pub fn choose(folds: &[Judged], free: bool) -> Choice {
         let others = costs.iter().enumerate().filter(|(index, _)| Some(*index) != without);
         free && others.map(|(_, cost)| cost).sum::<f64>() > 0.0
     };
-    let judged =
-        |(index, part): (usize, &Judged)| if prefers_simple(Some(index)) { part.simple.clone() } else { part.rich.clone() };
-    Choice { simple: prefers_simple(None), pieces: parts.iter().enumerate().flat_map(judged).collect() }
+    let fold_errors =
+        |(index, part): (usize, &FoldErrors)| if prefers_simple(Some(index)) { part.simple.clone() } else { part.rich.clone() };
+    Choice { simple: prefers_simple(None), pieces: parts.iter().enumerate().flat_map(fold_errors).collect() }
 }
 
-/// Largest ratio of two errors that counts.
-const MOST_RATIO: f64 = 5.0;
+/// Bound of the error ratio of a piece.
+const MAX_RATIO: f64 = 5.0;
 
-/// Sum over the rows of the logarithm of the rich predictor's error over the simpler one's, both over a piece.
+/// Sum over the samples of ln(RMS of the rich predictor / RMS of the simpler one), each RMS over a piece.
 ///
-/// Logarithms let every run speak: sums of squares are those of the one run whose kind the others lack, and the kept predictor is fitted to that one too.
-fn gain_of_simple(judged: &Judged) -> f64 {
+/// The logarithm weighs all runs alike. A sum of squares would follow the single run of a kind that the others lack, to
+/// which the final predictor is fitted too.
+fn gain_of_simple(fold_errors: &FoldErrors) -> f64 {
     let gain = |(rich, simple): (&Piece, &Piece)| {
         let (rich_rms, simple_rms) = (rms_max(&rich.errors).0, rms_max(&simple.errors).0);
         let ratio = if rich_rms > 0.0 || simple_rms > 0.0 { rich_rms / simple_rms } else { 1.0 };
-        ratio.clamp(1.0 / MOST_RATIO, MOST_RATIO).ln() * rich.errors.len() as f64
+        ratio.clamp(1.0 / MAX_RATIO, MAX_RATIO).ln() * rich.errors.len() as f64
     };
-    judged.rich.iter().zip(&judged.simple).map(gain).sum()
+    fold_errors.rich.iter().zip(&fold_errors.simple).map(gain).sum()
 }
 
-/// A fold in two, by rows.
-fn halves(fold: &Judged) -> Vec<Judged> {
+/// Splits a fold into two halves by samples.
+fn halves(fold: &FoldErrors) -> Vec<FoldErrors> {
     let half = |of: &[Piece], second: bool| -> Vec<Piece> {
         let total: usize = of.iter().map(|piece| piece.errors.len()).sum();
         let mut seen = 0;
@@ -117,19 +119,20 @@ fn halves(fold: &Judged) -> Vec<Judged> {
         }
         out
     };
-    [false, true].map(|second| Judged { rich: half(&fold.rich, second), simple: half(&fold.simple, second) }).to_vec()
+    [false, true].map(|second| FoldErrors { rich: half(&fold.rich, second), simple: half(&fold.simple, second) }).to_vec()
 }
 
-/// Tracking errors of the rows of `pieces`.
+/// Tracking errors of the samples of `pieces`, mm or rad.
 #[must_use]
 pub fn tracking_errors(runs: &[AxisRun], pieces: &[Piece]) -> Vec<f64> {
     let error = |run: &AxisRun, k: usize| run.reference[k] - run.actual[k];
     pieces.iter().flat_map(|piece| piece.rows.clone().map(|k| error(&runs[piece.run], k))).collect()
 }
 
-/// The band of all pieces, and the share of errors in a quarter of each piece that a band of the other three holds, over all four.
+/// Prediction interval of all pieces, and its coverage probability by fourfold cross-validation: each quarter of every
+/// piece is tested with an interval fitted to the other three.
 #[must_use]
-pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (PredictionInterval, f64) {
+pub fn prediction_interval(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (PredictionInterval, f64) {
     let part = |from: f64, to: f64| -> Vec<(AxisSignal<'_>, Vec<f64>)> {
         pieces
             .iter()
@@ -153,7 +156,7 @@ pub fn bands(runs: &[AxisRun], pieces: &[Piece], top_speed: f64) -> (PredictionI
     (PredictionInterval::fit(&part(0.0, 1.0), top_speed), if all > 0.0 { held / all } else { 0.0 })
 }
 
-/// What errors like those of `pieces` are like where they are as large as `expected` and at most as large as on the `held_out` ones, mm or rad.
+/// Error distribution fitted to `pieces`, scaled to the RMS `expected` and at most to the RMS of `held_out`, mm or rad.
 #[must_use]
 pub fn spread(runs: &[AxisRun], pieces: &[Piece], top_speed: f64, expected: f64, held_out: &[Piece]) -> Option<Spread> {
     let of = |piece: &Piece| {
@@ -163,10 +166,10 @@ pub fn spread(runs: &[AxisRun], pieces: &[Piece], top_speed: f64, expected: f64,
     Spread::fit(&pieces.iter().map(of).collect::<Vec<_>>(), top_speed, expected, figures(held_out).0)
 }
 
-/// Time over which errors are summed up to see how unevenly they fall, s: a short motion, some reversals.
+/// Window for the unevenness of errors, s: a short motion with some reversals.
 const WINDOW_S: f64 = 2.0;
 
-/// Largest RMS error over a window of two seconds, over the RMS of all; 1 where no piece is as long.
+/// Largest RMS error of a two-second window divided by the overall RMS; 1 where no piece is as long.
 #[must_use]
 pub fn worst_window(pieces: &[Piece], period_s: f64) -> f64 {
     let samples = (WINDOW_S / period_s).round().max(1.0) as usize;
@@ -176,7 +179,7 @@ pub fn worst_window(pieces: &[Piece], period_s: f64) -> f64 {
     if overall > 0.0 { worst / overall } else { 1.0 }
 }
 
-/// Root mean square and largest magnitude of the errors of `pieces`.
+/// RMS and largest magnitude of the errors of `pieces`, mm or rad.
 #[must_use]
 pub fn figures(pieces: &[Piece]) -> (f64, f64) {
     rms_max(&pieces.iter().flat_map(|piece| &piece.errors).copied().collect::<Vec<f64>>())
@@ -186,25 +189,26 @@ pub fn figures(pieces: &[Piece]) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    fn fold(rich: f64, simple: f64) -> Judged {
+    fn fold(rich: f64, simple: f64) -> FoldErrors {
         let pieces = |error: f64| vec![Piece { run: 0, rows: 0..10, errors: vec![error; 10] }];
-        Judged { rich: pieces(rich), simple: pieces(simple) }
+        FoldErrors { rich: pieces(rich), simple: pieces(simple) }
     }
 
     #[test]
-    fn each_fold_is_judged_by_what_the_others_choose() {
-        // Together the folds keep the rich predictor; without the second one they would keep the simpler one, so that one judges it.
+    fn each_fold_is_evaluated_with_the_choice_of_the_others() {
+        // All folds together choose the rich predictor. Without the second fold they would choose the simpler one,
+        // which is therefore evaluated on it.
         let folds = [fold(1.2, 1.0), fold(1.0, 5.0), fold(1.2, 1.0)];
         let choice = choose(&folds, true);
         assert!(!choice.simple);
-        let judged: Vec<f64> = choice.pieces.iter().map(|piece| piece.errors[0]).collect();
-        assert_eq!(judged, [1.2, 5.0, 1.2]);
+        let fold_errors: Vec<f64> = choice.pieces.iter().map(|piece| piece.errors[0]).collect();
+        assert_eq!(fold_errors, [1.2, 5.0, 1.2]);
         assert!(choose(&[fold(2.0, 1.0), fold(2.0, 1.0)], true).simple);
         assert!(!choose(&[fold(2.0, 1.0), fold(2.0, 1.0)], false).simple);
     }
 
     #[test]
-    fn a_single_fold_is_judged_by_halves() {
+    fn a_single_fold_is_evaluated_by_halves() {
         let choice = choose(&[fold(2.0, 1.0)], true);
         assert!(choice.simple);
         assert_eq!(choice.pieces.iter().map(|piece| piece.rows.clone()).collect::<Vec<_>>(), [0..5, 5..10]);

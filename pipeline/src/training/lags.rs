@@ -1,9 +1,10 @@
-//! How late the axes follow their commands.
+//! Lag of the axes behind their commands.
 
 use datasets::Log;
 use motion::lag_s;
 
-/// Delay that the moving axes share, s: the mean of their lags, each over all runs. It hardly hurts a contour; differences between axes do.
+/// Common delay of the moving axes, s: the mean of their lags. It has little effect on the contour, unlike lag
+/// differences between axes.
 pub(super) fn common_delay_s(logs: &[Log], moving: &[usize]) -> f64 {
     let lags: Vec<f64> = moving.iter().filter_map(|&axis| axis_lag_s(logs, axis)).collect();
     lags.iter().sum::<f64>() / lags.len().max(1) as f64

@@ -1,4 +1,4 @@
-//! Limits of a machine that nobody described: what its log reached.
+//! Machine limits from a log, where no description is given.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,14 @@ use motion::{AxisKind, PlanSettings};
 
 use crate::error::Result;
 
-/// Jerk lets the acceleration swing from one limit to the other in this time, s.
+/// Time in which the acceleration may change from one limit to the other, s; it sets the jerk.
 const RISE_S: f64 = 0.02;
 
-/// Time on either side over which accelerations are taken, s: between neighbouring samples the steps of a rounded command pass for them.
+/// Half-width of the central difference for accelerations, s. Between neighbouring samples the rounding steps of a
+/// command would count as acceleration.
 const SPAN_S: f64 = 0.01;
 
-/// Largest acceleration of some runs of an axis, mm/s² or rad/s².
+/// Largest acceleration of an axis over its runs, mm/s² or rad/s².
 fn acceleration<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> f64 {
     let span = (SPAN_S / period_s).round().max(1.0) as usize;
     let time_s = span as f64 * period_s;
@@ -24,7 +25,7 @@ fn acceleration<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> f64
         / (time_s * time_s)
 }
 
-/// A description with the speeds and accelerations that the axes `moving` of `logs` reached.
+/// Machine description with the largest speeds and accelerations of the axes `moving` in `logs`.
 ///
 /// # Errors
 /// When an axis never moved.

@@ -1,4 +1,7 @@
-//! From logs to a model: checks, splits, one predictor an axis, figures on runs that training never saw.
+//! Training: from logs to a model.
+//!
+//! [`train`] checks the logs, splits them into folds, fits one predictor for each axis, and evaluates it on held-out
+//! runs. [`adapt`] refits a model to another machine with a few seconds of log.
 
 mod adaptation;
 mod axis;
@@ -27,34 +30,35 @@ use crate::units::ErrorUnit;
 pub use adaptation::{Adapted, AdaptedAxis, adapt};
 pub use settings::TrainSettings;
 
-/// Samples that the folds of a cross-fit go over together, and most folds: a short log, of which one part says little, is judged in three, a
-/// long one, whose fit takes a minute, in one. Only time speaks against more.
+/// Total samples over which cross-fit folds run, and the largest number of folds. A short log gets three folds, since
+/// one part gives a poor estimate; a long log, whose fit takes a minute, gets one. The bound limits computing time.
 const FOLD_SAMPLES: usize = 60_000;
 const MOST_FOLDS: usize = 3;
 
-/// A model and how it was found.
+/// A trained model with notes on its axes.
 #[derive(Debug)]
 pub struct Trained {
     /// The model.
     pub bundle: Bundle,
-    /// Notes on every axis: stages tried, epochs run.
+    /// One note for each axis: stages tried, epochs run.
     pub notes: Vec<String>,
-    /// Axes that the log holds but that never moved.
+    /// Names of the axes in the log that never moved.
     pub left_out: Vec<String>,
-    /// Lag of every axis of the model, s.
+    /// Lag of every axis of the model, s; `None` where it cannot be determined.
     pub lags_s: Vec<Option<f64>>,
 }
 
-/// Checks logs for training and reads what is wrong with them.
+/// Checks logs for training; the report lists their faults.
 #[must_use]
 pub fn check(logs: &[Log]) -> Report {
     assess_runs(logs, Purpose::Training)
 }
 
-/// Trains a model on `logs`; `spec` gives limits and kinematics, without it they are taken from what the logs reached.
+/// Trains a model on `logs`. `spec` gives limits and kinematics; without it the limits are the largest speeds and
+/// accelerations in the logs.
 ///
 /// # Errors
-/// When the logs are not fit for training; says why. When `progress` asks to stop.
+/// When the logs are not fit for training, with the reasons, or `progress` cancels.
 pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings, progress: Progress<'_>) -> Result<Trained> {
     let report = check(logs);
     if report.is_refused() {
@@ -125,16 +129,16 @@ fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
     }
 }
 
-/// An axis of which a model leaves more than half of the error on data that it never saw.
+/// An axis whose model leaves more than half of the tracking error on held-out data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
     /// Name of the axis.
     pub axis: String,
     /// Unit in which its errors are shown.
     pub unit: ErrorUnit,
-    /// What the model leaves, mm or rad.
+    /// RMS error of the model on held-out data, mm or rad.
     pub rms: f64,
-    /// The tracking error itself, mm or rad.
+    /// RMS tracking error on the same data, mm or rad.
     pub raw_rms: f64,
 }
 
@@ -150,14 +154,15 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Share of the tracking error from which on what a model leaves is worth a warning.
-const LEAVES_MUCH: f64 = 0.5;
+/// Share of the tracking error above which the residual error raises a warning.
+const DOUBTFUL_SHARE: f64 = 0.5;
 
 impl Trained {
-    /// What speaks against the model: axes of which it leaves more than half of the error on data that it never saw.
+    /// Axes whose model leaves more than half of the tracking error on held-out data.
     ///
     /// # Errors
-    /// When an axis is predicted worse than by no model at all: such a model must not be written.
+    /// [`Error::NoBetterThanNoModel`] when an axis is predicted no better than without a model. Such a model must not
+    /// be written.
     pub fn doubts(&self) -> Result<Vec<Doubt>> {
         let mut doubts = Vec::new();
         for axis in &self.bundle.manifest.axes {
@@ -166,7 +171,7 @@ impl Trained {
             if rms.is_nan() || rms >= raw_rms {
                 return Err(Error::NoBetterThanNoModel { axis: axis.name.clone(), unit, rms, raw_rms });
             }
-            if rms > LEAVES_MUCH * raw_rms {
+            if rms > DOUBTFUL_SHARE * raw_rms {
                 doubts.push(Doubt { axis: axis.name.clone(), unit, rms, raw_rms });
             }
         }

@@ -1,22 +1,22 @@
-//! What is asked of a training.
+//! Settings of a training.
 
 use training::Recipe;
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainSettings {
-    /// How axes are predicted.
+    /// Recipe of the predictors.
     pub recipe: Recipe,
-    /// Share of the samples that is held out, as whole runs.
+    /// Share of the samples that is held out, as whole runs, 0…1.
     pub held_out: f64,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Folder for the networks' checkpoints.
+    /// Folder for checkpoints of networks; `None` writes none.
     pub checkpoints: Option<std::path::PathBuf>,
 }
 
 impl TrainSettings {
-    /// The usual settings for a recipe.
+    /// Default settings for a recipe: one fifth of the samples is held out.
     #[must_use]
     pub fn of(recipe: Recipe, seed: u64) -> Self {
         Self { recipe, held_out: 0.2, seed, checkpoints: None }
