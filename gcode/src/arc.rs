@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::modal::{Plane, Units};
 
-/// Ends closer than this, in mm, are the same point: a full circle.
+/// End points closer than this, in mm, coincide: the arc is a full circle.
 const SAME_POINT_MM: f64 = 1e-9;
 
-/// An arc in its plane; with a different start and end along the normal it is a helix.
+/// An arc in its plane. It is a helix if start and end differ along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     /// The plane.
@@ -16,23 +16,23 @@ pub struct Arc {
     pub centre_mm: [f64; 2],
     /// Radius at the start, mm.
     pub radius_start_mm: f64,
-    /// Radius at the end, mm: differs from the start's by the program's rounding.
+    /// Radius at the end, mm. It differs from the start radius by the rounding of the program.
     pub radius_end_mm: f64,
     /// Angle of the start about the centre, rad, from the plane's first axis to its second.
     pub start_angle: f64,
-    /// Angle turned, rad, positive counter-clockwise (G3); beyond ±2π for several turns.
+    /// Swept angle, rad, positive counter-clockwise (G3), beyond ±2π for several turns.
     pub sweep: f64,
 }
 
-/// How far an arc's radius may differ between its ends: refused above `coarse_mm`, and above `fine_mm` where it is also more
-/// than `relative` of the radius.
+/// Tolerance on the difference between the radii at start and end. An arc is refused above
+/// `coarse_mm`, and above `fine_mm` if the difference also exceeds `relative` times the radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcTolerance {
-    /// Never accepted above, mm.
+    /// Upper limit, mm: a larger difference is always refused.
     pub coarse_mm: f64,
-    /// Always accepted up to, mm.
+    /// A difference up to this, mm, is always accepted.
     pub fine_mm: f64,
-    /// Accepted between the two up to this part of the radius.
+    /// Between the two limits, accepted up to this fraction of the radius.
     pub relative: f64,
 }
 
@@ -92,7 +92,8 @@ impl Arc {
         Ok(Self { plane, centre_mm: centre, radius_start_mm, radius_end_mm, start_angle, sweep })
     }
 
-    /// The arc of radius `|radius|` from `start` to `end`; a negative radius takes the long way.
+    /// The arc of radius `|radius|` from `start` to `end`. A negative radius selects the arc above
+    /// 180°.
     pub(crate) fn with_radius(
         plane: Plane,
         start: [f64; 2],
@@ -125,7 +126,8 @@ impl Arc {
         [self.centre_mm[0] + radius * cos, self.centre_mm[1] + radius * sin]
     }
 
-    /// Length of the helix that rises by `rise_mm` along the normal, mm: `√((r̄·θ)² + Δr² + h²)`, exact where the radii agree.
+    /// Length of the helix that rises by `rise_mm` along the normal, mm: `√((r̄·θ)² + Δr² + h²)`.
+    /// Exact for equal radii.
     pub fn length_mm(&self, rise_mm: f64) -> f64 {
         let mean = 0.5 * (self.radius_start_mm + self.radius_end_mm);
         let radial = self.radius_end_mm - self.radius_start_mm;

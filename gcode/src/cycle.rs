@@ -1,4 +1,4 @@
-//! Canned cycles: recognised and followed, not expanded.
+//! Canned cycles. They are recognised and their end position is tracked. They are not expanded.
 
 use crate::dialect::Dialect;
 use crate::modal::ReturnLevel;
@@ -8,15 +8,15 @@ use crate::modal::ReturnLevel;
 pub struct Cycle {
     /// The code, 81 for G81.
     pub code: u16,
-    /// Bottom along the tool axis, mm, where known.
+    /// Bottom along the tool axis, mm, if known.
     pub bottom_mm: Option<f64>,
-    /// R level along the tool axis, mm, where known.
+    /// R level along the tool axis, mm, if known.
     pub retract_mm: Option<f64>,
-    /// How often it runs (L in LinuxCNC, K in Fanuc).
+    /// Number of repeats (L in LinuxCNC, K in Fanuc).
     pub repeats: u32,
 }
 
-/// The modal part of a run of cycles: later blocks repeat it at other places.
+/// Modal state of a series of cycles. Later blocks repeat the cycle at other positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CycleState {
     pub code: u16,
@@ -26,7 +26,7 @@ pub(crate) struct CycleState {
 }
 
 impl CycleState {
-    /// Where the tool axis stands after an execution.
+    /// Tool-axis position after one execution.
     pub fn end_level(&self, level: ReturnLevel, dialect: Dialect) -> Option<f64> {
         match (level, dialect) {
             (ReturnLevel::Retract, _) => self.retract_mm,

@@ -1,43 +1,43 @@
-//! Faults and remarks about a program, shown with the line and a caret under the word.
+//! Errors and warnings about a program, displayed with the line and a caret under the word.
 
 use std::fmt::Write as _;
 
 use crate::program::Program;
 use crate::word::Span;
 
-/// Longest stretch of a line that is shown, in bytes.
+/// Longest part of a line that is displayed, bytes.
 const SHOWN_BYTES: usize = 120;
-/// Bytes shown before the caret when the line is longer than that.
+/// Bytes displayed before the caret if the line is longer than that.
 const SHOWN_BEFORE: usize = 60;
 
-/// How bad a diagnostic is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Severity {
     /// The program is refused.
     Error,
-    /// The program is accepted; the reader should know.
+    /// The program is accepted. The user should know of the condition.
     Warning,
 }
 
-/// One fault or remark, tied to the bytes that it is about.
+/// One error or warning with the bytes that it refers to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
-    /// What is wrong, one line without a full stop.
+    /// The message, one line without a full stop.
     pub message: String,
     /// Line, from 1.
     pub line: usize,
     /// Column of the first byte, from 1, in bytes.
     pub column: usize,
-    /// The bytes at fault.
+    /// The bytes that the message refers to.
     pub span: Span,
-    /// What to do about it.
+    /// Remedy.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// Ties a message to bytes of a program.
+    /// A message about bytes of a program.
     pub fn new(program: &Program, severity: Severity, span: Span, message: impl Into<String>) -> Self {
         let block = program.block_at(span.start);
         let start = program.blocks().get(block).map_or(0, |b| b.span.start);
@@ -45,19 +45,19 @@ impl Diagnostic {
         Self { severity, message: message.into(), line: block + 1, column, span, help: None }
     }
 
-    /// Adds advice.
+    /// Adds a remedy.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Whether it makes the program refused.
+    /// Whether the program is refused.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 
-    /// Draws the message with its line and a caret under the word.
+    /// Renders the message with its line and a caret under the word.
     ///
     /// Bytes beyond ASCII are shown as Latin-1 and control characters as blanks, one column each.
     pub fn render(&self, program: &Program, file_name: &str) -> String {

@@ -1,4 +1,4 @@
-//! Which control a program is written for, and what its text does not say.
+//! Control dialects and the settings that the program text does not state.
 
 use crate::arc::ArcTolerance;
 use crate::modal::Units;
@@ -6,13 +6,13 @@ use crate::passive::PassiveCodes;
 use crate::program::Program;
 use crate::word::WordKind;
 
-/// The control's way of reading RS-274.
+/// RS-274 dialect of the control.
 ///
 /// | | `Fanuc` (and most others) | `LinuxCnc` |
 /// |---|---|---|
 /// | `G4 P` | milliseconds (`X`, `U`: seconds) | seconds |
-/// | after `G80` | the last of `G0`-`G3` holds again | no motion code is active |
-/// | `G43` without a tool-axis word | the tool tip's coordinate stays | the coordinate jumps by the offset: unknown |
+/// | after `G80` | the last of `G0`-`G3` is active again | no motion code is active |
+/// | `G43` without a tool-axis word | the tip coordinate does not change | the coordinate changes by the offset: unknown |
 /// | arc `P` | refused | number of turns |
 /// | `G52` | local shift beside `G92` | the same store as `G92` |
 /// | return level `G98` | where the cycle began | the same, or R where that is higher |
@@ -22,17 +22,18 @@ use crate::word::WordKind;
 /// | `G33` lead | F | K |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dialect {
-    /// Fanuc and what follows it: Haas, Mach3, most hobby controls.
+    /// Fanuc and compatible controls: Haas, Mach3, most hobby controls.
     #[default]
     Fanuc,
     /// LinuxCNC 2.9.
     LinuxCnc,
 }
 
-/// How I, J, K are read as long as the program states neither G90.1 nor G91.1.
+/// Interpretation of I, J, K before the program states G90.1 or G91.1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ArcCentres {
-    /// From the start of the arc; but where that fits no circle and absolute centres fit everywhere, absolute, with a warning.
+    /// From the start of the arc. Absolute, with a warning, if incremental centres fit no circle
+    /// and absolute centres fit every arc.
     #[default]
     Auto,
     /// From the start of the arc (G91.1).
@@ -41,7 +42,7 @@ pub enum ArcCentres {
     Absolute,
 }
 
-/// What the interpreter must know beside the program.
+/// Interpreter settings that the program does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The control.
@@ -50,13 +51,14 @@ pub struct Options {
     pub units: Units,
     /// Meaning of I, J, K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
-    /// Whether the block-delete switch is on, so that `/` blocks are skipped; where that is not known they may run or not.
+    /// Whether the block-delete switch is on, so that `/` blocks are skipped. `None`: they may run
+    /// or not.
     pub block_delete: Option<bool>,
-    /// Position at the program's start in mm, where it is known.
+    /// Position at the start of the program, mm, if known.
     pub start_mm: Option<[f64; 3]>,
-    /// How well an arc's centre must fit its ends; `None` takes LinuxCNC's rule.
+    /// Tolerance on arc radii. `None`: LinuxCNC's rule.
     pub arc_tolerance: Option<ArcTolerance>,
-    /// M codes of this machine that change nothing of path or frame.
+    /// M codes of this machine that change neither path nor frame.
     pub passive: PassiveCodes,
 }
 
@@ -81,7 +83,7 @@ impl From<Dialect> for Options {
 }
 
 impl Dialect {
-    /// Guesses the dialect from codes that only one of the two knows; Fanuc where nothing tells.
+    /// Detects the dialect from codes that only one of the two has. Default: Fanuc.
     pub fn detect(program: &Program) -> Self {
         let mut linux_cnc = 0_usize;
         let mut fanuc = 0_usize;
@@ -112,7 +114,7 @@ fn has_code(program: &Program, block: usize, code: f64) -> bool {
     program.block_words(block).iter().any(|word| word.is(b'G') && word.value == code)
 }
 
-/// `G64 P0.01 Q0`: elsewhere `G64` takes no words.
+/// `G64 P0.01 Q0`: on other controls `G64` takes no words.
 fn states_tolerance(program: &Program, block: usize) -> bool {
     has_code(program, block, 64.0) && [b'P', b'Q'].iter().any(|letter| program.find(block, *letter).is_some())
 }
@@ -129,7 +131,7 @@ mod tests {
     use crate::parse;
 
     #[test]
-    fn dialects_are_told_by_their_own_codes() {
+    fn dialects_are_detected_by_their_own_codes() {
         assert_eq!(Dialect::detect(&parse("%\nO1000\nG0 X1\nM30\n%")), Dialect::Fanuc);
         assert_eq!(Dialect::detect(&parse("o100 sub\nG0 X1\no100 endsub\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("#<depth> = 3\nG0 X1\nM2")), Dialect::LinuxCnc);

@@ -1,4 +1,4 @@
-//! Changes to a program as patches of byte spans: whatever no edit names stays as it is.
+//! Program edits as patches of byte spans. Bytes outside the patches do not change.
 
 use crate::error::GcodeError;
 use crate::program::Program;
@@ -10,31 +10,31 @@ struct Patch {
     text: Vec<u8>,
 }
 
-/// Changes to one program, collected in any order and applied at once by [`edit`].
+/// Edits of one program, collected in any order and applied together by [`edit`].
 #[derive(Clone, Debug, Default)]
 pub struct Edits {
     patches: Vec<Patch>,
 }
 
 impl Edits {
-    /// No change.
+    /// No edits.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Whether nothing is changed.
+    /// Whether there are no edits.
     pub fn is_empty(&self) -> bool {
         self.patches.is_empty()
     }
 
-    /// Number of patches collected.
+    /// Number of patches.
     pub fn len(&self) -> usize {
         self.patches.len()
     }
 
     /// Replaces the bytes of a span; an empty span inserts, an empty text deletes.
     ///
-    /// Several insertions at one place keep the order in which they were made.
+    /// Several insertions at one offset keep their order.
     pub fn replace(&mut self, span: Span, text: impl Into<Vec<u8>>) {
         self.patches.push(Patch { span, text: text.into() });
     }
@@ -58,7 +58,7 @@ impl Edits {
     /// [`GcodeError::NoSuchBlock`].
     pub fn insert_after<L: AsRef<[u8]>>(&mut self, program: &Program, block: usize, lines: &[L]) -> Result<(), GcodeError> {
         let here = existing(program, block)?;
-        // A last line without an ending keeps none: the ending goes before the new lines instead.
+        // A last line without a line ending keeps none: the ending is written before the new lines.
         let text = joined(program, lines, here.next == here.span.end);
         if !text.is_empty() {
             self.replace(Span { start: here.next, end: here.next }, text);
@@ -85,15 +85,16 @@ fn joined<L: AsRef<[u8]>>(program: &Program, lines: &[L], ending_first: bool) ->
     text
 }
 
-/// Applies edits to a program and returns the new bytes; without edits these are the old ones.
+/// Applies edits to a program and returns the new bytes. No edits: the bytes are unchanged.
 ///
 /// # Errors
-/// [`GcodeError::OverlappingEdits`] where two edits name the same byte or one inserts inside the other's span,
-/// [`GcodeError::OutsideProgram`] for bytes that the program does not have.
+/// [`GcodeError::OverlappingEdits`] if two edits name the same byte or one inserts inside the span
+/// of the other, [`GcodeError::OutsideProgram`] for bytes beyond the program.
 pub fn edit(program: &Program, edits: &Edits) -> Result<Vec<u8>, GcodeError> {
     let bytes = program.bytes();
     let mut order: Vec<&Patch> = edits.patches.iter().collect();
-    // Stable: insertions at one place stay in order, and come before a replacement that starts there.
+    // Stable sort: insertions at one offset keep their order and precede a replacement that starts
+    // there.
     order.sort_by_key(|patch| (patch.span.start, patch.span.end));
     let added: usize = order.iter().map(|patch| patch.text.len()).sum();
     let mut out = Vec::with_capacity(bytes.len() + added);

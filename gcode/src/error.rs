@@ -1,15 +1,15 @@
-//! What can go wrong with a program or with its editing.
+//! Errors of reading and editing programs.
 
 use crate::diagnostic::Diagnostic;
 use crate::word::Span;
 
-/// The crate's one error.
+/// Errors of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GcodeError {
-    /// The program holds something in a feed move that cannot be predicted, so that it is refused as a whole.
+    /// A feed move depends on something that cannot be predicted. The whole program is refused.
     #[error("the program is refused: {}", summary(.diagnostics))]
     Refused {
-        /// Every fault found, up to a cap, in the order of the program, warnings included.
+        /// All errors found, up to a cap, in program order, warnings included.
         diagnostics: Vec<Diagnostic>,
     },
     /// Two edits change the same bytes.
@@ -17,36 +17,37 @@ pub enum GcodeError {
     OverlappingEdits {
         /// The edit that comes first in the program.
         first: Span,
-        /// The edit that runs into it.
+        /// The edit that overlaps it.
         second: Span,
     },
-    /// An edit names bytes that the program does not have.
+    /// An edit names bytes beyond the program.
     #[error("an edit of bytes {}..{} lies outside the program of {length} bytes", .span.start, .span.end)]
     OutsideProgram {
-        /// The bytes named.
+        /// The byte range named by the edit.
         span: Span,
-        /// The program's length.
+        /// Length of the program, bytes.
         length: usize,
     },
-    /// A block index beyond the program's last block.
+    /// A block index beyond the last block.
     #[error("block {block} does not exist: the program has {blocks}")]
     NoSuchBlock {
-        /// The block asked for, from 0.
+        /// Block index, from 0.
         block: usize,
-        /// The number of blocks.
+        /// Number of blocks.
         blocks: usize,
     },
-    /// A block whose motion cannot become several lines, because words before it and words after it share the line.
+    /// A block whose motion cannot be split into several lines, because the line holds words that
+    /// act before the motion and words that act after it.
     #[error("line {line} cannot be split into {lines} lines: {reason}")]
     Unsplittable {
         /// The line, from 1.
         line: usize,
-        /// How many lines were to replace its motion.
+        /// Number of lines that were to replace the motion.
         lines: usize,
-        /// Why not.
+        /// Reason.
         reason: &'static str,
     },
-    /// A number that a program cannot hold.
+    /// A number that has no G-code form: NaN or infinite.
     #[error("{value} cannot be written as a coordinate")]
     NotFinite {
         /// The number.

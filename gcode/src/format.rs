@@ -1,4 +1,4 @@
-//! Numbers as a program writes them: no exponent, no minus zero, no trailing zeros, always a decimal point.
+//! Numbers in G-code form: no exponent, no minus zero, no trailing zeros, always a decimal point.
 
 use crate::error::GcodeError;
 use crate::modal::Units;
@@ -29,7 +29,8 @@ pub fn format_number(value: f64, decimals: usize) -> Result<String, GcodeError> 
     Ok(text)
 }
 
-/// Writes a number, as [`format_number`] does, behind `text`; gives the number that a reader finds there.
+/// Appends a number to `text` in the form of [`format_number`]. Returns the value that a reader
+/// parses from it.
 ///
 /// # Errors
 /// [`GcodeError::NotFinite`] for NaN and infinities.
@@ -48,18 +49,19 @@ pub fn append_number(text: &mut String, value: f64, decimals: usize) -> Result<f
     }
     let is_zero = !number.bytes().any(|b| matches!(b, b'1'..=b'9'));
     text.push_str(if is_zero { "0." } else { &number });
-    // What the standard library wrote it reads.
+    // The standard library parses its own output.
     Ok(if is_zero { 0.0 } else { number.parse().unwrap_or(value) })
 }
 
-/// Scaled numbers up to here are off by less than [`DOUBT`], and their integers are exact.
+/// Up to this magnitude the error of a scaled number is below [`DOUBT`] and its integers are exact.
 const LARGEST: f64 = 1e9;
-/// How near to half a last digit the rounding of a scaled number is in doubt.
+/// Distance from half a last digit within which the rounding of a scaled number is uncertain.
 const DOUBT: f64 = 1e-6;
-/// Digits and point of a number below [`LARGEST`] with some decimals too many.
+/// Buffer length: digits and point of a number below [`LARGEST`], with spare decimals.
 const ROOM: usize = 24;
 
-/// The same text from integer digits, several times as fast; `None` for large numbers, and where rounding is in doubt.
+/// The same text from integer digits, several times faster. `None` for large numbers and for
+/// uncertain rounding.
 fn append_plain(text: &mut String, value: f64, decimals: usize) -> Option<f64> {
     let scale = |decimals: usize| Some(10_f64.powi(i32::try_from(decimals).ok()?));
     let scaled = value.abs() * scale(decimals)?;
@@ -76,7 +78,7 @@ fn append_plain(text: &mut String, value: f64, decimals: usize) -> Option<f64> {
         digits /= 10;
         decimals -= 1;
     }
-    // A quotient of exact numbers is rounded as a reader rounds.
+    // A quotient of exact numbers is correctly rounded, as in a parser.
     let read = digits as f64 / scale(decimals)?;
     // From the last digit to the first.
     let mut bytes = [0; ROOM];
@@ -108,7 +110,7 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let value = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
             let value = value * [1e-6, 1e-3, 1.0, 500.0, 1e7][k % 5];
-            // Every other one with few digits, so that halves and whole numbers occur.
+            // Every other number has few digits, so that halves and whole numbers occur.
             let value = if k % 2 == 0 { value } else { (value * 16.0).round() / 16.0 };
             let decimals = k % 8;
             let mut text = format!("{value:.decimals$}");

@@ -1,16 +1,16 @@
-//! Splits one line into words. Total: every byte that is not a blank ends up in exactly one word.
+//! Splits one line into words. Total: every non-blank byte belongs to exactly one word.
 
 use crate::number::{is_blank, scan_number, skip_blanks};
 use crate::word::{Span, Word, WordKind};
 
-/// Functions whose bracketed argument may follow a letter or stand in an expression.
+/// Functions whose bracketed argument may follow a letter or be part of an expression.
 const FUNCTIONS: [&[u8]; 16] = [
     b"ABS", b"ACOS", b"ADP", b"ASIN", b"ATAN", b"BCD", b"BIN", b"COS", b"EXISTS", b"EXP", b"FIX", b"FUP", b"LN", b"ROUND",
     b"SIN", b"TAN",
 ];
 /// Words that open a macro statement.
 const STATEMENTS: [&[u8]; 9] = [b"IF", b"THEN", b"ELSE", b"ENDIF", b"GOTO", b"WHILE", b"DO", b"END", b"GOTOF"];
-/// What may follow an O-word's number.
+/// Keywords after the number of an O-word.
 pub(crate) const O_KEYWORDS: [&[u8]; 15] = [
     b"SUB",
     b"ENDSUB",
@@ -44,7 +44,7 @@ pub(crate) fn letters(line: &[u8], at: usize) -> &[u8] {
 
 /// Splits `line`, whose first byte is at offset `base` of the program, and appends its words.
 pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
-    // Block delete stands at the head, before or after the line number.
+    // Block delete is at the start, before or after the line number.
     let mut at_head = true;
     let mut at = 0;
     while let Some(&byte) = line.get(at) {
@@ -73,7 +73,7 @@ pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
     }
 }
 
-/// Offsets fit: a program is tokenised only as far as `u32` reaches.
+/// Offsets fit: a program is split only up to `u32::MAX` bytes.
 fn offset(base: u32, at: usize) -> u32 {
     base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
 }
@@ -91,7 +91,7 @@ fn delete_end(line: &[u8], at: usize) -> usize {
     at + 1 + usize::from(line.get(at + 1).is_some_and(u8::is_ascii_digit))
 }
 
-/// A statement runs to the comment that follows it, or to the end of the line.
+/// A statement extends to the next comment or to the end of the line.
 fn statement_end(line: &[u8], at: usize) -> usize {
     let mut end = line[at..].iter().position(|b| matches!(b, b'(' | b';')).map_or(line.len(), |length| at + length);
     while end > at + 1 && is_blank(line[end - 1]) {
@@ -100,7 +100,7 @@ fn statement_end(line: &[u8], at: usize) -> usize {
     end
 }
 
-/// A run of bytes without meaning; `,R5.` and `=3` are kept whole.
+/// Bytes that are not interpreted. `,R5.` and `=3` stay one word.
 fn unknown_end(line: &[u8], at: usize) -> usize {
     let mut end = at + 1;
     if matches!(line[at], b',' | b'=') {
@@ -134,7 +134,7 @@ fn address(line: &[u8], at: usize, base: u32) -> Word {
     Word { span, value_start: offset(base, value_at), kind, letter, value }
 }
 
-/// Whether what follows an `O` makes it an O-word (`100 sub`, `<name> call`, `#1 call`) and not a program number.
+/// Whether an `O` begins an O-word (`100 sub`, `<name> call`, `#1 call`), not a program number.
 fn is_o_word(line: &[u8], after: usize) -> bool {
     let at = skip_blanks(line, after);
     match line.get(at) {
@@ -147,7 +147,7 @@ fn is_o_word(line: &[u8], after: usize) -> bool {
     }
 }
 
-/// End of a parameter, bracket, function call or number at `at`, signs before it included.
+/// End of a parameter, bracket, function call or number at `at`, leading signs included.
 fn term_end(line: &[u8], at: usize) -> Option<usize> {
     let mut at = skip_blanks(line, at);
     while matches!(line.get(at), Some(b'+' | b'-')) {
@@ -208,7 +208,8 @@ fn assignment(line: &[u8], at: usize) -> (WordKind, usize) {
     let Some(mut end) = term_end(line, equals + 1) else {
         return (WordKind::Unknown, equals + 1);
     };
-    // `#1 = #2 * 3 MOD 4`: terms joined by operators; what follows without one is the next word.
+    // `#1 = #2 * 3 MOD 4`: terms joined by operators. Text without an operator before it is the
+    // next word.
     loop {
         let operator = skip_blanks(line, end);
         let length = match line.get(operator) {

@@ -18,11 +18,13 @@
 //! # Ok::<(), gcode::GcodeError>(())
 //! ```
 //!
-//! # Frames and what is known
-//! Positions are mm and rad in the active work coordinate system before G52 and G92 ([`Modal::shift`] turns them into
-//! programmed coordinates). A coordinate is *known* once an absolute word has given it, and no longer known after G28, G53, a
-//! probing move, a subprogram call, a change of the active work offset (G54 to G55, G10 L2) and, under LinuxCNC, Z after G43.
-//! A tool change keeps the position; a linear axis that the program never names counts as known, at 0. Moves from an unknown start are read but never [`Shiftable`].
+//! # Frames and known coordinates
+//! Positions are mm and rad in the active work coordinate system before G52 and G92.
+//! [`Modal::shift`] converts them to programmed coordinates. A coordinate is *known* after an
+//! absolute word. It becomes unknown after G28, G53, a probing move, a subprogram call, a change of
+//! the active work offset (G54 to G55, G10 L2) and, under LinuxCNC, Z after G43. A tool change
+//! keeps the position. A linear axis that the program never names counts as known, at 0. Moves from
+//! an unknown start are read but are never [`Shiftable`].
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 

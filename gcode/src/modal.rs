@@ -1,4 +1,4 @@
-//! The modal state that a replacement of a move must be written in.
+//! Modal state under which a replacement move must be written.
 
 /// Units of length words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,27 +19,27 @@ impl Units {
     }
 }
 
-/// Meaning of coordinates: of axis words (G90, G91) or of arc centres (G90.1, G91.1).
+/// Absolute or incremental: axis words (G90, G91) or arc centres (G90.1, G91.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Distance {
-    /// From the program's zero.
+    /// From program zero.
     Absolute,
     /// From the start of the move.
     Incremental,
 }
 
-/// Meaning of F.
+/// Unit of F.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FeedMode {
-    /// G93: moves a minute.
+    /// G93: inverse time, 1/min.
     InverseTime,
-    /// G94: units a minute.
+    /// G94: length units per minute.
     PerMinute,
-    /// G95: units a spindle revolution.
+    /// G95: length units per spindle revolution.
     PerRevolution,
 }
 
-/// The plane of arcs; its normal is the tool axis of cycles and length offsets.
+/// Plane of arcs. Its normal is the tool axis of cycles and length offsets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Plane {
     /// G17.
@@ -61,14 +61,14 @@ impl Plane {
     }
 }
 
-/// Which work coordinate system is active.
+/// Active work coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WorkOffset {
     /// 1 for G54 to 6 for G59, 7 to 9 for G59.1 to G59.3.
     Standard(u8),
     /// The P of G54.1.
     Extended(u16),
-    /// G54.1 with a P that is not a number.
+    /// G54.1 with a P that is no number.
     Unpredictable,
 }
 
@@ -88,13 +88,13 @@ pub enum CutterCompensation {
 pub enum ToolLength {
     /// G49.
     Off,
-    /// G43, G44 and their kin: a constant along the tool axis.
+    /// G43, G44 and related codes: a constant along the tool axis.
     On,
-    /// G43.4, G43.5: the tool tip is programmed and the rotary axes turn about it.
+    /// G43.4, G43.5: tool-centre-point control. The program states the tip position.
     TipControl,
 }
 
-/// How blocks are joined.
+/// Path mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathMode {
     /// Not stated.
@@ -103,7 +103,7 @@ pub enum PathMode {
     ExactPath,
     /// G61.1.
     ExactStop,
-    /// G64, with P (path tolerance) and Q (collinear merging) in mm where given.
+    /// G64, with P (path tolerance) and Q (collinear merging) in mm if stated.
     Continuous {
         /// Path tolerance, mm.
         tolerance_mm: Option<f64>,
@@ -112,16 +112,16 @@ pub enum PathMode {
     },
 }
 
-/// Where a canned cycle ends along the tool axis.
+/// Return level of a canned cycle along the tool axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ReturnLevel {
-    /// G98: where the tool was before the cycles.
+    /// G98: the level before the cycles.
     Initial,
     /// G99: the R level.
     Retract,
 }
 
-/// The modal state under which a move is read.
+/// Modal state of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modal {
     /// G20, G21.
@@ -134,7 +134,7 @@ pub struct Modal {
     pub feed_mode: FeedMode,
     /// G17, G18, G19.
     pub plane: Plane,
-    /// G54 and on.
+    /// G54 to G59.3, G54.1.
     pub work_offset: WorkOffset,
     /// G40, G41, G42.
     pub cutter: CutterCompensation,
@@ -144,9 +144,10 @@ pub struct Modal {
     pub path: PathMode,
     /// G98, G99.
     pub return_level: ReturnLevel,
-    /// Sum of G52 and G92 by axis (mm; rad for A, B, C): a programmed absolute coordinate is the position minus this.
+    /// Sum of G52 and G92 by axis (mm; rad for A, B, C). Programmed absolute coordinate = position
+    /// − shift.
     pub shift: [f64; 6],
-    /// Spindle speed, rev/min, where it is a number.
+    /// Spindle speed, rev/min, if it is a number.
     pub spindle_rpm: Option<f64>,
     /// Last T.
     pub tool: Option<u32>,

@@ -1,11 +1,11 @@
-//! Decimal numbers as RS-274 writes them: sign, digits, one point, blanks anywhere, no exponent.
+//! RS-274 decimal numbers: sign, digits, one point, blanks anywhere, no exponent.
 
 /// Powers of ten that an f64 holds exactly.
 const EXACT_POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21,
     1e22,
 ];
-/// Integers up to here are exact in an f64.
+/// Integers up to this are exact in an f64.
 const LARGEST_EXACT_INTEGER: u64 = 1 << 53;
 
 pub(crate) fn is_blank(byte: u8) -> bool {
@@ -20,9 +20,9 @@ pub(crate) fn skip_blanks(line: &[u8], mut at: usize) -> usize {
     at
 }
 
-/// Reads a number at `at`; returns the index past its last byte and its value rounded to nearest.
+/// Reads a number at `at`. Returns the index past its last byte and its value, rounded to nearest.
 ///
-/// Blanks between digits belong to the number, as RS-274 and its controllers have it.
+/// Blanks between digits belong to the number, by RS-274 and its controls.
 pub(crate) fn scan_number(line: &[u8], at: usize) -> Option<(usize, f64)> {
     match line.get(at) {
         Some(b'-') => scan_digits(line, skip_blanks(line, at + 1), true, at),
@@ -78,7 +78,7 @@ fn scan_digits(line: &[u8], from: usize, negative: bool, start: usize) -> Option
     Some((end, value))
 }
 
-/// `None` for more digits than an f64 reaches.
+/// `None` if the digits exceed the precision of an f64.
 fn slow_number(text: &[u8]) -> Option<f64> {
     let packed: String = text.iter().filter(|b| !is_blank(**b)).map(|b| char::from(*b)).collect();
     packed.parse().ok().filter(|value: &f64| value.is_finite())

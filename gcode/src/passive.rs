@@ -1,6 +1,6 @@
-//! M codes that change nothing of path or frame.
+//! M codes that change neither path nor frame.
 
-/// M codes that a program declares to change nothing of how or where the tool moves, beside those that are known to.
+/// M codes declared by the user to change neither path nor frame, in addition to the known ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PassiveCodes([u64; 16]);
 
@@ -8,7 +8,7 @@ impl PassiveCodes {
     /// Largest number of an M code.
     pub const LARGEST: u16 = 1023;
 
-    /// The same with the code `M number`; numbers above [`Self::LARGEST`] are no codes.
+    /// Adds the code `M number`. Numbers above [`Self::LARGEST`] are no codes and are ignored.
     #[must_use]
     pub fn with(mut self, number: u16) -> Self {
         if let Some(bits) = self.0.get_mut(usize::from(number / 64)) {
@@ -22,10 +22,12 @@ impl PassiveCodes {
     }
 }
 
-/// M codes without influence on path or frame: stops, spindle, coolant, tool change, clamps (ISO 6983; NIST RS274NGC, 3.6), rigid tapping, gears, doors, chip
-/// conveyor, air, user relays and subprogram calls (Haas Mill Operator's Manual, M codes; Fanuc 0i Operator's Manual, auxiliary functions), inputs and outputs,
-/// overrides and saving of modal states (LinuxCNC, M codes). Not among them: M21 to M23, which mirror axes on many machines, and M71 and M72, which bring back
-/// modal states of before.
+/// M codes without influence on path or frame: stops, spindle, coolant, tool change, clamps (ISO
+/// 6983; NIST RS274NGC, 3.6), rigid tapping, gears, doors, chip conveyor, air, user relays and
+/// subprogram calls (Haas Mill Operator's Manual, M codes; Fanuc 0i Operator's Manual, auxiliary
+/// functions), inputs and outputs, overrides and saving of modal states (LinuxCNC, M codes).
+/// Excluded: M21 to M23, which mirror axes on many machines, and M71 and M72, which restore saved
+/// modal states.
 const PASSIVE: &[std::ops::RangeInclusive<u16>] = &[
     0..=11,
     13..=14,
@@ -46,15 +48,15 @@ const PASSIVE: &[std::ops::RangeInclusive<u16>] = &[
     198..=199,
 ];
 
-/// LinuxCNC's user-defined codes run a program beside the interpreter, which goes on as it was.
+/// LinuxCNC's user-defined codes run an external program. The interpreter state does not change.
 const USER_DEFINED: std::ops::RangeInclusive<u16> = 100..=199;
 
-/// Whether M codes of this number change nothing on any control.
+/// Whether the M code changes nothing on any control.
 pub(crate) fn changes_nothing(number: u16) -> bool {
     PASSIVE.iter().any(|range| range.contains(&number))
 }
 
-/// Whether LinuxCNC leaves M codes of this number to the user.
+/// Whether the M code is user-defined in LinuxCNC.
 pub(crate) fn is_user_defined(number: u16) -> bool {
     USER_DEFINED.contains(&number)
 }

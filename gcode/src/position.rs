@@ -1,6 +1,6 @@
-//! Positions of which some coordinates may not be known.
+//! Positions with coordinates that may be unknown.
 
-/// An axis; its value as `usize` indexes six-element arrays.
+/// A machine axis. Its value as `usize` indexes six-element arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Linear, mm.
@@ -17,15 +17,16 @@ pub enum Axis {
     C,
 }
 
-/// Numbers beyond this are no coordinates of a machine; keeps sums finite.
+/// Larger numbers are no machine coordinates. Keeps sums finite.
 pub(crate) const LARGEST_COORDINATE: f64 = 1e9;
 /// Address letters of the six axes.
 pub(crate) const AXIS_LETTERS: [u8; 6] = *b"XYZABC";
 
-/// A place: six coordinates, each known or only reckoned.
+/// A position: six coordinates, each known or only nominal.
 ///
-/// A coordinate that is not known (program start, after G28, after a change of work offset) still has a nominal value: what
-/// incremental words have added up to. Differences of nominal values along incremental moves are true displacements.
+/// A coordinate that is unknown (program start, after G28, after a change of work offset) has a
+/// nominal value: the sum of the incremental words. Differences of nominal values along incremental
+/// moves are true displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Position {
     pub(crate) nominal: [f64; 6],
@@ -33,7 +34,7 @@ pub struct Position {
 }
 
 impl Position {
-    /// Nothing known, nominal zero.
+    /// All coordinates unknown, nominal zero.
     pub fn unknown() -> Self {
         Self { nominal: [0.0; 6], known: 0 }
     }
@@ -43,27 +44,27 @@ impl Position {
         self.knows(axis as usize)
     }
 
-    /// A coordinate where it is known: mm, or rad for A, B, C.
+    /// A coordinate if it is known: mm, or rad for A, B, C.
     pub fn axis(&self, axis: Axis) -> Option<f64> {
         self.is_known(axis).then(|| self.nominal[axis as usize])
     }
 
-    /// X, Y, Z in mm where all three are known.
+    /// X, Y, Z in mm if all three are known.
     pub fn xyz_mm(&self) -> Option<[f64; 3]> {
         (self.known & 0b111 == 0b111).then(|| self.nominal_mm())
     }
 
-    /// X, Y, Z in mm, reckoned where not known.
+    /// X, Y, Z in mm, nominal if unknown.
     pub fn nominal_mm(&self) -> [f64; 3] {
         [self.nominal[0], self.nominal[1], self.nominal[2]]
     }
 
-    /// A, B, C in rad where known.
+    /// A, B, C in rad if known.
     pub fn rotary_rad(&self) -> [Option<f64>; 3] {
         [self.axis(Axis::A), self.axis(Axis::B), self.axis(Axis::C)]
     }
 
-    /// A, B, C in rad, reckoned where not known.
+    /// A, B, C in rad, nominal if unknown.
     pub fn nominal_rotary_rad(&self) -> [f64; 3] {
         [self.nominal[3], self.nominal[4], self.nominal[5]]
     }

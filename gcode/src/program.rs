@@ -1,4 +1,4 @@
-//! A program: its bytes, and the blocks and words found in them.
+//! A program: its bytes, blocks and words.
 
 use crate::lexer::lex_line;
 use crate::word::{Span, Word, WordKind};
@@ -8,15 +8,15 @@ use crate::word::{Span, Word, WordKind};
 pub struct Block {
     /// The bytes of the line without its ending.
     pub span: Span,
-    /// Offset past the line ending (equal to `span.end` on a last line that has none).
+    /// Offset past the line ending (equal to `span.end` if the last line has none).
     pub next: u32,
     first_word: u32,
 }
 
-/// A part program: bytes as they came, split into blocks and words that point into them.
+/// A part program: unchanged bytes, split into blocks and words that refer to byte ranges.
 ///
-/// Block `i` is line `i + 1`. Offsets are 32 bits wide: of a program longer than 4 GiB the rest is kept but not split
-/// (see [`Program::is_whole`]).
+/// Block `i` is line `i + 1`. Offsets have 32 bits: bytes beyond 4 GiB are kept but not split (see
+/// [`Program::is_whole`]).
 #[derive(Clone, Debug)]
 pub struct Program {
     bytes: Vec<u8>,
@@ -24,9 +24,10 @@ pub struct Program {
     words: Vec<Word>,
 }
 
-/// Splits any bytes into blocks and words. It never fails: what it does not know becomes [`WordKind::Unknown`].
+/// Splits any bytes into blocks and words. It never fails: unrecognised bytes become
+/// [`WordKind::Unknown`].
 ///
-/// Time and memory grow linearly with the length.
+/// Time and memory are linear in the length.
 pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
     let bytes = bytes.into();
     let limit = bytes.len().min(u32::MAX as usize);
@@ -56,7 +57,7 @@ impl Program {
         &self.bytes
     }
 
-    /// The blocks, one a line.
+    /// The blocks, one per line.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -66,14 +67,14 @@ impl Program {
         &self.words
     }
 
-    /// Indices into [`Program::words`] of the words of a block; empty for a block that does not exist.
+    /// Indices into [`Program::words`] of the words of a block. Empty if the block does not exist.
     pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
         let Some(here) = self.blocks.get(block) else { return 0..0 };
         let end = self.blocks.get(block + 1).map_or(self.words.len(), |next| next.first_word as usize);
         here.first_word as usize..end
     }
 
-    /// The words of a block; empty for a block that does not exist.
+    /// The words of a block. Empty if the block does not exist.
     pub fn block_words(&self, block: usize) -> &[Word] {
         &self.words[self.word_range(block)]
     }
@@ -83,7 +84,7 @@ impl Program {
         self.word_range(block).find(|index| self.words[*index].is(letter))
     }
 
-    /// The bytes under a span; empty where the span does not lie in the program.
+    /// The bytes of a span. Empty if the span lies outside the program.
     pub fn text(&self, span: Span) -> &[u8] {
         self.bytes.get(span.range()).unwrap_or_default()
     }
@@ -93,7 +94,8 @@ impl Program {
         self.blocks.partition_point(|block| block.span.start <= offset).saturating_sub(1)
     }
 
-    /// The first line ending in the program, which inserted lines use too; `\n` where there is none.
+    /// The first line ending of the program, also used for inserted lines. Default: `
+    /// `.
     pub fn line_ending(&self) -> &'static [u8] {
         let first = self.blocks.first().map_or(&[][..], |block| &self.bytes[block.span.end as usize..block.next as usize]);
         match first {
@@ -103,7 +105,7 @@ impl Program {
         }
     }
 
-    /// Whether every byte was split into blocks, which is so for programs below 4 GiB.
+    /// Whether every byte was split into blocks. True for programs below 4 GiB.
     pub fn is_whole(&self) -> bool {
         self.bytes.len() <= u32::MAX as usize
     }
@@ -138,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn line_endings_are_told_apart() {
+    fn line_endings_are_distinguished() {
         let program = parse("%\r\nG0\rG1\n\nG2");
         let lines: Vec<_> = program.blocks().iter().map(|b| (program.text(b.span), b.next - b.span.end)).collect();
         assert_eq!(lines, [(&b"%"[..], 2), (b"G0", 1), (b"G1", 1), (b"", 1), (b"G2", 0)]);

@@ -1,4 +1,5 @@
-//! Putting several lines in the place of one block's motion, with the block's other words where they take effect.
+//! Replaces the motion of one block by several lines. The other words of the block keep their order
+//! of execution.
 
 use crate::edit::Edits;
 use crate::error::GcodeError;
@@ -20,7 +21,8 @@ pub fn is_motion_word(word: &Word) -> bool {
     }
 }
 
-/// Whether a block's motion may become several lines: not where some of its words act before it and some after.
+/// Whether the motion of a block may become several lines. Not if some words act before the motion
+/// and some after.
 pub(crate) fn is_splittable(words: &[Word]) -> bool {
     !(words.iter().any(acts_after) && words.iter().any(acts_before))
 }
@@ -28,12 +30,14 @@ pub(crate) fn is_splittable(words: &[Word]) -> bool {
 impl Edits {
     /// Replaces the motion words of a block (G0-G3, axes, I J K R, F) by `lines`.
     ///
-    /// The block keeps its other words and its comments. One of the lines takes the motion's place in the block, the others
-    /// become lines of their own: after the block, or before it where the block holds an M code that acts after its motion.
+    /// The block keeps its other words and its comments. One line replaces the motion in the block.
+    /// The others become lines of their own: after the block, or before it if the block holds an M
+    /// code that acts after its motion.
     ///
     /// # Errors
-    /// [`GcodeError::NoSuchBlock`]; [`GcodeError::Unsplittable`] where the block has no motion words, or holds words that
-    /// act before and words that act after its motion and `lines` is longer than one.
+    /// [`GcodeError::NoSuchBlock`]. [`GcodeError::Unsplittable`] if the block has no motion words,
+    /// or if it holds words that act before its motion and words that act after it and `lines` is
+    /// longer than one.
     pub fn replace_motion<L: AsRef<[u8]>>(&mut self, program: &Program, block: usize, lines: &[L]) -> Result<(), GcodeError> {
         let blocks = program.blocks().len();
         if block >= blocks {
@@ -68,7 +72,7 @@ impl Edits {
     }
 }
 
-/// Motion words, neighbours joined with the blanks between them.
+/// Motion words. Neighbours are joined with the blanks between them.
 fn motion_spans(words: &[Word]) -> Vec<Span> {
     let mut spans: Vec<Span> = Vec::new();
     let mut previous_is_motion = false;
@@ -88,7 +92,7 @@ fn acts_after(word: &Word) -> bool {
     word.is(b'M') && AFTER_MOTION.contains(&word.value)
 }
 
-/// Whether a word acts before the motion; the P, L and Q of a call go with it.
+/// Whether a word acts before the motion. The P, L and Q of a call belong to the call.
 fn acts_before(word: &Word) -> bool {
     match word.kind {
         WordKind::Comment => false,

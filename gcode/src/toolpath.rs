@@ -1,4 +1,4 @@
-//! What a program does: its moves, in mm, rad and mm/s, each tied to its block.
+//! The moves of a program, in mm, rad and mm/s, each with its block.
 
 use crate::arc::Arc;
 use crate::cycle::Cycle;
@@ -7,7 +7,7 @@ use crate::modal::{Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
 
-/// How fast a feed move is programmed.
+/// Programmed feed of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feed {
     /// Along the path, mm/s (G94, or G95 times the spindle speed).
@@ -27,31 +27,31 @@ pub enum Feed {
     },
 }
 
-/// The shape of a move.
+/// Kind of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MoveKind {
-    /// G0: the axes' way between the ends is the control's own.
+    /// G0. The path between the ends depends on the control.
     Rapid,
     /// G1.
     Line,
     /// G2, G3.
     Arc(Arc),
-    /// G33, or a rigid tap that comes back to its start.
+    /// G33, or a rigid tap that returns to its start.
     Thread,
     /// G31, G38.n: ends where the probe trips.
     Probe,
     /// A canned cycle.
     Cycle(Cycle),
-    /// G27 to G30: to a fixed point of the machine.
+    /// G27 to G30: to a fixed machine position.
     Home,
-    /// G4, with its time in s where it is a number.
+    /// G4, with its time if it is a number.
     Dwell {
         /// Time, s.
         seconds: Option<f64>,
     },
 }
 
-/// Why a move must stay as it is.
+/// Reason why a move must not be changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fixed {
     /// G0.
@@ -60,13 +60,13 @@ pub enum Fixed {
     Cycle,
     /// G41 or G42 is active, begins or ends in the block: the control computes the path.
     CutterCompensation,
-    /// G53: coordinates of the machine.
+    /// G53: machine coordinates.
     MachineCoordinates,
     /// G27 to G30.
     Home,
     /// The block changes the tool.
     ToolChange,
-    /// The start is not known, neither as a position nor relative to the last known one.
+    /// The start is unknown, both as a position and relative to the last known one.
     UnknownStart,
     /// Synchronised with the spindle.
     Threading,
@@ -76,41 +76,43 @@ pub enum Fixed {
     Dwell,
     /// The block may be skipped by the block-delete switch.
     OptionalBlock,
-    /// Some words of the block act before its motion and some after, so that several lines cannot take its place.
+    /// Some words of the block act before its motion and some after, so several lines cannot
+    /// replace it.
     Unsplittable,
-    /// After a code that may have changed path or frame in a way that is not known.
+    /// After a code whose effect on path or frame is unknown.
     NotUnderstood,
 }
 
 /// Whether a compensation may move the points of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shiftable {
-    /// A feed move whose geometry is known.
+    /// A feed move with known geometry.
     Yes,
-    /// To be left alone.
+    /// Must not be changed, with the reason.
     No(Fixed),
 }
 
 /// One move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Move {
-    /// The block that commands it, from 0.
+    /// Block index, from 0.
     pub block: u32,
     /// Index of its modal state in [`Toolpath::modals`].
     pub modal: u32,
-    /// The shape.
+    /// Kind of the move.
     pub kind: MoveKind,
-    /// Where it starts: in the work frame before G52 and G92, so that those leave no jump in a path.
+    /// Start position, in the work frame before G52 and G92, so that these leave no jump in the
+    /// path.
     pub start: Position,
-    /// Where it ends, in the same frame.
+    /// End position, in the same frame.
     pub end: Position,
-    /// The feed of a feed move.
+    /// Feed of a feed move.
     pub feed: Option<Feed>,
     /// The modal F as written, in the program's units.
     pub feed_word: Option<f64>,
     /// Whether the block itself states the motion code.
     pub explicit_motion: bool,
-    /// Whether it may be compensated.
+    /// Whether the move may be compensated.
     pub shiftable: Shiftable,
 }
 
@@ -128,14 +130,14 @@ pub struct MoveWords {
 }
 
 impl Move {
-    /// Whether it cuts: a line or an arc.
+    /// Whether the move is a line or an arc.
     pub fn is_feed(&self) -> bool {
         matches!(self.kind, MoveKind::Line | MoveKind::Arc(_))
     }
 
-    /// Path length in mm of X, Y, Z for lines and arcs (for rapids the distance), `None` for the rest.
+    /// Path length of X, Y, Z in mm for lines and arcs (for rapids the distance), otherwise `None`.
     ///
-    /// Reckoned from nominal positions: true where both ends are known or the move is incremental.
+    /// Computed from nominal positions: true if both ends are known or the move is incremental.
     pub fn length_mm(&self) -> Option<f64> {
         let (start, end) = (self.start.nominal_mm(), self.end.nominal_mm());
         match &self.kind {
@@ -148,7 +150,8 @@ impl Move {
         }
     }
 
-    /// Point in mm at `fraction` (0 to 1) of a line, rapid or arc, from nominal positions; its end for the rest.
+    /// Point in mm at `fraction` (0 to 1) of a line, rapid or arc, from nominal positions. The end
+    /// point for other kinds.
     pub fn point_mm(&self, fraction: f64) -> [f64; 3] {
         let (start, end) = (self.start.nominal_mm(), self.end.nominal_mm());
         let between = |axis: usize| start[axis] + (end[axis] - start[axis]) * fraction;
@@ -187,14 +190,14 @@ impl Move {
     }
 }
 
-/// All moves of a program, in order, with what a reader should know about them.
+/// All moves of a program, in order, with modal states and warnings.
 #[derive(Clone, Debug)]
 pub struct Toolpath {
     /// The moves.
     pub moves: Vec<Move>,
-    /// The modal states that moves refer to; a new one only where something changed.
+    /// The modal states that moves refer to, one per change.
     pub modals: Vec<Modal>,
-    /// Remarks: codes passed through, assumptions made.
+    /// Warnings: codes passed through, assumptions made.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -202,13 +205,13 @@ impl Toolpath {
     /// The modal state of a move.
     ///
     /// # Panics
-    /// When the move is of another toolpath with more states.
+    /// If the move belongs to another toolpath with more states.
     pub fn modal(&self, of: &Move) -> &Modal {
         &self.modals[of.modal as usize]
     }
 
-    /// What to write for axis `axis` (0 = X) of a move so that it ends at `position` (mm, rad): the absolute coordinate, or
-    /// under G91 the distance from `start`, both in mm or rad.
+    /// Value to write for axis `axis` (0 = X) so that the move ends at `position` (mm, rad): the
+    /// absolute coordinate, or under G91 the distance from `start`, both in mm or rad.
     pub fn programmed(&self, of: &Move, axis: usize, start: f64, position: f64) -> Option<f64> {
         let modal = self.modals.get(of.modal as usize)?;
         match modal.distance {

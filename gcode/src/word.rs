@@ -1,4 +1,4 @@
-//! Words: the smallest pieces of a block, each tied to the bytes that it was read from.
+//! Words: the smallest parts of a block, each with its byte range.
 
 use std::ops::Range;
 
@@ -22,13 +22,13 @@ impl Span {
         self.end.saturating_sub(self.start) as usize
     }
 
-    /// Whether no byte is covered.
+    /// Whether the span is empty.
     pub fn is_empty(self) -> bool {
         self.end <= self.start
     }
 }
 
-/// What a word is.
+/// Kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WordKind {
     /// A letter and a number: `X1.5`, `G 1`, `N10`, `O1234`.
@@ -39,13 +39,13 @@ pub enum WordKind {
     Assignment,
     /// A flow statement up to the end of its line: `o100 sub`, `O<f> call [1]`, `IF[#1EQ0]GOTO10`, `WHILE[1]DO1`.
     Flow,
-    /// A comment, in parentheses (perhaps never closed) or after a semicolon.
+    /// A comment, in parentheses (perhaps unclosed) or after a semicolon.
     Comment,
-    /// Block delete: `/` or `/2` at the head of a block.
+    /// Block delete: `/` or `/2` at the start of a block.
     BlockDelete,
     /// The tape mark `%`.
     Percent,
-    /// Anything else, kept as it stands.
+    /// Anything else, kept unchanged.
     Unknown,
 }
 
@@ -56,21 +56,21 @@ pub struct Word {
     pub span: Span,
     /// Offset of the first byte of the value (the number or the expression after the letter).
     pub value_start: u32,
-    /// What the word is.
+    /// Kind of the word.
     pub kind: WordKind,
-    /// The address letter in upper case, or 0 for words without one.
+    /// Address letter in upper case, 0 for words without one.
     pub letter: u8,
-    /// The number, correctly rounded; NaN for words that are not [`WordKind::Number`].
+    /// Value, correctly rounded. NaN for words that are not [`WordKind::Number`].
     pub value: f64,
 }
 
 impl Word {
-    /// The number of a word such as `X1.5`; `None` for expressions, comments and the like.
+    /// Value of a word such as `X1.5`. `None` for expressions, comments and other kinds.
     pub fn number(&self) -> Option<f64> {
         (self.kind == WordKind::Number).then_some(self.value)
     }
 
-    /// The bytes of the value alone, which is what an edit of a coordinate replaces.
+    /// The bytes of the value alone. An edit of a coordinate replaces them.
     pub fn value_span(&self) -> Span {
         Span { start: self.value_start, end: self.span.end }
     }

@@ -1,4 +1,4 @@
-//! Production programs: kept byte for byte, read or refused for the right reason.
+//! Production programs: kept byte for byte, interpreted or refused for the expected reason.
 
 use std::collections::HashMap;
 
@@ -28,7 +28,7 @@ fn feed_length_mm(toolpath: &Toolpath) -> f64 {
     toolpath.moves.iter().filter(|m| m.is_feed()).filter_map(|m| m.length_mm()).sum()
 }
 
-/// File, blocks, lines, arcs, cycles, moves that may be shifted.
+/// File, blocks, lines, arcs, cycles, shiftable moves.
 const FILES: [(&str, usize, usize, usize, usize, usize); 11] = [
     ("cncjs_helical-thread-milling.gcode", 16, 2, 10, 0, 0),
     ("cncjs_tball.gcode", 2708, 2681, 0, 0, 2679),
@@ -65,7 +65,7 @@ fn moves_are_counted() {
             path.moves.iter().filter(|m| m.shiftable == Shiftable::Yes).count(),
         );
         assert_eq!(counted, (blocks, lines, arcs, cycles, shiftable), "{name}");
-        // The path is one: where both are known, a move starts where the last one ended.
+        // The path is continuous: if both are known, a move starts at the end of the last one.
         for pair in path.moves.windows(2) {
             if let (Some(end), Some(start)) = (pair[0].end.xyz_mm(), pair[1].start.xyz_mm()) {
                 assert_eq!(end, start, "{name}, line {}", pair[1].block + 1);
@@ -78,9 +78,10 @@ fn moves_are_counted() {
     }
 }
 
-/// Path length by another way: no tokens, no modal tables, arc angles from cross and dot product.
+/// Path length by independent code: no tokens, no modal tables, arc angles from cross and dot
+/// product.
 fn plain_length_mm(text: &str) -> f64 {
-    let (mut total, mut unit, mut mode, mut place) = (0.0, 1.0, 0, [0.0_f64; 3]);
+    let (mut total, mut unit, mut mode, mut position) = (0.0, 1.0, 0, [0.0_f64; 3]);
     for line in text.lines() {
         let line = line.split(['(', ';']).next().unwrap_or_default();
         let mut words: HashMap<char, f64> = HashMap::new();
@@ -106,23 +107,23 @@ fn plain_length_mm(text: &str) -> f64 {
         if codes.contains(&28.0) {
             continue;
         }
-        let from = place;
+        let from = position;
         for (axis, letter) in ['X', 'Y', 'Z'].iter().enumerate() {
             if let (Some(value), true) = (words.get(letter), mode != 81 || axis != 2) {
-                place[axis] = value * unit;
+                position[axis] = value * unit;
             }
         }
-        let rise = place[2] - from[2];
+        let rise = position[2] - from[2];
         let moved = ["X", "Y", "Z", "I", "J"].iter().any(|w| words.contains_key(&w.chars().next().unwrap_or(' ')));
         total += match mode {
-            1 => (place[0] - from[0]).hypot(place[1] - from[1]).hypot(rise),
+            1 => (position[0] - from[0]).hypot(position[1] - from[1]).hypot(rise),
             2 | 3 if moved => {
                 let offset = ['I', 'J'].map(|w| words.get(&w).copied().unwrap_or(0.0) * unit);
                 let a = [-offset[0], -offset[1]];
-                let b = [place[0] - from[0] - offset[0], place[1] - from[1] - offset[1]];
+                let b = [position[0] - from[0] - offset[0], position[1] - from[1] - offset[1]];
                 let turn = if mode == 3 { 1.0 } else { -1.0 };
                 let angle = (turn * (a[0] * b[1] - a[1] * b[0])).atan2(a[0] * b[0] + a[1] * b[1]);
-                let closed = (place[0] - from[0]).hypot(place[1] - from[1]) < 1e-9;
+                let closed = (position[0] - from[0]).hypot(position[1] - from[1]) < 1e-9;
                 let angle = if closed { std::f64::consts::TAU } else { angle.rem_euclid(std::f64::consts::TAU) };
                 (angle * 0.5 * (a[0].hypot(a[1]) + b[0].hypot(b[1]))).hypot(rise)
             }
@@ -132,7 +133,8 @@ fn plain_length_mm(text: &str) -> f64 {
     total
 }
 
-/// Rounded arcs are spirals: the plain way leaves their change of radius out, which is a few µm over 14 m.
+/// Rounded arcs are spirals. The independent code ignores their change of radius: a few µm over 14
+/// m.
 #[test]
 fn path_lengths_agree_with_a_plain_computation() {
     for (name, tolerance_mm) in
@@ -148,10 +150,11 @@ fn path_lengths_agree_with_a_plain_computation() {
 fn a_helix_of_turns_has_the_length_of_its_turns() {
     let Some(program) = load("easyplot_VINT_360arc.nc") else { return };
     let length = feed_length_mm(&read(&program));
-    // 23 helical turns of radius 15 and pitch 1, one flat turn, and each way in and out a line and an arc of radius 5.867.
+    // 23 helical turns of radius 15 and pitch 1, one flat turn, and each lead-in and lead-out a
+    // line and an arc of radius 5.867.
     let turns = 23.0 * (std::f64::consts::TAU * 15.0).hypot(1.0) + std::f64::consts::TAU * 15.0;
-    let ways = 5.365_f64.hypot(4.496) + (std::f64::consts::PI - 4.496_f64.atan2(3.768)) * 5.8665;
-    assert!((length - turns - 2.0 * ways).abs() < 0.01, "{length} against {}", turns + 2.0 * ways);
+    let leads = 5.365_f64.hypot(4.496) + (std::f64::consts::PI - 4.496_f64.atan2(3.768)) * 5.8665;
+    assert!((length - turns - 2.0 * leads).abs() < 0.01, "{length} against {}", turns + 2.0 * leads);
 }
 
 #[test]
@@ -163,7 +166,8 @@ fn a_faulty_arc_in_a_published_file_is_found() {
     let lines: Vec<_> = diagnostics.iter().filter(|d| d.is_error()).map(|d| d.line).collect();
     assert_eq!(lines, [624, 696, 768, 840, 912]);
     assert!(diagnostics[0].render(&program, "c.nc").contains("29.0000 mm at the start and 27.5862 mm at the end"));
-    // The sign of I is wrong there: with it right, as in the other three corners, the program is read.
+    // The sign of I is wrong in this block. With the sign of the other three corners the program is
+    // accepted.
     let mended = String::from_utf8_lossy(program.bytes()).replace("X21 Y-20 I20 J21", "X21 Y-20 I-20 J21");
     let path = read(&parse(mended));
     assert_eq!(path.moves.iter().filter(|m| matches!(m.kind, MoveKind::Arc(_))).count(), 80);

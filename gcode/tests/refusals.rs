@@ -1,4 +1,4 @@
-//! Programs that must be refused, with the message that a user sees.
+//! Programs that must be refused, with the message for the user.
 
 use gcode::{Dialect, GcodeError, interpret, parse};
 
@@ -13,7 +13,7 @@ fn refused_as(dialect: Dialect, text: &str) -> (String, usize) {
     }
 }
 
-/// The head that makes everything but the fault under test valid.
+/// Header that makes everything valid except the error under test.
 const HEAD: &str = "G21 G90 G0 X0 Y0 Z0 F100\n";
 
 #[test]
@@ -44,11 +44,11 @@ error: no circle: its radius is 8.0000 mm at the start and 10.1980 mm at the end
 }
 
 #[test]
-fn each_fault_has_its_own_words() {
+fn each_fault_has_its_own_message() {
     let cases = [
         (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
         (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
-        (Dialect::Fanuc, "G#1 X1", "this G code cannot be told", "^^^"),
+        (Dialect::Fanuc, "G#1 X1", "this G code cannot be identified", "^^^"),
         (Dialect::Fanuc, "G6.2 X1", "G6.2 moves the tool in a way that is not interpreted", "^^^^"),
         (Dialect::LinuxCnc, "G5.1 X1 I1 J1", "G5.1 moves the tool in a way", "^^^^"),
         (Dialect::Fanuc, "G123 X1", "G123 is unknown, and its block has axis words", "^^^^"),
@@ -104,7 +104,7 @@ fn an_axis_word_without_any_motion_code_is_refused() {
 }
 
 #[test]
-fn one_cause_is_told_once_and_the_list_is_capped() {
+fn one_cause_is_reported_once_and_the_list_is_capped() {
     let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}G68 R30\nG1 X1\nX2\nX3\nX4\n"));
     assert_eq!(once, 1);
     let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X#1\n".repeat(100)));

@@ -1,9 +1,9 @@
-//! Nothing is lost and nothing panics, whatever the bytes.
+//! No byte is lost and nothing panics, for any input.
 
 use gcode::{Dialect, Edits, Options, Span, edit, interpret, parse};
 use proptest::prelude::*;
 
-/// Pieces that programs are made of, joined at random: near enough to G-code to reach every branch.
+/// Program fragments, joined at random. Close enough to G-code to reach every branch.
 fn pieces() -> impl Strategy<Value = String> {
     let fixed = prop::sample::select(vec![
         "G0",
@@ -190,7 +190,7 @@ proptest! {
             edits.replace(program.words()[*word].span, (*text).clone());
         }
         let out = edit(&program, &edits).expect("words do not overlap");
-        // Walk both: the bytes between edits must be the same, the edited ones the given text.
+        // Compare both: bytes between edits must be equal, edited bytes must be the given text.
         let (mut old, mut new) = (0, 0);
         for (word, text) in &chosen {
             let span = program.words()[*word].span;
@@ -235,6 +235,6 @@ fn no_pattern_makes_the_time_quadratic() {
             let _ = interpret(&program, &Dialect::LinuxCnc.into());
         }
     }
-    // Seconds where linear, hours where not.
+    // Seconds if linear, hours if not.
     assert!(begin.elapsed().as_secs() < 120);
 }

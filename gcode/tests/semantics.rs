@@ -1,4 +1,4 @@
-//! What programs mean, checked on small ones.
+//! Semantics of small programs.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -113,8 +113,8 @@ fn absolute_centres_are_recognised_only_where_nothing_else_fits() {
     let strict = Options { arc_centres: ArcCentres::Incremental, ..Options::default() };
     assert!(interpret(&parse(text), &strict).is_err());
     assert!(interpret(&parse(format!("G91.1\n{text}")), &Options::default()).is_err());
-    let told = Options { arc_centres: ArcCentres::Absolute, ..Options::default() };
-    assert!(interpret(&parse(text), &told).is_ok_and(|path| path.warnings.is_empty()));
+    let stated = Options { arc_centres: ArcCentres::Absolute, ..Options::default() };
+    assert!(interpret(&parse(text), &stated).is_ok_and(|path| path.warnings.is_empty()));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn what_makes_a_start_unknown() {
 }
 
 #[test]
-fn moves_that_stay_as_they_are() {
+fn moves_that_are_not_changed() {
     let path = read(
         "G21 G0 X0 Y0 Z0\nG1 X1 F100\n/G1 X2\nM6 T2 X3\nG41 D1 X4\nX5\nG40 X6\nX7\nG53 X0\nG0 X0 Y0\nG33 Z-1 F1\nG4 P1500\n",
     );
@@ -255,7 +255,7 @@ fn the_program_ends_where_the_control_stops() {
     assert_eq!(tape.moves.len(), 1);
 }
 
-/// Whether the last feed move of `text` may be shifted.
+/// Whether the last feed move of `text` is shiftable.
 fn shifts(dialect: Dialect, text: &str) -> bool {
     last(&read_as(dialect, &format!("G21 G90 G17\nG0 X0 Y0 Z0\n{text}"))).shiftable == Shiftable::Yes
 }
@@ -293,14 +293,14 @@ fn after_a_code_that_is_not_understood_nothing_is_changed_until_it_is_cancelled(
             assert!(shifts(Dialect::Fanuc, &format!("{begun}{off}\n{again}")), "{on} {off}");
         }
     }
-    // What only speaks, switches or is said to be harmless opens nothing.
+    // Messages, switches and codes declared passive open no section.
     for silent in ["MSG(\"now\")", "STOPRE", "M8", "M62 P1", "M19", "G187 P3", "M98 P1000"] {
         assert!(shifts(Dialect::Fanuc, &format!("{silent}\n{again}")), "{silent}");
     }
     assert!(shifts(Dialect::LinuxCnc, &format!("M140\n{again}")) && !shifts(Dialect::Fanuc, &format!("M140\n{again}")));
-    let told = Options { passive: gcode::PassiveCodes::default().with(428), ..Options::default() };
+    let stated = Options { passive: gcode::PassiveCodes::default().with(428), ..Options::default() };
     let text = format!("G21 G90\nG0 X0 Y0 Z0\nM428\n{again}");
-    assert_eq!(last(&interpret(&parse(text), &told).expect("valid")).shiftable, Shiftable::Yes);
+    assert_eq!(last(&interpret(&parse(text), &stated).expect("valid")).shiftable, Shiftable::Yes);
 }
 
 #[test]

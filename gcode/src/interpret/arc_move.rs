@@ -1,4 +1,4 @@
-//! The arc of a feed move: its plane, its centre or radius, its turns.
+//! The arc of a feed move: plane, centre or radius, number of turns.
 
 use super::gather::Gathered;
 use super::state::Interpreter;
@@ -7,10 +7,10 @@ use crate::dialect::Dialect;
 use crate::modal::{Distance, Plane};
 use crate::position::{AXIS_LETTERS, Position};
 
-/// Address letters of the distances from the start to the centre along X, Y, Z.
+/// Address letters of the distances from start to centre along X, Y, Z.
 const CENTRE_LETTERS: [u8; 3] = *b"IJK";
 
-/// What an arc needs beside its centre or radius.
+/// Arc data other than centre and radius.
 #[derive(Clone, Copy)]
 struct Ends {
     plane: Plane,
@@ -32,7 +32,7 @@ impl Ends {
 }
 
 impl Interpreter<'_> {
-    /// Builds the arc of the present block; reports why there is none.
+    /// Builds the arc of the present block. Reports an error if there is none.
     pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
         let plane = self.modal.plane;
         let [first, second, normal] = plane.axes();
@@ -71,7 +71,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Whether the coordinates of the start that the arc depends on are known.
+    /// Whether the start coordinates that the arc depends on are known.
     fn knows_arc_start(&self, words: &Gathered, has_centre: bool) -> bool {
         let [first, second, _] = self.modal.plane.axes();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute && has_centre;
@@ -81,7 +81,7 @@ impl Interpreter<'_> {
         })
     }
 
-    /// LinuxCNC's P word of an arc; 1 where there is none.
+    /// LinuxCNC's P word of an arc, 1 if absent.
     fn turns(&mut self, words: &Gathered, at: usize) -> Option<u32> {
         match words.number(self.program, b'P') {
             Some(p) if self.options.dialect == Dialect::LinuxCnc && words.m.is_empty() => {
@@ -95,7 +95,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// The arc about the centre that I, J, K give; `index` is the first of these words.
+    /// The arc about the centre given by I, J, K. `index` is the first of these words.
     fn arc_about_centre(&mut self, words: &Gathered, ends: Ends, index: usize) -> Option<Arc> {
         let [first, second, _] = ends.plane.axes();
         let unit = self.modal.units.mm();

@@ -1,6 +1,6 @@
-//! The subprograms, loops and branches that are open, and what they leave uncertain.
+//! Open subprograms, loops and branches, and the uncertainty that they leave.
 
-/// Most subprograms, loops and branches open at once.
+/// Maximum nesting depth of subprograms, loops and branches.
 pub(super) const DEEPEST: usize = 100;
 
 #[derive(Debug)]
@@ -11,7 +11,7 @@ pub(super) struct Body {
     pub is_subprogram: bool,
 }
 
-/// Which bodies are open and what made the rest uncertain.
+/// Open bodies, and the cause of uncertainty after them.
 #[derive(Debug, Default)]
 pub(super) struct OpenBodies {
     pub bodies: Vec<Body>,
@@ -20,12 +20,12 @@ pub(super) struct OpenBodies {
 }
 
 impl OpenBodies {
-    /// Whether a subprogram is being defined.
+    /// Whether a subprogram definition is open.
     pub fn in_subprogram(&self) -> bool {
         self.bodies.iter().any(|body| body.is_subprogram)
     }
 
-    /// The block that makes a move here unpredictable, and how.
+    /// The block that makes a move here unpredictable, and the reason.
     pub fn fault(&self) -> Option<(usize, &'static str)> {
         match (self.bodies.first(), self.uncertain) {
             (Some(body), _) => Some((body.block, "inside the subprogram, loop or branch that opens")),
@@ -34,7 +34,7 @@ impl OpenBodies {
         }
     }
 
-    /// Closes the body of this label and those inside it; returns whether one was open.
+    /// Closes the body with this label and all bodies inside it. Returns whether one was open.
     pub fn close(&mut self, label: &[u8]) -> bool {
         let found = self.bodies.iter().rposition(|body| body.label.eq_ignore_ascii_case(label));
         if let Some(at) = found {

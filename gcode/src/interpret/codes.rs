@@ -1,4 +1,4 @@
-//! What each G code means in each dialect.
+//! Meaning of each G code in each dialect.
 
 use crate::dialect::Dialect;
 use crate::modal::{CutterCompensation, Distance, FeedMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
@@ -15,7 +15,7 @@ pub(super) enum Motion {
     Probe,
 }
 
-/// How blocks are joined, before its words are read.
+/// Path mode of the control, before its words are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PathCode {
     ExactPath,
@@ -23,7 +23,7 @@ pub(super) enum PathCode {
     Continuous,
 }
 
-/// Codes that use up the block's axis words and hold for their block alone.
+/// Codes that use the axis words of the block and hold for that block alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OneShot {
     Dwell,
@@ -57,7 +57,8 @@ pub(super) enum Code {
     ToolLength(ToolLength),
     Path(PathCode),
     ReturnLevel(ReturnLevel),
-    /// Rotation, scaling, mirror, polar, diameter: programmed coordinates are not the path's.
+    /// Rotation, scaling, mirror, polar, diameter: programmed coordinates differ from path
+    /// coordinates.
     TransformOn,
     TransformOff,
     ModalMacroOn,
@@ -66,21 +67,21 @@ pub(super) enum Code {
     SurfaceSpeed(bool),
     /// Exact stop at the end of this block alone.
     ExactStopHere,
-    /// Known, without influence on geometry.
+    /// Known, no influence on geometry.
     Silent,
-    /// Known to move the tool along a path that is not interpreted.
+    /// Known motion along a path that is not interpreted.
     UnsupportedMotion,
     Unknown,
 }
 
-/// A code in tenths: 911 for G91.1; `None` for numbers that name no code.
+/// A code in tenths: 911 for G91.1. `None` if the number is no code.
 pub(super) fn tenths(value: f64) -> Option<u16> {
     let scaled = value * 10.0;
     let rounded = scaled.round();
     ((scaled - rounded).abs() < 1e-6 && (0.0..10_000.0).contains(&rounded)).then_some(rounded as u16)
 }
 
-/// A code as it is written: `G91.1`.
+/// Code as text: `G91.1`.
 pub(super) fn written(tenths: u16) -> String {
     match tenths % 10 {
         0 => format!("G{}", tenths / 10),
@@ -88,7 +89,7 @@ pub(super) fn written(tenths: u16) -> String {
     }
 }
 
-/// Whether the code `off` ends the transformation that `on` began (both in tenths).
+/// Whether the code `off` ends the transformation started by `on` (both in tenths).
 pub(super) fn cancels(off: u16, on: u16) -> bool {
     match off {
         80 => on == 70,
@@ -101,7 +102,7 @@ pub(super) fn cancels(off: u16, on: u16) -> bool {
     }
 }
 
-/// The meaning of a G code; `has_cycle_words` tells whether P or Q stands in the block.
+/// The meaning of a G code. `has_cycle_words`: P or Q stands in the block.
 pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> Code {
     use Code::*;
     match tenths {

@@ -1,4 +1,5 @@
-//! What a feed move must fulfil: words that are understood, a path that is sure to run, an arc that exists, a feed.
+//! Requirements on a feed move: interpreted words, a path that runs unconditionally, a valid arc, a
+//! feed.
 
 use super::codes::{Code, Motion, written};
 use super::gather::Gathered;
@@ -8,13 +9,13 @@ use crate::modal::{CutterCompensation, FeedMode, Units};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
 use crate::toolpath::Feed;
 
-/// Letters whose values shape a feed move.
+/// Letters whose values define a feed move.
 const SHAPING: &[u8] = b"XYZABCIJKRF";
-/// Letters with a meaning of their own in any block.
+/// Letters that have their own meaning in every block.
 const FREE: &[u8] = b"NOSTHDF";
 
 impl Interpreter<'_> {
-    /// Reports what makes a feed move unfit; returns whether nothing does.
+    /// Checks a feed move and reports every error. Returns whether there is none.
     pub fn check_feed_move(&mut self, words: &Gathered, motion: Motion, at: usize) -> bool {
         let span = self.span(at);
         if let Some((cause, how)) = self.flow.fault() {
@@ -55,7 +56,7 @@ impl Interpreter<'_> {
             return false;
         }
         if !self.units_stated {
-            // Once is enough, and an option that was set on purpose deserves no more.
+            // One warning is enough. An option that was set explicitly needs none.
             self.units_stated = true;
             let unit = match self.options.units {
                 Units::Mm => "mm",
@@ -67,14 +68,14 @@ impl Interpreter<'_> {
         true
     }
 
-    /// Refuses a feed move for a word that is not understood.
+    /// Refuses a feed move because of a word that is not interpreted.
     pub fn refuse_unknown(&mut self, words: &Gathered, index: usize) {
         self.fed = true;
         self.position = self.target(words, 1);
         self.report.error(self.span(index), "not understood in a feed move", None);
     }
 
-    /// The first word that no code of the block takes.
+    /// The first word that no code of the block uses.
     fn stray(&self, words: &Gathered, is_arc: bool) -> Option<usize> {
         let linux_cnc = self.options.dialect == Dialect::LinuxCnc;
         let taken_by_code = !words.m.is_empty()

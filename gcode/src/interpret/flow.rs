@@ -1,14 +1,14 @@
-//! Flow statements: what they do to the predictability of what follows.
+//! Flow statements and their effect on the predictability of later blocks.
 
 use crate::lexer::letters;
 use crate::number::skip_blanks;
 
-/// What a flow statement does.
+/// Effect of a flow statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flow<'a> {
     /// Opens a subprogram's body, which runs only when called.
     Sub { label: &'a [u8] },
-    /// Opens a body that may run never, once or often; the label closes it.
+    /// Opens a body that runs any number of times, or never. The label closes it.
     Open { label: &'a [u8] },
     /// `do`: closed by `while` with the same label.
     OpenDo { label: &'a [u8] },
@@ -18,11 +18,11 @@ pub(super) enum Flow<'a> {
     Close { label: &'a [u8] },
     /// Calls a subprogram.
     Call,
-    /// Jumps, or may jump.
+    /// Jumps, perhaps conditionally.
     Jump,
-    /// Assigns a parameter under a condition.
+    /// Conditional assignment to a parameter.
     Assign,
-    /// Stays inside a body that is open already.
+    /// Stays inside an open body.
     Inside,
 }
 
@@ -41,7 +41,7 @@ fn o_word(statement: &[u8]) -> Flow<'_> {
         Some(byte) if byte.is_ascii_digit() => {
             statement[start..].iter().position(|b| !b.is_ascii_digit()).map_or(statement.len(), |length| start + length)
         }
-        // A label that is computed can only be called.
+        // A computed label can only be called.
         _ => return Flow::Call,
     };
     let label = statement.get(start..end).unwrap_or_default();
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn statements_are_told_apart() {
+    fn statements_are_distinguished() {
         let cases: [(&str, Flow); 13] = [
             ("o100 sub", Flow::Sub { label: b"100" }),
             ("O<probe> endsub", Flow::Close { label: b"<probe>" }),

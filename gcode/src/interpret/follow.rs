@@ -1,4 +1,5 @@
-//! Flow control as far as it must be followed: whether a feed move is sure to run once, in the modal state that was read.
+//! Flow control: decides whether a feed move runs exactly once and in the modal state that was
+//! read.
 
 use super::bodies::{Body, DEEPEST};
 use super::codes::{Code, Motion, OneShot};
@@ -9,7 +10,7 @@ use crate::position::AXIS_LETTERS;
 use crate::word::Span;
 
 impl Interpreter<'_> {
-    /// Follows the flow statement in word `index`.
+    /// Processes the flow statement in word `index`.
     pub fn follow_flow(&mut self, index: usize) {
         let span = self.span(index);
         let block = self.block;
@@ -50,7 +51,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// A subprogram or macro call: the tool may be anywhere afterwards.
+    /// A subprogram or macro call. The position afterwards is unknown.
     pub fn call(&mut self, span: Span) {
         self.forget_all();
         self.report.warning(
@@ -60,7 +61,7 @@ impl Interpreter<'_> {
         );
     }
 
-    /// A jump: feed moves that were read may run again, those that follow may not run.
+    /// A jump. Earlier feed moves may run again, later ones may not run.
     pub fn jump(&mut self, span: Span) {
         if self.fed {
             self.report.error(
@@ -73,7 +74,7 @@ impl Interpreter<'_> {
         self.forget_all();
     }
 
-    /// In a body that may not run, modal codes leave everything after it uncertain.
+    /// Modal codes in a body that may not run make the state after it uncertain.
     pub fn note_body(&mut self, words: &Gathered) {
         if self.flow.bodies.is_empty() {
             return;
@@ -92,7 +93,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// A subprogram's body runs elsewhere and more than once, so that only rapids are let through in it.
+    /// A subprogram body runs elsewhere and repeatedly. Only rapids are accepted in it.
     pub fn refuse_subprogram_motion(&mut self, words: &Gathered) {
         let harmless = words.g.iter().any(|g| {
             matches!(

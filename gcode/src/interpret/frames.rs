@@ -1,7 +1,7 @@
-//! Shifts of the program's zero, data input, homing and dwell: blocks whose axis words are no targets.
+//! Offsets of program zero, data input, homing and dwell: blocks whose axis words are not targets.
 //!
-//! Positions are kept in the work frame *before* G52 and G92, so that those leave no jump in the path. Where G92 is given at
-//! a place that is not known, that frame is laid anew through it.
+//! Positions are in the work frame *before* G52 and G92, so these leave no jump in the path. If G92
+//! is given at an unknown position, that position redefines the frame.
 
 use super::gather::Gathered;
 use super::state::Interpreter;
@@ -11,7 +11,7 @@ use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
-    /// A word's number in mm or rad; `None` for what is no coordinate.
+    /// Value of a word, mm or rad. `None` if it is no coordinate.
     pub fn scaled(&self, words: &Gathered, axis: usize) -> Option<f64> {
         let number = words.number(self.program, AXIS_LETTERS[axis]).filter(|n| n.abs() <= LARGEST_COORDINATE)?;
         Some(if axis < 3 { number * self.modal.units.mm() } else { number.to_radians() })
@@ -28,7 +28,7 @@ impl Interpreter<'_> {
         (0..6).filter(move |axis| present[*axis])
     }
 
-    /// G52: the zero moves to these coordinates of the work frame.
+    /// G52: moves program zero to these coordinates of the work frame.
     pub fn local_shift(&mut self, words: &Gathered) {
         for axis in self.named(words) {
             let value = self.scaled(words, axis);
@@ -44,7 +44,7 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// G92: where the tool stands gets these coordinates.
+    /// G92: assigns these coordinates to the present position.
     pub fn set_position(&mut self, words: &Gathered) {
         for axis in self.named(words) {
             let Some(value) = self.scaled(words, axis) else {
@@ -84,7 +84,7 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// G10: where it changes a work offset that may be active, the named coordinates are no longer known.
+    /// G10: the named coordinates become unknown if it changes a work offset that may be active.
     pub fn set_data(&mut self, words: &Gathered) {
         let number = |letter| words.number(self.program, letter);
         let sets_offset = !words.has(b'L') || number(b'L').is_none_or(|l| l == 2.0 || l == 20.0);
@@ -109,7 +109,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G27 to G30: the named axes (all, where none is) go to a fixed point of the machine.
+    /// G27 to G30: the named axes (all, if none is named) move to a fixed machine position.
     pub fn home(&mut self, words: &Gathered) {
         let start = self.position;
         if words.any(&AXIS_LETTERS).is_some() {
@@ -122,7 +122,7 @@ impl Interpreter<'_> {
         self.push_fixed(MoveKind::Home, start, Fixed::Home, false);
     }
 
-    /// G4; returns whether it took the axis words (Fanuc's `G4 X1.`).
+    /// G4. Returns whether it used the axis words (Fanuc's `G4 X1.`).
     pub fn dwell(&mut self, words: &Gathered) -> bool {
         let number = |letter| words.number(self.program, letter);
         let (seconds, taken) = match self.options.dialect {
@@ -134,7 +134,7 @@ impl Interpreter<'_> {
         taken
     }
 
-    /// Records a move that stays as it is and ends at the present position.
+    /// Records an unmodified move that ends at the present position.
     pub fn push_fixed(&mut self, kind: MoveKind, start: Position, why: Fixed, explicit_motion: bool) {
         let modal = self.modal_index();
         self.moves.push(Move {
@@ -150,7 +150,7 @@ impl Interpreter<'_> {
         });
     }
 
-    /// The end of a move to the block's axis words, each `repeats` times where they are distances.
+    /// End of a move to the axis words of the block. Incremental words are applied `repeats` times.
     pub fn target(&self, words: &Gathered, repeats: u32) -> Position {
         let mut end = self.position;
         for axis in self.named(words) {

@@ -1,4 +1,4 @@
-//! The words of one block sorted by letter, ready for the interpreter.
+//! Words of one block, indexed by letter.
 
 use super::codes::{Code, classify, tenths};
 use crate::dialect::Dialect;
@@ -13,13 +13,13 @@ pub(super) struct GWord {
     pub code: Code,
 }
 
-/// A block's words by letter; reused from block to block.
+/// Words of a block by letter. The buffers are reused for every block.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     by_letter: [Option<u32>; 26],
     pub g: Vec<GWord>,
     pub m: Vec<usize>,
-    /// G words whose number is an expression or names no code.
+    /// G words whose value is an expression or no code.
     pub bad_g: Option<usize>,
     pub unknown: Option<usize>,
     pub duplicate: Option<usize>,
@@ -66,13 +66,13 @@ impl Gathered {
                 if slot.is_some() {
                     self.duplicate = self.duplicate.or(Some(index));
                 }
-                // The last one holds, as on the controls that accept it.
+                // The last one is active, as on controls that accept several.
                 *slot = u32::try_from(index).ok();
             }
         }
     }
 
-    /// The word and the code of the motion that the block states.
+    /// Word and code of the motion stated in the block.
     pub fn explicit_motion(&self) -> Option<(usize, Code)> {
         self.g.iter().find(|g| matches!(g.code, Code::Motion(_) | Code::Cycle(_))).map(|g| (g.index, g.code))
     }
@@ -82,12 +82,12 @@ impl Gathered {
         self.by_letter.get(usize::from(letter.wrapping_sub(b'A'))).copied().flatten().map(|index| index as usize)
     }
 
-    /// Whether a word with this letter is there.
+    /// Whether the block has a word with this letter.
     pub fn has(&self, letter: u8) -> bool {
         self.index(letter).is_some()
     }
 
-    /// The number of the word with this letter.
+    /// Value of the word with this letter.
     pub fn number(&self, program: &Program, letter: u8) -> Option<f64> {
         program.words().get(self.index(letter)?)?.number()
     }
@@ -106,7 +106,7 @@ impl Gathered {
             .min()
     }
 
-    /// Whether an M word with this number is there.
+    /// Whether the block has an M word with this number.
     pub fn has_m(&self, program: &Program, numbers: &[f64]) -> bool {
         self.m.iter().any(|index| program.words()[*index].number().is_some_and(|n| numbers.contains(&n)))
     }

@@ -1,4 +1,4 @@
-//! The modal interpreter: reads a program block by block and follows the tool.
+//! The modal interpreter: reads a program block by block and tracks the tool position.
 
 mod arc_move;
 mod bodies;
@@ -33,8 +33,8 @@ const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
 /// Reads a program into moves.
 ///
 /// # Errors
-/// [`GcodeError::Refused`] with every fault found (at most 20) when a feed move cannot be understood, depends on a parameter
-/// or on flow control, or has no feed or no circle through its ends.
+/// [`GcodeError::Refused`] with the errors found (at most 20) if a feed move is not interpreted,
+/// depends on a parameter or on flow control, has no feed, or has no circle through its ends.
 pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, GcodeError> {
     let assumed = match options.arc_centres {
         ArcCentres::Absolute => Distance::Absolute,
@@ -67,7 +67,7 @@ impl Interpreter<'_> {
             words.fill(self.program, block, self.options.dialect);
             self.read_block(&words);
             if self.ended || self.report.is_full() {
-                self.warn_of_rest();
+                self.warn_after_end();
                 break;
             }
         }
@@ -122,7 +122,7 @@ impl Interpreter<'_> {
             self.apply_motion(words);
             self.modal.path = path;
         }
-        // Where the tool is depends on whether the block ran.
+        // The position depends on whether the block ran.
         if words.block_delete && self.options.block_delete.is_none() {
             for axis in self.named(words).collect::<Vec<_>>() {
                 self.position.forget(axis);
@@ -131,7 +131,7 @@ impl Interpreter<'_> {
         self.apply_stops(words);
     }
 
-    /// Two motion codes in one block contradict each other; unknown codes with axis words may be motion.
+    /// Two motion codes in one block conflict. Unknown codes with axis words may be motion.
     fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
         let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
         let mut motions = words.g.iter().filter(|g| is_motion(g.code));
@@ -143,7 +143,7 @@ impl Interpreter<'_> {
             return true;
         }
         if let Some(index) = words.bad_g {
-            self.report.error(self.span(index), "this G code cannot be told", Some("write the code as a number"));
+            self.report.error(self.span(index), "this G code cannot be identified", Some("write the code as a number"));
             return true;
         }
         let mut refused = false;
@@ -166,7 +166,7 @@ impl Interpreter<'_> {
         refused
     }
 
-    /// Codes that take the axis words for themselves; returns whether one did.
+    /// Codes that use the axis words themselves. Returns whether there was one.
     fn apply_one_shots(&mut self, words: &Gathered) -> bool {
         let mut taken = false;
         for g in &words.g {
@@ -199,7 +199,7 @@ impl Interpreter<'_> {
                 Code::ClearPositionShift => self.clear_position_shift(false),
                 Code::SuspendPositionShift => self.clear_position_shift(true),
                 Code::RestorePositionShift => self.restore_position_shift(),
-                // The words of G68, G51 and G51.1 are the transform's own.
+                // The words of G68, G51 and G51.1 belong to the transformation.
                 Code::TransformOn if matches!(g.tenths, 510 | 511 | 680..=684) => taken |= words.explicit_motion().is_none(),
                 Code::ModalMacroOn => taken = true,
                 _ => {}
@@ -219,13 +219,13 @@ impl Interpreter<'_> {
         }
     }
 
-    fn warn_of_rest(&mut self) {
+    fn warn_after_end(&mut self) {
         if !self.ended {
             return;
         }
         let next = self.block + 1;
-        let rest = self.program.word_range(next).start;
-        let start = if next < self.program.blocks().len() { rest } else { return };
+        let first_word = self.program.word_range(next).start;
+        let start = if next < self.program.blocks().len() { first_word } else { return };
         let more = self.program.words()[start..].iter().find(|word| word.is(b'G')).map(|word| word.span);
         if let Some(span) = more {
             let message = format!("the program ends on line {next}: what follows is not read and stays as it is");

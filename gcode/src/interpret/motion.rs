@@ -11,7 +11,7 @@ use crate::split::is_splittable;
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
-    /// Carries out the motion that the block's axis words ask for.
+    /// Executes the motion that the axis words of the block command.
     pub fn apply_motion(&mut self, words: &Gathered) {
         let explicit = words.explicit_motion();
         match explicit {
@@ -21,7 +21,7 @@ impl Interpreter<'_> {
             }
             Some((_, Code::Cycle(code))) => {
                 self.open_cycle(code);
-                // LinuxCNC has one motion group: after G80 no code is active.
+                // LinuxCNC has one motion group: no code is active after G80.
                 if self.options.dialect == Dialect::LinuxCnc {
                     self.motion = None;
                 }
@@ -60,7 +60,7 @@ impl Interpreter<'_> {
             Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
             Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),
             Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
-            // A rigid tap comes back to where it began.
+            // A rigid tap returns to its start.
             Motion::RigidTap => self.push_fixed(MoveKind::Thread, self.position, Fixed::Threading, explicit_motion),
             Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise => {
                 let at = explicit.map_or(first, |(index, _)| index);
@@ -69,27 +69,27 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Whether an unknown word may have been meant as a coordinate, such as `X=5`.
+    /// Whether an unknown word may be a coordinate, such as `X=5`.
     fn may_be_geometry(&self, index: usize) -> bool {
         let first = self.program.text(self.span(index)).first().map(u8::to_ascii_uppercase);
         first.is_some_and(|letter| b"XYZABCIJKRUVW,".contains(&letter))
     }
 
-    /// A move that is never compensated; `loses_place` where its end is not in the program's frame.
-    fn travel(&mut self, words: &Gathered, kind: MoveKind, why: Fixed, loses_place: bool, explicit_motion: bool) {
+    /// A move that is never compensated. `end_unknown`: its end is not in the program frame.
+    fn travel(&mut self, words: &Gathered, kind: MoveKind, why: Fixed, end_unknown: bool, explicit_motion: bool) {
         let start = self.position;
         self.position = self.target(words, 1);
-        if loses_place {
+        if end_unknown {
             self.lose_named(words, start);
         }
         if !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some() {
             self.forget_all();
         }
-        let fixed = if kind == MoveKind::Rapid && loses_place { Fixed::MachineCoordinates } else { why };
+        let fixed = if kind == MoveKind::Rapid && end_unknown { Fixed::MachineCoordinates } else { why };
         self.push_fixed(kind, start, fixed, explicit_motion);
     }
 
-    /// The named axes go to a place that is not known in the program's frame.
+    /// The named axes move to a position that is unknown in the program frame.
     fn lose_named(&mut self, words: &Gathered, start: Position) {
         for axis in (0..6).filter(|axis| words.has(AXIS_LETTERS[*axis])) {
             self.position.nominal[axis] = start.nominal[axis];

@@ -4,7 +4,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::program::Program;
 use crate::word::Span;
 
-/// Most errors, and most warnings, that are kept.
+/// Maximum number of errors, and of warnings.
 const CAP: usize = 20;
 
 /// The diagnostics of one interpretation.
@@ -14,7 +14,7 @@ pub(super) struct Report<'a> {
     diagnostics: Vec<Diagnostic>,
     errors: usize,
     warnings: usize,
-    /// The block whose state was last complained about, so that one cause is told once.
+    /// The block whose state was reported last. Each cause is reported once.
     last_cause: Option<(&'static str, usize)>,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Report<'a> {
         self.push(Severity::Warning, self.warnings, span, message.into(), help);
     }
 
-    /// An error with a cause in an earlier block: told once for each cause.
+    /// An error caused by an earlier block. Each cause is reported once.
     pub fn error_from(&mut self, kind: &'static str, cause: usize, span: Span, message: impl Into<String>, help: &str) {
         if self.last_cause != Some((kind, cause)) {
             self.last_cause = Some((kind, cause));
@@ -50,7 +50,7 @@ impl<'a> Report<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Whether so many errors were found that reading on is of no use.
+    /// Whether the error cap is reached, so that reading can stop.
     pub fn is_full(&self) -> bool {
         self.errors >= CAP
     }

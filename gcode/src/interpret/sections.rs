@@ -1,20 +1,21 @@
-//! Sections in which the program is followed but not understood: nothing in them may be changed.
+//! Sections that are tracked but not interpreted. Nothing in them is changed.
 //!
-//! A code that is neither understood nor known to leave path and frame alone opens a section. A code that is known to cancel it ends the section; otherwise
-//! the end of the program does. After a section the position is unknown until it is stated in full.
+//! A code opens a section if it is neither interpreted nor known to leave path and frame alone. A
+//! known cancelling code ends the section, otherwise the end of the program. After a section the
+//! position is unknown until all coordinates are stated.
 
 use super::codes::cancels;
 
-/// What opened a section.
+/// Cause of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cause {
     /// A G code, in tenths.
     G(u16),
-    /// Something that nothing is known to cancel.
+    /// A cause without a known cancelling code.
     Lasting,
 }
 
-/// The sections that are open.
+/// The open sections.
 #[derive(Debug, Default)]
 pub(super) struct Sections(Vec<Cause>);
 
@@ -23,7 +24,7 @@ impl Sections {
         !self.0.is_empty()
     }
 
-    /// Opens a section; returns whether it is a new one.
+    /// Opens a section. Returns whether it is new.
     pub fn open(&mut self, cause: Cause) -> bool {
         let new = !self.0.contains(&cause);
         if new {
@@ -32,12 +33,12 @@ impl Sections {
         new
     }
 
-    /// Ends what this cause opened.
+    /// Ends the sections opened by this cause.
     pub fn close(&mut self, cause: Cause) {
         self.0.retain(|open| *open != cause);
     }
 
-    /// Ends the sections that the code `off` (in tenths) cancels; returns whether there were any.
+    /// Ends the sections that the code `off` (in tenths) cancels. Returns whether there were any.
     pub fn close_by(&mut self, off: u16) -> bool {
         let open = self.0.len();
         self.0.retain(|cause| !matches!(cause, Cause::G(on) if ends(off, *on)));
@@ -45,7 +46,7 @@ impl Sections {
     }
 }
 
-/// Whether the code `off` ends what the unknown code `on` began (both in tenths).
+/// Whether the code `off` cancels the unknown code `on` (both in tenths).
 fn ends(off: u16, on: u16) -> bool {
     match off {
         400 => matches!(on, 412..=419 | 422..=429 | 1410 | 1420),

@@ -1,4 +1,4 @@
-//! Modal codes and the words F, S, T: what holds until it is changed.
+//! Modal codes and the words F, S, T.
 
 use super::codes::{Code, OneShot, PathCode, cancels};
 use super::gather::Gathered;
@@ -7,7 +7,7 @@ use crate::dialect::Dialect;
 use crate::modal::{FeedMode, PathMode, ToolLength, WorkOffset};
 
 impl Interpreter<'_> {
-    /// Applies the block's modal words in the order in which a control does, before any motion.
+    /// Applies the modal words of the block in the order of a control, before any motion.
     pub fn apply_settings(&mut self, words: &Gathered) {
         // Units and feed mode come before F, whatever their order in the block.
         for g in &words.g {
@@ -91,7 +91,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// A rapid to absolute coordinates must follow before the place is known again.
+    /// The position becomes known again with a rapid to absolute coordinates.
     fn cancel_transforms(&mut self, off: u16) {
         let active = self.transforms.len();
         self.transforms.retain(|(_, on)| !cancels(off, *on));
@@ -103,12 +103,13 @@ impl Interpreter<'_> {
     fn set_tool_length(&mut self, length: ToolLength) {
         let unchanged = length == ToolLength::Off && self.modal.tool_length == ToolLength::Off;
         let tip = ToolLength::TipControl;
-        // From axes to tip and back the same place has other coordinates.
+        // Between axis and tip programming the same position has different coordinates.
         if (length == tip) != (self.modal.tool_length == tip) {
             (0..3).for_each(|axis| self.position.forget(axis));
         }
         self.modal.tool_length = length;
-        // LinuxCNC shows the same place with another Z; elsewhere the offset is taken up with the next Z word.
+        // LinuxCNC reports the same position with another Z. Other controls apply the offset with
+        // the next Z word.
         if self.options.dialect == Dialect::LinuxCnc && !unchanged {
             self.position.forget(2);
         }

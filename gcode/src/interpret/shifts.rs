@@ -1,11 +1,11 @@
-//! The parts that add up to the shift of the program's zero.
+//! Components of the program zero offset.
 
-/// The parts of the program's shift (mm; rad for A, B, C).
+/// Components of the program zero offset (mm; rad for A, B, C).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Shifts {
     pub local: [f64; 6],
     pub position: [f64; 6],
     pub saved: [f64; 6],
-    /// Axes whose frame G92 laid anew, so that taking it back leaves their place unknown.
+    /// Axes whose frame G92 redefined. Cancelling it leaves their position unknown.
     pub relaid: [bool; 6],
 }

@@ -1,4 +1,4 @@
-//! What is known while a program is read: modal state, position, open sections and the moves so far.
+//! Interpreter state: modal state, position, open sections and the moves so far.
 
 use super::bodies::OpenBodies;
 use super::codes::Motion;
@@ -13,7 +13,7 @@ use crate::program::Program;
 use crate::toolpath::Move;
 use crate::word::Span;
 
-/// The state while a program is read.
+/// Interpreter state.
 pub(super) struct Interpreter<'a> {
     pub program: &'a Program,
     pub options: &'a Options,
@@ -23,11 +23,11 @@ pub(super) struct Interpreter<'a> {
     pub motion: Option<Motion>,
     pub cycle: Option<CycleState>,
     pub position: Position,
-    /// Linear axes that the program never names: they stay at their place, which is called known.
+    /// Linear axes that the program never names. Their position is constant and counts as known.
     idle: u8,
     pub shifts: Shifts,
     pub feed: FeedWord,
-    /// Blocks and codes that turned on the rotation, scaling and polar modes now active.
+    /// Blocks and codes that activated the present rotation, scaling and polar modes.
     pub transforms: Vec<(usize, u16)>,
     /// The block of a G66.
     pub modal_macro: Option<usize>,
@@ -48,12 +48,12 @@ pub(super) struct Interpreter<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FeedWord {
     Unset,
-    /// As written, and in mm a minute (or a revolution).
+    /// Value as written, and in mm/min or mm/rev.
     Value {
         written: f64,
         mm: f64,
     },
-    /// From a parameter, in this block.
+    /// Set from a parameter in this block.
     Unpredictable {
         block: usize,
     },
@@ -111,13 +111,13 @@ impl<'a> Interpreter<'a> {
         self.program.blocks().get(self.block).map_or(Span { start: 0, end: 0 }, |block| block.span)
     }
 
-    /// Forgets the whole position.
+    /// Marks the whole position as unknown.
     pub fn forget_all(&mut self) {
         self.position.known = self.idle;
     }
 }
 
-/// Bits of the linear axes that no word of the program names.
+/// Bit mask of the linear axes that no word of the program names.
 fn idle_axes(program: &Program) -> u8 {
     let named = |letter: u8| program.words().iter().any(|word| word.is(letter));
     b"XYZ".iter().enumerate().filter(|(_, letter)| !named(**letter)).map(|(axis, _)| 1 << axis).sum()

@@ -1,4 +1,4 @@
-//! Codes and statements that are not understood: they open sections that stay as they are.
+//! Codes and statements that are not interpreted. They open sections that are not changed.
 
 use super::codes::{Code, OneShot, written};
 use super::gather::Gathered;
@@ -7,11 +7,11 @@ use super::state::Interpreter;
 use crate::dialect::Dialect;
 use crate::passive::{changes_nothing, is_user_defined};
 
-/// Statements that only speak to the operator or to look-ahead.
+/// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
 
 impl Interpreter<'_> {
-    /// Opens and ends sections by the codes of a block, before it is carried out.
+    /// Opens and ends sections by the codes of a block, before the block is executed.
     pub fn note_unknown(&mut self, words: &Gathered) {
         for g in &words.g {
             let ended = self.sections.close_by(g.tenths);
@@ -44,7 +44,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G10 L2 with R turns the coordinate system; R0 turns it back.
+    /// G10 L2 with R rotates the coordinate system. R0 cancels it.
     pub fn note_rotation(&mut self, index: usize, angle: Option<f64>) {
         if angle == Some(0.0) {
             self.sections.close(Cause::G(100));
@@ -53,7 +53,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// A block that a switch may skip: its modal codes may hold afterwards or not.
+    /// A block that a switch may skip: its modal codes may be active afterwards or not.
     fn note_optional(&mut self, words: &Gathered) {
         let changes = |code: &Code| match code {
             Code::Distance(distance) => *distance != self.modal.distance,
