@@ -1,4 +1,5 @@
-//! Time of every contour-error estimator on the same pair of three-dimensional paths, in samples a second.
+//! Time of every contour-error estimator on the same pair of three-dimensional paths, in samples
+//! per second.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -11,7 +12,7 @@ use motion::contour::{Exact, ExactStream, TimeMatch, Window, sample_estimators};
 const SAMPLES: usize = 30_000;
 const PERIOD_S: f64 = 0.002;
 
-/// A flower on a wave, at up to 80 mm/s, and what axes with 9 ms of lag make of it.
+/// A flower on a wave at up to 80 mm/s, and the response of axes with a lag of 9 ms.
 fn paths() -> (Vec<Vec3>, Vec<Vec3>) {
     let laps = 12.0;
     let desired: Vec<Vec3> = (0..SAMPLES)

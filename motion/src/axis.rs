@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Whether an axis moves along a line or turns.
+/// Whether an axis is linear or rotary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AxisKind {
     /// Positions in mm.
@@ -12,7 +12,7 @@ pub enum AxisKind {
 }
 
 impl AxisKind {
-    /// Unit of a position inside the product.
+    /// Internal unit of positions.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -32,7 +32,8 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis by its name: `a`, `b`, `c` and joints `j…` are rotary, all others linear. The name is lower-cased.
+    /// An axis from its name: `a`, `b`, `c` and joints `j…` are rotary, all others linear. The name
+    /// is lower-cased.
     #[must_use]
     pub fn named(name: &str) -> Self {
         let name = name.to_ascii_lowercase();
@@ -41,7 +42,7 @@ impl Axis {
         Self { name, kind }
     }
 
-    /// Its place among X, Y, Z, A, B, C, where it has one.
+    /// Index among X, Y, Z, A, B, C, if it is one of them.
     #[must_use]
     pub fn slot(&self) -> Option<usize> {
         ["x", "y", "z", "a", "b", "c"].iter().position(|name| *name == self.name)

@@ -1,4 +1,4 @@
-//! What can go wrong with curves, trajectories and plans.
+//! Errors of curves, trajectories and plans.
 
 use thiserror::Error;
 
@@ -8,15 +8,16 @@ pub enum MotionError {
     /// The sampling period is not a positive finite number of seconds.
     #[error("the sampling period is {0} s; it must be positive and finite")]
     BadPeriod(f64),
-    /// The columns of a trajectory differ in length or in number from its axes.
+    /// The columns of a trajectory differ in length, or their number differs from the number of
+    /// axes.
     #[error("{axes} axes but columns of lengths {lengths:?}; every axis needs one column and all columns the same length")]
     Ragged {
-        /// Number of axes named.
+        /// Number of axes.
         axes: usize,
-        /// Length of each column given.
+        /// Length of each column.
         lengths: Vec<usize>,
     },
-    /// Two axes carry the same name.
+    /// Two axes have the same name.
     #[error("axis `{0}` is named twice")]
     DuplicateAxis(String),
     /// A value is NaN or infinite.
@@ -27,7 +28,7 @@ pub enum MotionError {
         /// Index of the first such sample.
         sample: usize,
     },
-    /// Two trajectories that have to match do not.
+    /// Two trajectories that have to match differ.
     #[error("the trajectories do not match: {0}")]
     Mismatch(String),
     /// A limit, tolerance or other setting is out of range.
@@ -37,13 +38,13 @@ pub enum MotionError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What it has to be.
+        /// The requirement.
         remedy: &'static str,
     },
-    /// A curve was given points, weights or knots that do not define it.
+    /// Points, weights or knots that do not define a curve.
     #[error("the curve is not defined: {0}")]
     BadCurve(String),
-    /// Axes and joints that do not make a machine.
+    /// Axes and joints that do not form a machine.
     #[error("the kinematics is not defined: {0}")]
     BadKinematics(String),
     /// A pose that the axes cannot reach.
@@ -54,39 +55,39 @@ pub enum MotionError {
     UnreachableOnPath {
         /// Index of the piece of the tool path.
         piece: usize,
-        /// Way from the start of the path, mm.
+        /// Path length from the start of the path, mm.
         position_mm: f64,
-        /// Why.
+        /// Reason.
         what: String,
     },
-    /// The planner could not hold every limit.
+    /// The planner could not satisfy every limit.
     #[error("no feed holds the limits at path position {position_mm:.3} mm: {what}")]
     Infeasible {
         /// Index of the piece of the tool path.
         piece: usize,
-        /// Way from the start of the path, mm.
+        /// Path length from the start of the path, mm.
         position_mm: f64,
-        /// Which limit.
+        /// The limit.
         what: String,
     },
-    /// A path that takes so long that its plan would fill the memory.
+    /// A path with too long a duration for the memory.
     #[error(
         "the path takes more than {hours:.0} h up to here; a plan holds {most} samples: check the feed and its unit, or cut the path"
     )]
     TooLong {
-        /// Index of the piece of the tool path on which the last sample lies.
+        /// Index of the piece of the tool path that holds the last sample.
         piece: usize,
-        /// Way from the start of the path, mm.
+        /// Path length from the start of the path, mm.
         position_mm: f64,
-        /// Time that as many samples take, h.
+        /// Duration of that many samples, h.
         hours: f64,
-        /// Samples of a plan at most.
+        /// Maximum samples of a plan.
         most: usize,
     },
 }
 
 impl MotionError {
-    /// A pose that cannot be reached, with its place on the path.
+    /// A pose that cannot be reached, with its position on the path.
     pub(crate) fn on_piece(self, piece: usize, position_mm: f64) -> Self {
         match self {
             Self::Unreachable(what) => Self::UnreachableOnPath { piece, position_mm, what },
@@ -94,7 +95,7 @@ impl MotionError {
         }
     }
 
-    /// The same fault of a stretch that begins `offset_mm` after the start of the path.
+    /// The same error for a segment that begins `offset_mm` after the start of the path.
     pub(crate) fn further(mut self, offset_mm: f64) -> Self {
         if let Self::UnreachableOnPath { position_mm, .. }
         | Self::Infeasible { position_mm, .. }
@@ -105,7 +106,7 @@ impl MotionError {
         self
     }
 
-    /// The piece of the tool path that the fault lies on, where it is one of a path.
+    /// Index of the piece of the tool path, if the error has one.
     #[must_use]
     pub fn piece(&self) -> Option<usize> {
         match self {

@@ -1,8 +1,9 @@
-//! Between samples.
+//! Interpolation between samples.
 
 use std::ops::{Add, Mul, Sub};
 
-/// Value and derivative at `t` in `[0, 1]` of the cubic that goes from `from` to `to` with these derivatives at its ends.
+/// Value and derivative at `t` in `[0, 1]` of the cubic from `from` to `to` with these end
+/// derivatives.
 #[inline]
 pub(crate) fn hermite<V>(from: V, to: V, leaving: V, arriving: V, t: f64) -> (V, V)
 where
@@ -14,7 +15,8 @@ where
     (from + (leaving + (square + cube * t) * t) * t, leaving + (square * 2.0 + cube * 3.0 * t) * t)
 }
 
-/// Value, and slope a sample, of `values` at a fractional index: the cubic through the samples with central differences, flat beyond the ends.
+/// Value, and slope per sample, of `values` at a fractional index: the cubic through the samples
+/// with central differences, constant beyond the ends.
 ///
 /// Empty `values` give zeros.
 #[must_use]
@@ -34,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_are_met_and_parabolas_followed() {
+    fn samples_are_interpolated_and_parabolas_reproduced() {
         let values: Vec<f64> = (0..10).map(|k| f64::from(k * k)).collect();
         assert_eq!(cubic(&values, 4.0).0, 16.0);
         assert!((cubic(&values, 4.5).0 - 20.25).abs() < 1e-12 && (cubic(&values, 4.5).1 - 9.0).abs() < 1e-12);

@@ -1,13 +1,15 @@
-//! By how much an axis is late.
+//! Delay of an axis.
 
 use crate::interpolate::cubic;
 
-/// Rounds of the search; it gains about three digits a round on smooth motion.
+/// Maximum iterations. Each gains about three digits on smooth motion.
 const ROUNDS: usize = 12;
 
-/// Delay of `actual` behind `reference` (both in one unit, one sample every `period_s`), s: the one with the least mean square difference.
+/// Delay of `actual` behind `reference` (same unit, one sample every `period_s`), s: the minimum of
+/// the mean squared difference.
 ///
-/// Found to a fraction of a sample, by Gauss-Newton on `Σ (x_r(t − τ) − x(t))²`. `None` where the reference does not move.
+/// Resolved to a fraction of a sample, by Gauss-Newton on `Σ (x_r(t − τ) − x(t))²`. `None` if the
+/// reference does not move.
 #[must_use]
 pub fn lag_s(reference: &[f64], actual: &[f64], period_s: f64) -> Option<f64> {
     let n = reference.len().min(actual.len());
@@ -28,7 +30,7 @@ pub fn lag_s(reference: &[f64], actual: &[f64], period_s: f64) -> Option<f64> {
             return None;
         }
         let step = slope / curvature;
-        // A lag beyond the record is no lag.
+        // A lag longer than the record is invalid.
         samples = (samples + step).clamp(-0.25 * n as f64, 0.25 * n as f64);
         if step.abs() < 1e-9 {
             break;

@@ -1,7 +1,8 @@
 //! Motion: curves, feed planning, sampled trajectories, kinematics and contour error.
 //!
-//! Lengths are mm, times s, angles rad. A [`Pose`] is a tool tip *and* a tool axis; a [`Trajectory`] holds the positions of any
-//! number of machine axes; [`Kinematics`] leads from one to the other.
+//! Lengths are mm, times s, angles rad. A [`Pose`] is a tool tip *and* a tool axis. A
+//! [`Trajectory`] holds the positions of any number of machine axes. [`Kinematics`] converts
+//! between them.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 

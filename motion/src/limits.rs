@@ -1,4 +1,4 @@
-//! What the axes and the path are allowed to do.
+//! Limits of the axes and of the path.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,23 +16,24 @@ pub struct AxisLimits {
     pub jerk: f64,
 }
 
-/// Limits of a machine: every axis, and the path itself.
+/// Limits of a machine: every axis, and the path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// One an axis, in axis order.
+    /// One per axis, in axis order.
     pub axes: Vec<AxisLimits>,
-    /// Largest speed along the path, mm/s: also the speed of rapids.
+    /// Largest speed along the path, mm/s. Also the speed of rapids.
     pub path_velocity_mm_s: f64,
     /// Largest acceleration along the path, mm/s².
     pub path_acceleration_mm_s2: f64,
     /// Largest jerk along the path, mm/s³.
     pub path_jerk_mm_s3: f64,
-    /// Largest acceleration across the path, mm/s²: a curve of radius r is passed at most at `√(a·r)`.
+    /// Largest acceleration across the path, mm/s²: a curve of radius r is limited to `√(a·r)`.
     pub centripetal_mm_s2: f64,
 }
 
 impl Limits {
-    /// The same limits for `axes` axes and the path; the jerk lets acceleration swing from one limit to the other in `rise_s`.
+    /// The same limits for `axes` axes and the path. The jerk allows a change from one acceleration
+    /// limit to the other in `rise_s`.
     #[must_use]
     pub fn uniform(axes: usize, velocity_mm_s: f64, acceleration_mm_s2: f64, rise_s: f64) -> Self {
         let jerk = 2.0 * acceleration_mm_s2 / rise_s;
@@ -45,10 +46,10 @@ impl Limits {
         }
     }
 
-    /// Whether every limit is positive and finite.
+    /// Checks that every limit is positive and finite.
     ///
     /// # Errors
-    /// Names the limit that is not.
+    /// Names the invalid limit.
     pub fn check(&self) -> Result<(), MotionError> {
         let path = [
             ("path_velocity_mm_s", self.path_velocity_mm_s),

@@ -1,4 +1,4 @@
-//! Where the tool is: a tip and an axis.
+//! Tool poses: a tip and an axis.
 
 use nalgebra::{Vector3, Vector6};
 
@@ -18,7 +18,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A pose with an upright tool (`+Z`), as on every three-axis machine; `tip` in mm.
+    /// A pose with an upright tool (`+Z`), as on every three-axis machine. `tip` in mm.
     #[must_use]
     pub fn upright(tip: Vec3) -> Self {
         Self { tip, tool: Vec3::z() }
@@ -27,7 +27,7 @@ impl Pose {
     /// Angle between the tool axes of two poses, rad in `[0, π]` (Paper C, eq. 4).
     #[must_use]
     pub fn angle_to(&self, other: &Self) -> f64 {
-        // atan2 keeps its digits for the microradians that matter here; acos does not.
+        // atan2 keeps its digits at microradians, acos does not.
         self.tool.cross(&other.tool).norm().atan2(self.tool.dot(&other.tool))
     }
 }

@@ -1,6 +1,7 @@
 //! Quantiles of samples.
 
-/// The value of the sample whose rank is nearest to the share `share` of all, in `[0, 1]`; `None` of nothing. The samples are left in another order.
+/// Quantile by nearest rank at the fraction `share`, in `[0, 1]`. `None` for empty input. Reorders
+/// the samples.
 #[must_use]
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;

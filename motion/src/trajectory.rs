@@ -2,7 +2,7 @@
 
 use crate::{Axis, MotionError};
 
-/// Positions of any number of axes, one sample every period, one column an axis (mm or rad).
+/// Positions of any number of axes, one sample per period, one column per axis (mm or rad).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     period_s: f64,
@@ -14,7 +14,8 @@ impl Trajectory {
     /// A trajectory from one column per axis.
     ///
     /// # Errors
-    /// When the period is not positive, an axis is named twice, columns differ in length, or a value is not finite.
+    /// If the period is not positive, an axis is named twice, columns differ in length, or a value
+    /// is not finite.
     pub fn new(period_s: f64, axes: Vec<Axis>, columns: Vec<Vec<f64>>) -> Result<Self, MotionError> {
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(MotionError::BadPeriod(period_s));
@@ -74,7 +75,7 @@ impl Trajectory {
         self.len().saturating_sub(1) as f64 * self.period_s
     }
 
-    /// All columns, one an axis.
+    /// All columns, one per axis.
     #[must_use]
     pub fn columns(&self) -> &[Vec<f64>] {
         &self.columns
@@ -87,7 +88,7 @@ impl Trajectory {
         Some(&self.columns[index])
     }
 
-    /// The columns, taken out.
+    /// The columns, by value.
     #[must_use]
     pub fn into_columns(self) -> Vec<Vec<f64>> {
         self.columns
@@ -98,10 +99,11 @@ impl Trajectory {
         self.columns.iter().map(move |column| column[k])
     }
 
-    /// Tracking error `reference − actual` of every axis: positive for an axis that lags in positive motion.
+    /// Tracking error `reference − actual` of every axis: positive for an axis that lags in
+    /// positive motion.
     ///
     /// # Errors
-    /// When axes, period or length differ.
+    /// If axes, period or length differ.
     pub fn tracking_error(&self, actual: &Self) -> Result<Vec<Vec<f64>>, MotionError> {
         self.check_matches(actual)?;
         Ok(self
@@ -112,7 +114,7 @@ impl Trajectory {
             .collect())
     }
 
-    /// Whether it has these axes, in this order.
+    /// Checks that the trajectory has these axes, in this order.
     ///
     /// # Errors
     /// Names both.
@@ -124,10 +126,10 @@ impl Trajectory {
         Err(MotionError::Mismatch(format!("axes {} against {}", names(&self.axes), names(axes))))
     }
 
-    /// Whether `other` has the same axes, period and length.
+    /// Checks that `other` has the same axes, period and length.
     ///
     /// # Errors
-    /// Says which of the three differs.
+    /// States which of the three differs.
     pub fn check_matches(&self, other: &Self) -> Result<(), MotionError> {
         self.check_axes(&other.axes)?;
         if (self.period_s - other.period_s).abs() > 1e-9 * self.period_s {

@@ -11,7 +11,7 @@ use motion::{Curve, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What "exact" means here, mm.
+/// Accuracy of "exact", mm.
 const EXACT_MM: f64 = 1e-9;
 
 /// Actual → desired on the curve of a run with three different lags.
@@ -23,15 +23,16 @@ fn run(curve: &Arc<dyn Curve>, feed: f64) -> (Vec<f64>, Vec<Vec3>, Vec<Vec3>, Ve
     (parameters, desired, actual, errors)
 }
 
-/// Largest difference from brute force over the stretch of the curve between three lags ago and shortly after now.
+/// Largest difference from brute force over the part of the curve between three lags ago and
+/// shortly after now.
 fn worst_against_brute_force(name: &str, curve: Arc<dyn Curve>, feed: f64, every: usize) -> f64 {
     let (parameters, _, actual, errors) = run(&curve, feed);
-    let place = |u: f64| curve.point(u);
+    let point_at = |u: f64| curve.point(u);
     let mut worst = 0.0_f64;
     for k in (0..actual.len()).step_by(every) {
         let low = parameters[k.saturating_sub(15)];
         let high = parameters[(k + 3).min(parameters.len() - 1)];
-        let (distance, _) = brute_force(&place, low, high, 400, &actual[k]);
+        let (distance, _) = brute_force(&point_at, low, high, 400, &actual[k]);
         worst = worst.max((errors[k].magnitude_mm - distance).abs());
         assert!((errors[k].vector - (actual[k] - errors[k].foot)).norm() == 0.0);
     }
@@ -62,7 +63,8 @@ fn on_a_helix_the_error_of_an_offset_is_its_length() {
     let (parameters, desired) = travel(curve.as_ref(), 80.0, 800.0, PERIOD_S);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut estimator = ExactOnCurve::new(curve.clone()).with_parameters(parameters.clone()).unwrap();
-    // Offsets within the normal plane of an earlier place, up to 2 mm: nearer than the radius of curvature and half the pitch.
+    // Offsets within the normal plane of an earlier point, up to 2 mm: below the radius of
+    // curvature and half the pitch.
     let mut offsets = Vec::new();
     let actual: Vec<Vec3> = (0..desired.len())
         .map(|k| {
@@ -99,7 +101,7 @@ fn exact_in_the_butterflys_corners() {
 }
 
 #[test]
-fn parameters_found_by_projection_serve_as_well_as_given_ones() {
+fn projected_parameters_give_the_same_errors_as_given_ones() {
     for curve in
         [Arc::new(eight(30.0)) as Arc<dyn Curve>, Arc::new(hairpins(2.0, 0.01, 4)), Arc::new(library::butterfly().unwrap())]
     {
@@ -116,7 +118,7 @@ fn never_on_a_hairpins_other_leg() {
     let curve: Arc<dyn Curve> = Arc::new(hairpins(3.0, GAP_MM, 6));
     let (parameters, desired) = travel(curve.as_ref(), 80.0, 800.0, PERIOD_S);
     let plain = lagged(&desired, [0.009, 0.0093, 0.009], PERIOD_S, 1);
-    // Off the path by 7 µm, the neighbouring leg is nearer than the own one.
+    // 7 µm off the path the neighbouring leg is nearer than the true one.
     for shift_mm in [0.0, 0.004, -0.004, 0.007, -0.007] {
         let actual: Vec<Vec3> = plain.iter().map(|p| p + Vec3::new(0.0, shift_mm, 0.0)).collect();
         let mut on_curve = ExactOnCurve::new(curve.clone()).with_parameters(parameters.clone()).unwrap();
@@ -128,8 +130,8 @@ fn never_on_a_hairpins_other_leg() {
         let mut checked = 0;
         for (errors, from, sign) in &runs {
             for (error, sample) in errors.iter().zip(*from) {
-                // Near the tips the legs meet and either is right; beyond, the lag across the legs is still fading, but far from
-                // the 10 µm between a leg and the next.
+                // Near the tips the legs meet and either is correct. Beyond, the lag across the
+                // legs is still decaying, but is far below the 10 µm between two legs.
                 if sample.x < 0.2 || sample.x > 2.8 {
                     continue;
                 }
@@ -142,7 +144,7 @@ fn never_on_a_hairpins_other_leg() {
     }
 }
 
-/// A smooth random path: sums of sines, now and then with a rest or a sharp turn.
+/// A smooth random path: sums of sines, sometimes with a standstill or a sharp turn.
 fn random_path(rng: &mut ChaCha8Rng, count: usize) -> Vec<Vec3> {
     let waves: Vec<(Vec3, f64, f64)> = (0..4)
         .map(|_| {
@@ -171,7 +173,7 @@ fn nearest_on_a_spline_is_the_global_minimum() {
         let count = rng.random_range(2..40);
         let path = random_path(&mut rng, count);
         let spline = SampledSpline::new(&path).unwrap();
-        let place = |x: f64| {
+        let point_at = |x: f64| {
             let segment = (x as usize).min(spline.segments() - 1);
             spline.point(segment, x - segment as f64)
         };
@@ -179,12 +181,12 @@ fn nearest_on_a_spline_is_the_global_minimum() {
         let high = (low + rng.random_range(1..15)).min(spline.segments());
         let reach = [0.02, 0.2, 2.0][case % 3];
         let off = Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0)) * reach;
-        let p = place(rng.random_range(low as f64..high as f64)) + off;
+        let p = point_at(rng.random_range(low as f64..high as f64)) + off;
         let found = spline.nearest(low..high, &p);
-        let (distance, _) = brute_force(&place, low as f64, high as f64, 64 * (high - low), &p);
+        let (distance, _) = brute_force(&point_at, low as f64, high as f64, 64 * (high - low), &p);
         let miss = found.magnitude_mm - distance;
         worst = worst.max(miss);
-        // Brute force may itself stop in a lesser minimum; it is never below the truth.
+        // Brute force may stop in a local minimum. It is never below the truth.
         assert!(miss < EXACT_MM, "case {case}: {miss:e} of {distance}");
         assert!(((found.foot - p).norm() - found.magnitude_mm).abs() < EXACT_MM);
     }
@@ -211,7 +213,7 @@ fn random_curves_with_lags_up_to_two_millimetres() {
             let tracking = (sample - actual[k]).norm();
             largest_tracking = largest_tracking.max(tracking);
             assert!(error.magnitude_mm <= tracking + EXACT_MM, "contour error above tracking error at {k}");
-            // The stretch that the machine passes from now until four lags later.
+            // The part of the curve from now until four lags later.
             let wide = spline.nearest(k.saturating_sub(2)..(k + behind).min(spline.segments()), sample);
             if (wide.magnitude_mm - error.magnitude_mm).abs() > EXACT_MM {
                 differ += 1;

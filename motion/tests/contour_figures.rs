@@ -36,11 +36,11 @@ fn at_feed(curve: &dyn Curve, feed_mm_min: f64, period_s: f64) -> Vec<Vec3> {
     let fine = 400_000;
     let point = |i: usize| curve.point(first + (last - first) * i as f64 / fine as f64);
     let mut samples = vec![point(0)];
-    let mut way = 0.0;
+    let mut travelled = 0.0;
     for i in 1..=fine {
-        way += (point(i) - point(i - 1)).norm();
-        if way >= step {
-            way -= step;
+        travelled += (point(i) - point(i - 1)).norm();
+        if travelled >= step {
+            travelled -= step;
             samples.push(point(i));
         }
     }
@@ -118,7 +118,8 @@ fn figures_of_an_oval_circle_with_lead_in() {
     assert!(circular_test(&path[..2000], CirclePlane::Xy, nominal).is_err());
 }
 
-/// A run that starts 3.7 ms late with a work offset, with and without rests; and the same run as it truly lies.
+/// The desired path with `rest` samples of standstill at both ends, the run without delay and
+/// offset, and the recorded run: `late_s` late, with a work offset.
 fn late_run(curve: &dyn Curve, offset: Vec3, late_s: f64, rest: usize) -> (Vec<Vec3>, Vec<Vec3>, Vec<Vec3>) {
     let (_, moving) = travel(curve, 80.0, 800.0, PERIOD_S);
     let mut desired = vec![moving[0]; rest];
@@ -132,7 +133,7 @@ fn late_run(curve: &dyn Curve, offset: Vec3, late_s: f64, rest: usize) -> (Vec<V
     (desired, true_actual, recorded)
 }
 
-/// Largest difference, µm, between contour errors measured after alignment and those measured with the truth.
+/// Largest difference, µm, between contour errors after alignment and the true ones.
 fn difference_um(desired: &[Vec3], truth: &[Vec3], recorded: &[Vec3], found: &Alignment) -> f64 {
     let expected = Exact::default().estimate(desired, truth).unwrap();
     let mut measured = Vec::new();
@@ -172,7 +173,7 @@ fn a_late_and_shifted_run_measures_the_same() {
             );
             assert_eq!((found.by, found.closed, found.ambiguous), (AlignedBy::Rests, closed, false));
             assert!(different_um < 0.01);
-            // Late by 3.7 ms and behind by the mean lag.
+            // Late by 3.7 ms plus the mean lag.
             assert!((found.delay_s - 0.0037 - 0.0091).abs() < 4e-4);
         }
     }
@@ -200,7 +201,7 @@ fn encoder_steps_are_overcome_by_the_controls_resolution() {
 }
 
 #[test]
-fn a_record_without_rests_is_aligned_by_its_contour() {
+fn a_record_without_standstill_is_aligned_by_its_contour() {
     let offset = Vec3::new(12.345, -3.2, 0.7);
     let (desired, truth, recorded) = late_run(&flower(25.0, 15.0, 5.0), offset, 0.0037, 0);
     let cut = 300..desired.len() - 300;
@@ -208,7 +209,7 @@ fn a_record_without_rests_is_aligned_by_its_contour() {
     let off_um = 1e3 * (found.offset - offset).norm();
     println!("without rests: offset off by {off_um:.3} µm");
     assert_eq!(found.by, AlignedBy::Contour);
-    // What remains is the mean contour error, which nothing tells from an offset.
+    // The mean contour error remains. It cannot be separated from an offset.
     let contour = Exact::default().estimate(&desired, &truth).unwrap();
     let mean_um = 1e3 * contour.iter().map(|e| e.magnitude_mm).sum::<f64>() / contour.len() as f64;
     assert!(off_um < mean_um, "{off_um} against {mean_um}");

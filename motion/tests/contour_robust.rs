@@ -1,4 +1,4 @@
-//! Rests, seams, ends, spikes, retraced lines, streams and nonsense.
+//! Standstill, seams, ends, spikes, retraced lines, streams and invalid input.
 
 mod contour_common;
 
@@ -13,8 +13,9 @@ use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A flower with a rest before, after and within, and what lagging, jittering axes make of it.
-fn path_with_rests(jitter_mm: f64) -> (Vec<Vec3>, Vec<Vec3>) {
+/// A flower with standstill before, after and within the motion, and the response of lagging,
+/// jittering axes.
+fn path_with_standstill(jitter_mm: f64) -> (Vec<Vec3>, Vec<Vec3>) {
     let (_, moving) = travel(&flower(25.0, 15.0, 5.0), 60.0, 800.0, PERIOD_S);
     let mut desired = vec![moving[0]; 300];
     desired.extend_from_slice(&moving[..900]);
@@ -33,7 +34,7 @@ fn path_with_rests(jitter_mm: f64) -> (Vec<Vec3>, Vec<Vec3>) {
 fn a_stream_gives_what_the_whole_path_gives() {
     let window = Window { max_samples: 64, ..Window::default() };
     for jitter_mm in [0.0, 2e-4] {
-        let (desired, actual) = path_with_rests(jitter_mm);
+        let (desired, actual) = path_with_standstill(jitter_mm);
         let whole = Exact::with_window(window).unwrap().estimate(&desired, &actual).unwrap();
         let mut stream = ExactStream::new(window).unwrap();
         for round in 0..2 {
@@ -52,15 +53,16 @@ fn a_stream_gives_what_the_whole_path_gives() {
 }
 
 #[test]
-fn rests_do_not_lead_astray() {
+fn standstill_does_not_mislead_the_estimators() {
     for jitter_mm in [0.0, 2e-4] {
-        let (desired, actual) = path_with_rests(jitter_mm);
+        let (desired, actual) = path_with_standstill(jitter_mm);
         let errors = Exact::default().estimate(&desired, &actual).unwrap();
         let spline = SampledSpline::new(&actual).unwrap();
         for (k, error) in errors.iter().enumerate() {
-            // Sharp petals and a stop within a motion: still never more than the best place within a generous stretch of time.
-            let stretch = k.saturating_sub(3)..(k + 30).min(spline.segments());
-            let wide = spline.nearest(stretch, &desired[k]);
+            // Sharp petals and a stop within a motion: the error is never above the best point
+            // within a generous time window.
+            let range = k.saturating_sub(3)..(k + 30).min(spline.segments());
+            let wide = spline.nearest(range, &desired[k]);
             let best = wide.magnitude_mm;
             let slack = if jitter_mm > 0.0 { 2e-4 } else { 1e-9 };
             assert!(
@@ -131,7 +133,7 @@ fn a_retraced_line_is_followed_there_and_back() {
     let errors = Exact::default().estimate(&desired, &actual).unwrap();
     for (k, error) in errors.iter().enumerate() {
         let index = error.location.segment as f64 + error.location.fraction;
-        // A lag of 4.5 samples, more or less at the turns, where both ways are one place.
+        // A lag of about 4.5 samples at the reversals, where both branches coincide.
         assert!((index - k as f64) > -12.0 && (index - k as f64) < 25.0, "sample {k} on {index}");
     }
 }
@@ -196,7 +198,7 @@ proptest! {
     }
 }
 
-/// Up to 40 points, now and then repeated, now and then wild.
+/// Up to 40 points, sometimes repeated, sometimes extreme.
 fn path() -> impl Strategy<Value = Vec<Vec3>> {
     let step = prop_oneof![
         4 => (-0.2..0.2_f64, -0.2..0.2_f64, -0.2..0.2_f64).prop_map(|(x, y, z)| Vec3::new(x, y, z)),

@@ -8,7 +8,7 @@ use contour_common::*;
 use motion::contour::{ContourEstimator, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
 use motion::{Curve, Vec3};
 
-/// Rows at a sampling rate; every estimator in the direction of the truth, actual → desired.
+/// Rows at a sampling rate. Every estimator in the direction of the truth, actual → desired.
 fn rows(times: usize) -> Vec<TableRow> {
     let curve: Arc<dyn Curve> = Arc::new(flower(30.0, 25.0, 6.0));
     let (parameters, desired) = travel(curve.as_ref(), 80.0, 800.0, PERIOD_S);
@@ -47,7 +47,7 @@ fn the_order_of_table_i() {
         assert!(max("hermite-foot").unwrap() > 0.9 * exact);
         assert!(max("tangent").unwrap() > max("circle").unwrap());
         assert!(max("tangent").unwrap() > max("spline-search").unwrap());
-        // A hundredth of what the paper's own method is off by.
+        // One percent of the error of the paper's own method.
         assert!(hz < 500 || exact < 0.049);
     }
 }

@@ -1,4 +1,5 @@
-//! Five-axis kinematics: against its definition, against hand-computed poses, there and back, and along smooth motions.
+//! Five-axis kinematics: against its definition, against hand-computed poses, round trips, and
+//! along smooth motions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -21,7 +22,7 @@ fn within(mut joint: RotaryJoint, low: f64, high: f64) -> RotaryJoint {
     joint
 }
 
-/// Axes `x`, `y`, `z` and the joints' own, in that order.
+/// Axes `x`, `y`, `z` and those of the joints, in that order.
 fn machine(joints: &[RotaryJoint]) -> FiveAxis {
     let names = ["x", "y", "z"].into_iter().chain(joints.iter().map(|joint| joint.axis.as_str()));
     FiveAxis::new(names.map(Axis::named).collect(), joints.to_vec(), TOOL_MM, NO_TRAVEL).unwrap()
@@ -52,7 +53,8 @@ fn machines() -> Vec<(&'static str, Vec<RotaryJoint>)> {
     ]
 }
 
-/// The definition: tables turn by −θ and carry the workpiece, heads by +θ and carry the tool; all in the machine frame.
+/// The definition: tables rotate by −θ and carry the workpiece, heads by +θ and carry the tool, all
+/// in the machine frame.
 fn defined(joints: &[RotaryJoint], positions: &[f64]) -> Pose {
     let slide = Vec3::new(positions[0], positions[1], positions[2]);
     let about = |point: Vec3, direction: Vec3, angle: f64| {
@@ -93,7 +95,7 @@ proptest! {
             assert_close(&pose, &defined(&joints, &positions), 1e-9, 1e-12, name);
             prop_assert!((pose.tool.norm() - 1.0).abs() < 1e-14);
 
-            // From anywhere the pose comes back.
+            // From any start the pose is reproduced.
             let far = [&[1.0, 2.0, 3.0], &other_near[..count]].concat();
             let found = machine.inverse(&pose, &far).unwrap();
             assert_close(&machine.forward(&found), &pose, 1e-9, 1e-12, name);
@@ -101,7 +103,7 @@ proptest! {
                 prop_assert!((found[axis] - near).abs() <= PI + 1e-9, "{name}: a turn too many");
             }
 
-            // From nearby the positions come back as well, where the two branches are apart.
+            // From a near start the positions are reproduced too, if the two branches are apart.
             let columns = machine.jacobian(&positions);
             if count == 2 && columns[3][1].cross(&columns[4][1]).norm() > 0.35 {
                 let mut near = positions.clone();
@@ -117,7 +119,7 @@ proptest! {
     }
 
     #[test]
-    fn placing_puts_the_tip_where_it_is_asked(
+    fn place_at_moves_the_tip_to_its_target(
         tip in prop::array::uniform3(-300.0..300.0),
         rotary in prop::array::uniform3(-7.0..7.0),
     ) {
@@ -191,12 +193,13 @@ fn tool_axes_are_the_textbook_ones() {
 }
 
 #[test]
-fn poses_worked_out_by_hand() {
-    // Seen from the workpiece A at +90° takes +Z to −Y: a tip 30 mm above the pivot comes to lie 30 mm to −Y of it.
+fn hand_computed_poses() {
+    // Seen from the workpiece A at +90° rotates +Z to −Y: a tip 30 mm above the pivot moves to 30
+    // mm in −Y of it.
     let a = machine(&[joint("a", Table, X, [0.0, 0.0, -20.0]), joint("c", Table, Z, [0.0; 3])]);
     let expected = Pose { tip: Vec3::new(5.0, -30.0, -20.0), tool: -Vec3::y() };
     assert_close(&a.forward(&[5.0, 0.0, 10.0, FRAC_PI_2, 0.0]), &expected, 1e-13, 1e-15, "A");
-    // A quarter turn of C more takes −Y to +X and +X to +Y.
+    // Another 90° of C rotate −Y to +X and +X to +Y.
     let expected = Pose { tip: Vec3::new(30.0, 5.0, -20.0), tool: Vec3::x() };
     assert_close(&a.forward(&[5.0, 0.0, 10.0, FRAC_PI_2, FRAC_PI_2]), &expected, 1e-13, 1e-15, "A and C");
 
@@ -204,13 +207,14 @@ fn poses_worked_out_by_hand() {
     let b = machine(&[joint("b", Head, Y, [0.0, 0.0, 50.0]), joint("c", Table, Z, [100.0, 0.0, 0.0])]);
     let expected = Pose { tip: Vec3::new(-130.0, 0.0, 130.0), tool: Vec3::x() };
     assert_close(&b.forward(&[0.0, 0.0, 0.0, FRAC_PI_2, 0.0]), &expected, 1e-12, 1e-15, "B");
-    // C turns the workpiece about (100, 0): the tip 230 mm to −X of that goes to −Y of it.
+    // C rotates the workpiece about (100, 0): the tip 230 mm in −X of it moves to −Y of it.
     let expected = Pose { tip: Vec3::new(100.0, -230.0, 130.0), tool: Vec3::y() };
     assert_close(&b.forward(&[0.0, 0.0, 0.0, FRAC_PI_2, FRAC_PI_2]), &expected, 1e-12, 1e-15, "B and C");
 }
 
-/// The trunnions of LinuxCNC's chapter on five-axis kinematics: the tilting axis off the rotary one by `(d, dz)`, workpiece zero
-/// on the rotary axis, and every rotary axis counting the unconventional way, as it does there by default.
+/// The trunnions of LinuxCNC's chapter on five-axis kinematics: the tilting axis is offset from the
+/// rotary one by `(d, dz)`, workpiece zero is on the rotary axis, and every rotary axis has the
+/// unconventional sign, LinuxCNC's default.
 #[test]
 fn trunnions_are_those_of_linuxcnc() {
     let (d, dz) = (20.0, 10.0);
@@ -234,7 +238,7 @@ fn trunnions_are_those_of_linuxcnc() {
 fn angles_follow_a_smooth_motion_over_many_turns() {
     for (name, joints) in machines().into_iter().filter(|(name, joints)| joints.len() == 2 && *name != "skewed") {
         let machine = machine(&joints);
-        // The joint next to the workpiece turns round and round, the other one tilts.
+        // The joint next to the workpiece rotates continuously, the other one tilts.
         let outer = machine.axes().iter().position(|axis| axis.name == "c").unwrap();
         let mut near: Option<Vec<f64>> = None;
         for k in 0..=5000 {
@@ -261,7 +265,7 @@ fn a_motion_through_the_pole_keeps_its_turning_axis() {
         near = machine.inverse(&machine.forward(&truth), &near).unwrap();
         assert!((near[3] - truth[3]).abs() < 1e-12 && (near[4] - 0.7).abs() < 1e-9, "{near:?}");
     }
-    // At the pole itself any angle of C serves, so it stays; the tip is met all the same.
+    // At the pole any angle of C is valid, so it stays. The tip is still exact.
     let upright = Pose::upright(Vec3::new(10.0, 20.0, 30.0));
     let found = machine.inverse(&upright, &[0.0, 0.0, 0.0, 0.2, 123.0]).unwrap();
     assert_eq!((found[3], found[4]), (0.0, 123.0));
@@ -323,12 +327,13 @@ fn travel_is_kept_and_named() {
     assert_eq!(machine.travel(0), None);
     assert!((machine.travel(3).unwrap()[1].to_degrees() - 100.0).abs() < 1e-12);
 
-    // The branch nearest to where the machine stands would be A −60°, which is out of travel: the other one is taken.
+    // The branch nearest to the present positions would be A −60°, out of travel: the other one is
+    // taken.
     let tool = |a: f64, c: f64| Vec3::new(c.sin() * a.sin(), -c.cos() * a.sin(), a.cos());
     let pose = Pose { tip: Vec3::zeros(), tool: tool(-1.0, 0.1) };
     let found = machine.inverse(&pose, &[0.0, 0.0, 0.0, -0.5, 0.1]).unwrap();
     assert!((found[3] - 1.0).abs() < 1e-12 && (found[4] - (0.1 - PI)).abs().min((found[4] - (0.1 + PI)).abs()) < 1e-12);
-    // C runs on to its end, then has to unwind.
+    // C runs to its end, then must unwind.
     let near = [0.0, 0.0, 0.0, 1.0, 199_f64.to_radians()];
     let on = machine.inverse(&Pose { tip: Vec3::zeros(), tool: tool(1.0, 199.9_f64.to_radians()) }, &near).unwrap();
     assert!((on[4].to_degrees() - 199.9).abs() < 1e-9);
@@ -343,14 +348,14 @@ fn travel_is_kept_and_named() {
     assert_eq!(refusal(machine.place(&Vec3::new(0.0, 0.0, 90.0), &[0.0; 3], &[0.0; 5])), what);
     let what = refusal(machine.place(&Vec3::zeros(), &[0.0, 0.0, 4.0], &[0.0; 5]));
     assert!(what.contains("axis `c` would stand at 229.183°"), "{what}");
-    // A machine has no B, so its word does not matter; a turning axis that is free keeps within travel.
+    // A missing B is ignored. A free rotary axis stays within its travel.
     assert!(machine.place(&Vec3::zeros(), &[0.0, 99.0, 0.0], &[0.0; 5]).is_ok());
     let upright = machine.inverse(&Pose::upright(Vec3::zeros()), &[0.0, 0.0, 0.0, 0.0, 9.0]).unwrap();
     assert!((upright[4].to_degrees() - 200.0).abs() < 1e-9);
 }
 
 #[test]
-fn linear_travel_can_force_the_other_way_to_point() {
+fn linear_travel_can_force_the_other_solution() {
     let joints = vec![joint("b", Head, Y, [0.0; 3]), joint("c", Table, Z, [0.0; 3])];
     let axes = ["x", "y", "z", "b", "c"].map(Axis::named).to_vec();
     let machine = FiveAxis::new(axes, joints, TOOL_MM, [Some([0.0, 500.0]), None, None]).unwrap();
@@ -380,7 +385,7 @@ fn directions_out_of_reach_are_refused() {
 }
 
 #[test]
-fn machines_that_cannot_be_are_refused() {
+fn impossible_machines_are_refused() {
     let build = |names: &[&str], joints: Vec<RotaryJoint>, length: f64, travel| {
         FiveAxis::new(names.iter().map(|name| Axis::named(name)).collect(), joints, length, travel).unwrap_err().to_string()
     };

@@ -1,4 +1,5 @@
-//! The planner holds every limit on every curve, and takes the closed-form time where there is one.
+//! The planner satisfies every limit on every curve, and reaches the closed-form time if there is
+//! one.
 
 use std::sync::Arc;
 
@@ -61,7 +62,8 @@ fn limits_are_held_on_every_curve() {
 
 #[test]
 fn plans_use_what_the_limits_allow() {
-    // Held limits alone could be had by crawling: on the crown speed or acceleration is used to nine tenths.
+    // A slow plan would satisfy the limits too: on the crown speed or acceleration must reach nine
+    // tenths.
     let limits = limits();
     let desired = plan_curve(Arc::new(library::CROWN), 80.0, &limits, &PlanSettings::default()).unwrap();
     let worst = worst(&desired, &limits);
@@ -85,7 +87,7 @@ fn a_straight_line_takes_the_closed_form_time() {
         // The last sample is the first one at or after the end.
         assert!((-1e-9..0.002 + 1e-9).contains(&(duration - expected)), "{length} mm: {duration} s, {expected} s");
     }
-    // Too short for the feed: up and down at full acceleration.
+    // Too short for the feed: acceleration and deceleration at the limit.
     let expected = 2.0 * (1.0_f64 / 800.0).sqrt() + smoothing;
     let duration = line(1.0, 80.0, &settings).trajectory().duration_s();
     assert!((-1e-9..0.002 + 1e-9).contains(&(duration - expected)), "{duration} s, {expected} s");
@@ -131,7 +133,7 @@ fn corners_are_rounded_within_the_tolerance_and_never_more() {
 }
 
 #[test]
-fn a_dwell_rests_for_its_time() {
+fn a_dwell_lasts_its_time() {
     let (with, without) = (square(0.0, 0.5), square(0.0, 0.0));
     let more = with.desired.trajectory().duration_s() - without.desired.trajectory().duration_s();
     assert!((more - 4.0 * 0.5).abs() < 1e-9, "{more}");
@@ -169,7 +171,7 @@ fn a_dense_polyline_is_followed_like_its_curve() {
     assert!((0.99..1.05).contains(&ratio), "{ratio}");
 }
 
-/// A staircase in steps of this length, each turned by a small angle against the one before.
+/// A staircase with steps of this length, each turned by a small angle against the one before.
 fn zigzag(step_mm: f64, tolerance_mm: Option<f64>, settings: &PlanSettings) -> Plan {
     let mut path = ToolPath::default();
     let mut at = Vec3::zeros();
@@ -187,7 +189,8 @@ fn zigzag(step_mm: f64, tolerance_mm: Option<f64>, settings: &PlanSettings) -> P
 fn a_control_may_use_less_of_its_acceleration_along_short_lines() {
     let settings = |share| PlanSettings { corner_tolerance_mm: 0.01, short_line_acceleration: share, ..PlanSettings::default() };
     let seconds = |step_mm, share| zigzag(step_mm, None, &settings(share)).desired.trajectory().duration_s();
-    // The blend of a turn of 0.1 rad takes 0.4 mm of either line: half a millimetre is too short for two of them.
+    // The blend of a corner of 0.1 rad uses 0.4 mm of either line: half a millimetre is too short
+    // for two of them.
     let (half, whole) = (seconds(0.5, 0.5), seconds(0.5, 1.0));
     assert!(half > whole + 0.05, "{half} {whole}");
     assert_eq!(seconds(5.0, 0.5), seconds(5.0, 1.0));
@@ -271,24 +274,25 @@ fn lines_of_five_axes_are_rounded_within_the_tolerance_and_keep_all_limits() {
             }
             let made = plan(&path, &kinematics, &limits, &PlanSettings::default()).unwrap();
             assert_held("lines", &made.desired, &limits);
-            // Both ends are met, and every corner is passed within the tolerance, a degree counting as a millimetre.
-            let way = |k: usize| -> Vec<f64> {
+            // Both ends are exact, and every corner is within the tolerance, a degree counting as a
+            // millimetre.
+            let coordinates = |k: usize| -> Vec<f64> {
                 let joints: Vec<f64> = made.desired.trajectory().at(k).collect();
                 let tip = if tip_words { kinematics.forward(&joints).tip } else { Vec3::new(joints[0], joints[1], joints[2]) };
                 vec![tip.x, tip.y, tip.z, joints[3].to_degrees(), joints[4].to_degrees()]
             };
             for (linear, rotary) in &points {
                 let corner = [linear.x, linear.y, linear.z, rotary.y.to_degrees(), rotary.z.to_degrees()];
-                let off = |k: usize| way(k).iter().zip(corner).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+                let off = |k: usize| coordinates(k).iter().zip(corner).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
                 let nearest = (0..made.samples.len()).map(off).fold(f64::INFINITY, f64::min);
-                // Samples are up to 0.2 mm apart at 60 mm/s and a degree a millimetre.
+                // Samples are up to 0.2 mm apart at 60 mm/s, a degree counting as a millimetre.
                 assert!(nearest < 0.15, "{nearest} mm from a corner");
             }
         }
     }
 }
 
-/// Along x with the tool leaning against it, `aside_rad` beside the pole.
+/// Along x with the tool tilted against it, `aside_rad` from the pole.
 #[derive(Debug)]
 struct OverThePole {
     aside_rad: f64,

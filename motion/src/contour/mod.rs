@@ -1,9 +1,11 @@
-//! Contour error: the distance in space between a desired and an actual path, whatever the time.
+//! Contour error: the distance in space between a desired and an actual path, independent of time.
 //!
-//! An estimator takes the samples of one path, `from`, and finds for each the nearest place, the *foot point*, on the other
-//! path, `to`. Desired → actual is what every update law uses (Papers A-D): the error is anchored on the desired path. Actual →
-//! desired is the conventional figure of a report (Paper E). Only the order of the arguments differs. The error vector always
-//! points from the foot point to the sample, so that desired → actual the update is `x_r + Q·ε` (Paper A, eq. 21-23).
+//! An estimator takes the samples of one path, `from`, and finds for each the nearest point, the
+//! *foot point*, on the other path, `to`. Desired → actual is the direction of every update law
+//! (Papers A-D): the error is anchored on the desired path. Actual → desired is the conventional
+//! direction of reports (Paper E). Only the order of the arguments differs. The error vector points
+//! from the foot point to the sample, so the desired → actual update is `x_r + Q·ε` (Paper A, eq.
+//! 21-23).
 
 mod estimators;
 mod matching;
@@ -23,14 +25,14 @@ pub use statistics::{
 
 use crate::{MotionError, Vec3};
 
-/// A place on the path `to`.
+/// A position on the path `to`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Location {
     /// Index of the sample of `to` that begins the segment.
     pub segment: usize,
-    /// Share of the segment that lies before the place, in `[0, 1]`; it is a share of the segment's time.
+    /// Fraction of the segment before the position, in `[0, 1]`, measured in time.
     pub fraction: f64,
-    /// Length of `to` from its first sample, mm, measured along its chords.
+    /// Length of `to` from its first sample, mm, along its chords.
     pub arc_mm: f64,
 }
 
@@ -39,21 +41,23 @@ pub struct Location {
 pub struct ContourError {
     /// From the foot point to the sample, mm.
     pub vector: Vec3,
-    /// Nearest place on `to`, mm.
+    /// Nearest point on `to`, mm.
     pub foot: Vec3,
-    /// Unit vector along `to` at the foot point, in its direction of travel; zero where `to` has not moved at all.
+    /// Unit vector along `to` at the foot point, in the direction of travel. Zero if `to` has not
+    /// moved at all.
     pub tangent: Vec3,
-    /// Length of `vector`, mm, never negative.
+    /// Length of `vector`, mm, non-negative.
     pub magnitude_mm: f64,
-    /// Where on `to` the foot point lies.
+    /// Position of the foot point on `to`.
     pub location: Location,
-    /// Whether the foot point is the first or the last point of `to`, so that the error need not be perpendicular.
+    /// Whether the foot point is the first or the last point of `to`. The error need not be
+    /// perpendicular there.
     pub at_end: bool,
 }
 
 impl ContourError {
-    /// The error of a planar path with its sign, mm: positive where the sample lies to the left of `to`, seen along its
-    /// direction of travel and from `+z`.
+    /// Signed error of a planar path, mm: positive if the sample lies to the left of `to`, seen
+    /// along the direction of travel and from `+z`.
     #[must_use]
     pub fn left_mm(&self) -> f64 {
         let side = self.tangent.x * self.vector.y - self.tangent.y * self.vector.x;
@@ -61,20 +65,20 @@ impl ContourError {
     }
 }
 
-/// Which place of `to` was passed at the instant of a sample of `from`.
+/// Time match: the index in `to` at the instant of a sample of `from`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeMatch {
-    /// Index in `to`, in fractions of a sample, at the instant of the first sample of `from`.
+    /// Fractional index in `to` at the instant of the first sample of `from`.
     pub first: f64,
-    /// Samples of `to` for each sample of `from`: the ratio of their sampling periods, positive.
+    /// Samples of `to` per sample of `from`: the ratio of their sampling periods, positive.
     pub rate: f64,
 }
 
 impl TimeMatch {
-    /// Both paths start together and are sampled alike.
+    /// Both paths start together and have the same period.
     pub const SAME: Self = Self { first: 0.0, rate: 1.0 };
 
-    /// Index in `to` that matches sample `k` of `from`; it may lie outside `to`.
+    /// Index in `to` that matches sample `k` of `from`. It may lie outside `to`.
     #[must_use]
     pub fn index(self, k: usize) -> f64 {
         self.first + self.rate * k as f64
@@ -82,7 +86,7 @@ impl TimeMatch {
 
     /// Nearest sample of a `to` of `len > 0` samples that matches sample `k` of `from`.
     pub(crate) fn sample(self, k: usize, len: usize) -> usize {
-        // A cast saturates: below zero to the first sample, above to the last.
+        // Casts saturate: below zero to the first sample, above the end to the last.
         (self.index(k).round() as usize).min(len - 1)
     }
 
@@ -105,7 +109,7 @@ impl TimeMatch {
     }
 }
 
-/// A way to find foot points; it owns its buffers, so that repeated calls do not allocate.
+/// A foot point estimator. It owns its buffers, so repeated calls do not allocate.
 pub trait ContourEstimator: Send {
     /// Short name for tables and the command line.
     fn name(&self) -> &'static str;
@@ -114,7 +118,8 @@ pub trait ContourEstimator: Send {
     /// which is cleared first.
     ///
     /// # Errors
-    /// When `to` is empty and `from` is not, a coordinate is not finite or beyond 1e9 mm, or `matching` is not usable.
+    /// If `to` is empty and `from` is not, a coordinate is not finite or beyond 1e9 mm, or
+    /// `matching` is invalid.
     fn estimate_into(
         &mut self,
         from: &[Vec3],
@@ -134,10 +139,10 @@ pub trait ContourEstimator: Send {
     }
 }
 
-/// Largest coordinate that keeps the promised digits, mm.
+/// Largest coordinate for which the stated accuracy holds, mm.
 const LARGEST_MM: f64 = 1e9;
 
-/// Refuses what no estimator can work on.
+/// Refuses invalid input.
 fn check_paths(from: &[Vec3], to: &[Vec3], matching: TimeMatch) -> Result<(), MotionError> {
     matching.check()?;
     if to.is_empty() && !from.is_empty() {
@@ -150,7 +155,7 @@ fn check_paths(from: &[Vec3], to: &[Vec3], matching: TimeMatch) -> Result<(), Mo
 /// Refuses a path with a point that is not finite or too far away.
 fn check_points(path: &[Vec3]) -> Result<(), MotionError> {
     let sound = |point: &Vec3| point.iter().fold(true, |sound, value| sound & (value.abs() <= LARGEST_MM));
-    // Without early exit the pass over a sound path costs next to nothing.
+    // Without early exit the check of a valid path is cheap.
     if path.iter().fold(true, |all, point| all & sound(point)) {
         return Ok(());
     }

@@ -22,7 +22,7 @@ impl Curve for Line {
     }
 
     fn point(&self, u: f64) -> Vec3 {
-        // Weighted so that both ends come out to the bit.
+        // Weighted sum: both end points are exact to the bit.
         let u = u.clamp(0.0, 1.0);
         self.start * (1.0 - u) + self.end * u
     }
@@ -36,13 +36,14 @@ impl Curve for Line {
     }
 }
 
-/// An arc about an axis, with a lift along it and a linear change of radius: circle, helix or spiral arc. `u` from 0 to 1.
+/// An arc about an axis, with a lift along it and a linear change of radius: circle, helix or
+/// spiral arc. `u` from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
     center: Vec3,
     /// In-plane unit vector towards the start.
     radial: Vec3,
-    /// In-plane unit vector a quarter turn ahead, in the sense of positive sweep.
+    /// In-plane unit vector 90° ahead, in the sense of positive sweep.
     ahead: Vec3,
     lift: Vec3,
     radius: (f64, f64),
@@ -50,11 +51,12 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// The arc from `start` about the axis through `center` along unit vector `normal`, turning by `sweep_rad` (right-handed,
-    /// more than a turn allowed), ending at radius `end_radius` and `lift_mm` further along `normal`. Lengths in mm.
+    /// The arc from `start` about the axis through `center` along unit vector `normal`. It sweeps
+    /// `sweep_rad` (right-handed, more than one turn allowed) and ends at radius `end_radius` and
+    /// `lift_mm` further along `normal`. Lengths in mm.
     ///
     /// # Errors
-    /// When the start lies on the axis, or a value is not finite.
+    /// If the start lies on the axis, or a value is not finite.
     pub fn new(
         start: Vec3,
         center: Vec3,
@@ -106,7 +108,7 @@ impl Curve for Arc {
     }
 }
 
-/// A cubic Bézier, `u` from 0 to 1: rounds corners, tangent to both legs.
+/// A cubic Bézier, `u` from 0 to 1. Rounds corners, tangent to both legs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bezier {
     /// Control points, mm.

@@ -1,4 +1,4 @@
-//! Truncated Taylor numbers: a value and its first three derivatives, carried through a formula.
+//! Truncated Taylor series: a value and its first three derivatives, propagated through a formula.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -13,7 +13,7 @@ impl Jet {
         Self([u, 1.0, 0.0, 0.0])
     }
 
-    /// A number that does not depend on the parameter.
+    /// A constant.
     #[must_use]
     pub fn constant(value: f64) -> Self {
         Self([value, 0.0, 0.0, 0.0])
@@ -39,7 +39,7 @@ impl Jet {
         self.compose([c, -s, -c, s])
     }
 
-    /// Reciprocal; infinite where the value is zero.
+    /// Reciprocal. Infinite if the value is zero.
     #[must_use]
     pub fn recip(self) -> Self {
         let r = 1.0 / self.0[0];

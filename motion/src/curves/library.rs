@@ -1,4 +1,4 @@
-//! The papers' test curves, and a few more, by name.
+//! Test curves of the papers and a few more, by name.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -83,7 +83,7 @@ pub const ELLIPSE: Formula = Formula {
 pub const CIRCLE: Formula =
     Formula { name: "circle", domain: (0.0, 2.0 * PI), coordinates: |u| polar(Jet::constant(20.0), u, Jet::constant(0.0)) };
 
-/// Every curve that [`by_name`] knows, random ones aside.
+/// Every curve known to [`by_name`], random ones excluded.
 pub const NAMES: [&str; 11] = [
     "crown",
     "spiral",
@@ -98,7 +98,7 @@ pub const NAMES: [&str; 11] = [
     "saddle-butterfly",
 ];
 
-/// Families that [`by_name`] knows beside [`NAMES`], with what `N` is.
+/// Families known to [`by_name`] in addition to [`NAMES`], with the meaning of `N`.
 pub const FAMILIES: [&str; 4] = [
     "nurbs-N (random, seed N)",
     "saddle-nurbs-N (random on the saddle, seed N)",
@@ -106,13 +106,14 @@ pub const FAMILIES: [&str; 4] = [
     "spiral-Nmm (N mm a turn)",
 ];
 
-/// The [`SPIRAL`]'s radial pitch, mm a turn.
+/// Radial pitch of the [`SPIRAL`], mm per turn.
 const SPIRAL_PITCH_MM: f64 = 8.0;
 
-/// The rising spiral with another pitch: `r = 8 + pu/2π`, `z = 2.5u·p/8` with `p` in mm a turn, three turns.
+/// The rising spiral with another pitch: `r = 8 + pu/2π`, `z = 2.5u·p/8` with `p` in mm per turn,
+/// three turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spiral {
-    /// Growth of the radius, mm a turn; positive.
+    /// Growth of the radius, mm per turn. Positive.
     pub pitch_mm: f64,
 }
 
@@ -128,9 +129,10 @@ impl Curve for Spiral {
     }
 }
 
-/// Circumradius, corner radius (mm) and tilt (rad) of `polygon-N`: within ± 35 mm, corners as a finishing cut has them, and all three axes move.
+/// Circumradius, corner radius (mm) and tilt (rad) of `polygon-N`: within ± 35 mm, corners of a
+/// finishing cut, motion of all three axes.
 const POLYGON: (f64, f64, f64) = (35.0, 4.0, 0.25);
-/// Sides that `polygon-N` may have: more leave no straight line between corners worth the name.
+/// Maximum sides of `polygon-N`: with more the straight lines between corners become negligible.
 const POLYGON_SIDES: std::ops::RangeInclusive<usize> = 3..=24;
 /// Largest pitch of `spiral-Nmm`, mm: three turns stay within ± 70 mm.
 const LARGEST_PITCH_MM: f64 = 20.0;
@@ -138,7 +140,7 @@ const LARGEST_PITCH_MM: f64 = 20.0;
 /// The test curve called `name`: one of [`NAMES`] or of [`FAMILIES`].
 ///
 /// # Errors
-/// When there is no such curve.
+/// If there is no such curve.
 pub fn by_name(name: &str) -> Result<Arc<dyn Curve>, MotionError> {
     for formula in [CROWN, SPIRAL, FLOWER, FLAT_FLOWER, FIVE_PETALS, ELLIPSE, CIRCLE] {
         if formula.name == name {
@@ -162,7 +164,7 @@ pub fn by_name(name: &str) -> Result<Arc<dyn Curve>, MotionError> {
     }
 }
 
-/// The member of one of the [`FAMILIES`] called `name`; `None` where it is of none.
+/// The member of one of the [`FAMILIES`] called `name`. `None` if it belongs to none.
 fn of_family(name: &str) -> Option<Result<Arc<dyn Curve>, MotionError>> {
     if let Some(seed) = name.strip_prefix("nurbs-").and_then(|seed| seed.parse().ok()) {
         return Some(random_nurbs(20, 18.0, 3, seed).map(|curve| Arc::new(curve) as Arc<dyn Curve>));
@@ -180,10 +182,11 @@ fn of_family(name: &str) -> Option<Result<Arc<dyn Curve>, MotionError>> {
     (pitch_mm > 0.0 && pitch_mm <= LARGEST_PITCH_MM).then(|| Ok(Arc::new(Spiral { pitch_mm }) as Arc<dyn Curve>))
 }
 
-/// A random NURBS: quintic through `points` points, every one of its `dimensions` first coordinates `N(0, sigma_mm²)`.
+/// A random NURBS: quintic through `points` points, each of its first `dimensions` coordinates
+/// `N(0, sigma_mm²)`.
 ///
 /// # Errors
-/// When fewer than six points are asked for.
+/// If fewer than six points are requested.
 pub fn random_nurbs(points: usize, sigma_mm: f64, dimensions: usize, seed: u64) -> Result<Nurbs, MotionError> {
     let normal = Normal::new(0.0, sigma_mm).map_err(|_| MotionError::BadSetting {
         name: "sigma_mm",
@@ -200,12 +203,13 @@ pub fn random_nurbs(points: usize, sigma_mm: f64, dimensions: usize, seed: u64) 
     Nurbs::through(&points, 5)
 }
 
-/// The butterfly of Nie et al. (IEEE Access 11, 2023, table 7), moved to the origin: cornered, 382.86 mm long.
+/// The butterfly of Nie et al. (IEEE Access 11, 2023, table 7), moved to the origin: with corners,
+/// 382.86 mm long.
 ///
 /// # Errors
-/// None for this table; the type says so because every NURBS is checked.
+/// None for this table. Every NURBS is checked, hence the result type.
 pub fn butterfly() -> Result<Nurbs, MotionError> {
-    // Middle of the box around the curve as printed, rounded.
+    // Middle of the bounding box of the printed curve, rounded.
     butterfly_about((54.5, 36.2), 1.0)
 }
 
@@ -245,7 +249,7 @@ fn butterfly_about(centre: (f64, f64), scale: f64) -> Result<Nurbs, MotionError>
 /// The horizontal eight of Nie et al. (table 6).
 ///
 /// # Errors
-/// None for this table; the type says so because every NURBS is checked.
+/// None for this table. Every NURBS is checked, hence the result type.
 pub fn eight() -> Result<Nurbs, MotionError> {
     let points = [(0.0, 0.0), (-150.0, -150.0), (-150.0, 150.0), (0.0, 0.0), (150.0, -150.0), (150.0, 150.0), (0.0, 0.0)];
     Nurbs::new(
@@ -256,8 +260,8 @@ pub fn eight() -> Result<Nurbs, MotionError> {
     )
 }
 
-/// Circle of 40 mm radius on the saddle, `x = 40 cos u`, `y = 40 sin u`, the tool along the surface's normal; after Paper C,
-/// figure 8, which prints no formula.
+/// Circle of 40 mm radius on the saddle, `x = 40 cos u`, `y = 40 sin u`, the tool along the surface
+/// normal. After Paper C, figure 8, which prints no formula.
 #[must_use]
 pub fn saddle() -> OnSaddle<Formula> {
     OnSaddle(Formula {
@@ -267,13 +271,13 @@ pub fn saddle() -> OnSaddle<Formula> {
     })
 }
 
-/// The [`butterfly`], its box centred and its largest coordinate scaled to 40 mm, laid on the saddle with the tool along the
-/// surface's normal (Paper C).
+/// The [`butterfly`], its box centred and its largest coordinate scaled to 40 mm, projected onto
+/// the saddle with the tool along the surface normal (Paper C).
 ///
 /// # Errors
-/// None for this table; the type says so because every NURBS is checked.
+/// None for this table. Every NURBS is checked, hence the result type.
 pub fn saddle_butterfly() -> Result<OnSaddle<Nurbs>, MotionError> {
-    /// Middle of the box around the curve as printed, mm.
+    /// Middle of the bounding box of the printed curve, mm.
     const CENTRE: (f64, f64) = (54.501794, 36.224703);
     /// Half the width of that box, mm.
     const HALF_WIDTH: f64 = 48.580959;

@@ -1,4 +1,4 @@
-//! Curves in space: what a tool tip follows.
+//! Curves in space: paths of the tool tip.
 
 mod basic;
 mod jet;
@@ -15,12 +15,13 @@ pub use saddle::OnSaddle;
 
 use crate::Vec3;
 
-/// A curve `C(u)`, three times differentiable except where it says otherwise; lengths in mm.
+/// A curve `C(u)`, three times differentiable unless stated otherwise. Lengths in mm.
 pub trait Curve: std::fmt::Debug + Send + Sync {
-    /// The parameter's range `(first, last)`, `first < last`.
+    /// Parameter range `(first, last)`, `first < last`.
     fn domain(&self) -> (f64, f64);
 
-    /// Position and derivatives `[C, C′, C″, C‴]` at `u`, with respect to `u`; `u` outside the domain is clamped.
+    /// Position and derivatives `[C, C′, C″, C‴]` at `u`, with respect to `u`. `u` outside the
+    /// domain is clamped.
     fn derivatives(&self, u: f64) -> [Vec3; 4];
 
     /// Position at `u`, mm.
@@ -33,12 +34,12 @@ pub trait Curve: std::fmt::Debug + Send + Sync {
         self.derivatives(u)[1]
     }
 
-    /// Degree of a curve that is a polynomial in `u`; `None` of any other.
+    /// Degree of a curve that is a polynomial in `u`, otherwise `None`.
     fn degree(&self) -> Option<usize> {
         None
     }
 
-    /// Unit vector along the tool at `u`, from the tip towards the spindle; upright unless the curve says otherwise.
+    /// Unit vector along the tool at `u`, from the tip towards the spindle. Default: upright.
     fn tool(&self, _u: f64) -> Vec3 {
         Vec3::z()
     }

@@ -14,7 +14,8 @@ impl Nurbs {
     /// The NURBS of `degree` with control points (mm), weights and a knot vector of `points + degree + 1` entries.
     ///
     /// # Errors
-    /// When the numbers of points, weights and knots do not fit together, a weight is not positive, or the knots decrease.
+    /// If the numbers of points, weights and knots do not match, a weight is not positive, or the
+    /// knots decrease.
     pub fn new(degree: usize, points: &[Vec3], weights: &[f64], knots: &[f64]) -> Result<Self, MotionError> {
         if points.len() != weights.len() {
             return Err(MotionError::BadCurve(format!("{} control points but {} weights", points.len(), weights.len())));
@@ -32,7 +33,7 @@ impl Nurbs {
     /// The spline of `degree` through `points` (mm), with chord-length parameters.
     ///
     /// # Errors
-    /// When there are too few points, or two neighbours coincide.
+    /// If there are too few points, or two neighbours coincide.
     pub fn through(points: &[Vec3], degree: usize) -> Result<Self, MotionError> {
         let points: Vec<Point3<f64>> = points.iter().map(|p| Point3::from(*p)).collect();
         NurbsCurve3D::interpolate(&points, degree).map(Self).map_err(|error| MotionError::BadCurve(error.to_string()))

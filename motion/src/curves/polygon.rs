@@ -5,9 +5,11 @@ use std::f64::consts::PI;
 use super::Curve;
 use crate::{MotionError, Vec3};
 
-/// A regular polygon about the origin whose corners are arcs, once around from the middle of a side, in a plane that leans about the X axis.
+/// A regular polygon about the origin with arcs as corners, one lap from the middle of a side, in a
+/// plane tilted about the X axis.
 ///
-/// The parameter is the arc length, mm. Curvature jumps where a line meets an arc; derivatives there are those of the piece that begins.
+/// The parameter is the arc length, mm. Curvature jumps where a line meets an arc: derivatives
+/// there are those of the following piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoundedPolygon {
     sides: usize,
@@ -21,11 +23,11 @@ pub struct RoundedPolygon {
 }
 
 impl RoundedPolygon {
-    /// The polygon of `sides` sides whose unrounded corners lie at `circumradius_mm`, rounded with arcs of `corner_mm`; its plane is XY turned by
-    /// `tilt_rad` about X.
+    /// The polygon of `sides` sides whose unrounded corners lie at `circumradius_mm`, rounded with
+    /// arcs of `corner_mm`. Its plane is XY rotated by `tilt_rad` about X.
     ///
     /// # Errors
-    /// When it has fewer than three sides, or the arcs do not fit.
+    /// If it has fewer than three sides, or the arcs do not fit.
     pub fn new(sides: usize, circumradius_mm: f64, corner_mm: f64, tilt_rad: f64) -> Result<Self, MotionError> {
         let half_angle = PI / sides.max(1) as f64;
         let inradius_mm = circumradius_mm * half_angle.cos();
@@ -40,7 +42,7 @@ impl RoundedPolygon {
         Ok(Self { sides, inradius_mm, corner_mm, half_line_mm, plane })
     }
 
-    /// Turn of a corner, rad.
+    /// Direction change at a corner, rad.
     fn turn_rad(&self) -> f64 {
         2.0 * PI / self.sides as f64
     }
@@ -62,7 +64,7 @@ impl Curve for RoundedPolygon {
         let along = u - side * self.period_mm();
         let arc_mm = self.corner_mm * self.turn_rad();
         let angle = side * self.turn_rad() + ((along - self.half_line_mm) / self.corner_mm).clamp(0.0, self.turn_rad());
-        // Outward normal of the side, or of the arc, and the direction of motion a quarter turn ahead.
+        // Outward normal of the side, or of the arc. The direction of motion is 90° ahead of it.
         let (sin, cos) = angle.sin_cos();
         let [x, y] = self.plane;
         let (out, ahead) = (x * cos + y * sin, y * cos - x * sin);

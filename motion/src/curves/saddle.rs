@@ -6,8 +6,9 @@ use crate::Vec3;
 /// Length in the saddle's formula, mm.
 const SPAN_MM: f64 = 160.0;
 
-/// A curve laid from above on the saddle `z = (x² − y²)/160` (mm), with the tool along the surface's normal
-/// `(−∂z/∂x, −∂z/∂y, 1)`, normalised. Its `x` and `y` are those of the curve given, whose own `z` is ignored.
+/// A curve projected vertically onto the saddle `z = (x² − y²)/160` (mm), with the tool along the
+/// surface normal `(−∂z/∂x, −∂z/∂y, 1)`, normalised. `x` and `y` are those of the given curve,
+/// whose `z` is ignored.
 #[derive(Debug, Clone, Copy)]
 pub struct OnSaddle<C>(pub C);
 
@@ -70,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn the_saddle_stands_where_its_formula_says() {
+    fn the_saddle_matches_its_formula() {
         let curve = library::saddle();
         assert!((curve.point(0.0) - Vec3::new(40.0, 0.0, 10.0)).norm() < 1e-14);
         assert!((curve.tool(0.0) - Vec3::new(-0.5, 0.0, 1.0).normalize()).norm() < 1e-15);

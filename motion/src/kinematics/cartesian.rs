@@ -7,7 +7,7 @@ use crate::{Axis, MotionError, Pose, Vec3};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cartesian {
     axes: Vec<Axis>,
-    /// For every axis the coordinate it moves.
+    /// The coordinate moved by every axis.
     slots: Vec<Option<usize>>,
 }
 

@@ -1,21 +1,23 @@
-//! Which angles of one or two rotary joints turn the tool a given way.
+//! Angles of one or two rotary joints for a given tool direction.
 //!
-//! At zero angles the tool points along `+Z`. `outer` is the joint nearer to the workpiece, `inner` the one nearer to the tool, so
-//! that the tool axis in the workpiece frame is `o = R(outer, α)·R(inner, β)·z`, all turns right-handed. This is the second of
-//! the Paden-Kahan subproblems. It is solved here on the spherical triangle of `inner`, `outer` and `v = R(inner, β)·z`, whose
-//! sides are known, with half-angle formulas: those keep all digits near the poles, where the usual `acos` loses half of them.
+//! At zero angles the tool points along `+Z`. `outer` is the joint nearer to the workpiece, `inner`
+//! the one nearer to the tool: the tool axis in the workpiece frame is `o = R(outer, α)·R(inner,
+//! β)·z`, all rotations right-handed. This is the second Paden-Kahan subproblem. It is solved on
+//! the spherical triangle of `inner`, `outer` and `v = R(inner, β)·z`, whose sides are known, with
+//! half-angle formulas. These keep all digits near the poles, where the usual `acos` loses half of
+//! them.
 
 use std::f64::consts::PI;
 
 use crate::Vec3;
 
-/// Directions closer than this to what the joints can reach count as reached, rad.
+/// Tolerance on reachable directions, rad.
 pub(super) const REACH_RAD: f64 = 1e-9;
 
-/// A tool closer than this to the outer joint's direction leaves that joint's angle free, rad.
+/// Within this angle of the outer joint's direction the angle of that joint is free, rad.
 const POLE_RAD: f64 = 1e-12;
 
-/// The angles of two joints; the outer one is `None` where it may take any.
+/// Angles of two joints. The outer one is `None` if it is free.
 pub(super) type Branch = (Option<f64>, f64);
 
 /// Angle between two vectors, rad in `[0, π]`.
@@ -23,15 +25,16 @@ pub(super) fn angle(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// Angle by which the unit vector `axis` turns `from` towards `to`, seen along the axis, rad in `[-π, π]`.
+/// Rotation angle from `from` to `to` about the unit vector `axis`, rad in `[-π, π]`.
 fn turn(axis: &Vec3, from: &Vec3, to: &Vec3) -> f64 {
-    // Both brought into the plane across the axis first: differences of products would cancel near the axis.
+    // Both are first projected onto the plane normal to the axis: differences of products would
+    // cancel near the axis.
     let (from, to) = (axis.cross(from), axis.cross(to));
     axis.dot(&from.cross(&to)).atan2(from.dot(&to))
 }
 
-/// Angle of a lone joint about unit vector `axis` that points the tool along unit vector `tool`, `None` where any does; or by
-/// how much it misses, rad.
+/// Angle of a single joint about unit vector `axis` that points the tool along unit vector `tool`.
+/// `None` if the angle is free. Error: the angle by which the direction is missed, rad.
 pub(super) fn one_joint(axis: &Vec3, tool: &Vec3) -> Result<Option<f64>, f64> {
     let miss = (angle(axis, tool) - angle(axis, &Vec3::z())).abs();
     if miss > REACH_RAD {
@@ -41,12 +44,12 @@ pub(super) fn one_joint(axis: &Vec3, tool: &Vec3) -> Result<Option<f64>, f64> {
     Ok((!free).then(|| turn(axis, &Vec3::z(), tool)))
 }
 
-/// `vector`, turned about the unit vector `axis` by an angle of this sine and cosine (Rodrigues).
+/// `vector` rotated about the unit vector `axis` by an angle with this sine and cosine (Rodrigues).
 pub(super) fn turned(axis: &Vec3, (sin, cos): (f64, f64), vector: &Vec3) -> Vec3 {
     vector * cos + axis.cross(vector) * sin + axis * (axis.dot(vector) * (1.0 - cos))
 }
 
-/// A pair of joints, and what of their triangle does not depend on the tool.
+/// A pair of joints, with the constants of their triangle.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TwoJoints {
     /// Unit vectors.
@@ -55,7 +58,7 @@ pub(super) struct TwoJoints {
     /// Sides from `inner` to the tool and to `outer`, rad.
     tool_side: f64,
     joint_side: f64,
-    /// The inner angle at which the tool comes nearest to the outer joint's direction, rad.
+    /// Inner angle at which the tool is nearest to the direction of the outer joint, rad.
     nearest: f64,
 }
 
@@ -67,19 +70,22 @@ impl TwoJoints {
         Self { outer, inner, tool_side, joint_side, nearest: turn(&inner, &z, &outer) }
     }
 
-    /// The two solutions for the tool along unit vector `tool`; or by how much they miss, rad.
+    /// The two solutions for the tool along unit vector `tool`. Error: the angle by which they miss
+    /// it, rad.
     pub fn branches(&self, tool: &Vec3) -> Result<[Branch; 2], f64> {
         Ok(self.inner_angles(tool)?.map(|inner| (self.outer_angle(tool, inner), inner)))
     }
 
-    /// The inner joint's angles of the two solutions, or by how much they miss, rad.
+    /// The inner angles of the two solutions. Error: the angle by which they miss the direction,
+    /// rad.
     pub fn inner_angles(&self, tool: &Vec3) -> Result<[f64; 2], f64> {
         let reached = match angle(&self.outer, tool) {
             angle if self.leaves_free(tool) => (angle / PI).round() * PI,
             angle => angle,
         };
         let Self { tool_side, joint_side, nearest, .. } = *self;
-        // Negative where the three sides do not close to a triangle. The brackets keep a small third side's digits.
+        // Negative if the three sides form no triangle. The brackets keep the digits of a small
+        // third side.
         let margins = [
             reached + (joint_side - tool_side),
             reached + (tool_side - joint_side),
@@ -95,19 +101,20 @@ impl TwoJoints {
         Ok([nearest + corner, nearest - corner])
     }
 
-    /// The outer joint's angle that goes with one of the inner joint, rad; `None` where it may take any.
+    /// The outer angle that belongs to an inner angle, rad. `None` if it is free.
     pub fn outer_angle(&self, tool: &Vec3, inner_angle: f64) -> Option<f64> {
         let before = turned(&self.inner, inner_angle.sin_cos(), &Vec3::z());
         (!self.leaves_free(tool)).then(|| turn(&self.outer, &before, tool))
     }
 
-    /// Whether the tool lies along the outer joint.
+    /// Whether the tool is parallel to the outer joint.
     fn leaves_free(&self, tool: &Vec3) -> bool {
         self.outer.cross(tool).norm() < POLE_RAD
     }
 }
 
-/// `angle` plus the number of whole turns that brings it nearest to `near` within `travel`, rad; `None` where no number does.
+/// `angle` plus the number of whole turns that brings it nearest to `near` within `travel`, rad.
+/// `None` if there is none.
 pub(super) fn unwound(angle: f64, near: f64, travel: Option<[f64; 2]>) -> Option<f64> {
     let turns = ((near - angle) / (2.0 * PI)).round();
     let turns = match travel {
@@ -140,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_nutating_head_reaches_as_far_as_its_cone() {
-        // A joint at 45° below a turning one reaches from upright to level and no further.
+        // A joint at 45° below a rotary one reaches from upright to level and no further.
         let inner = Vec3::new(0.0, 1.0, 1.0).normalize();
         let head = TwoJoints::new(Vec3::z(), inner);
         let level = head.branches(&Vec3::x()).unwrap();

@@ -10,46 +10,48 @@ use super::settings::PlanSettings;
 use crate::curves::Bezier;
 use crate::{Limits, Vec3};
 
-/// Directions that differ by less pass as smooth, rad: at 100 mm/s a step of 2 µm/s.
+/// Directions that differ by less count as smooth, rad: a velocity step of 2 µm/s at 100 mm/s.
 const SMOOTH_RAD: f64 = 2e-5;
-/// A sharper turn is a reversal: the tool stops there, rad.
+/// A larger direction change is a reversal: the tool stops there, rad.
 const REVERSAL_RAD: f64 = 2.9;
-/// Shorter pieces have no direction worth following, mm.
+/// Shorter pieces have no usable direction, mm.
 const POINT_MM: f64 = 1e-9;
-/// Fewest pieces that are worth a core of their own.
+/// Minimum pieces per thread.
 pub(super) const SHARE: usize = 512;
 
-/// Angle by which the direction turns from `before` to `after`, rad.
+/// Angle between the directions `before` and `after`, rad.
 fn turn(before: &Piece, after: &Piece) -> f64 {
     angle(&before.velocity(before.range.1), &after.velocity(after.range.0))
 }
 
-/// Whether the tool can go on from `before` to `after` without a stop.
+/// Whether the tool can continue from `before` to `after` without a stop.
 pub(super) fn can_pass(before: &Piece, after: &Piece, tolerance_mm: f64) -> bool {
     let turn = turn(before, after);
     let alike = std::mem::discriminant(&before.turning) == std::mem::discriminant(&after.turning);
     alike && (turn < SMOOTH_RAD || (tolerance_mm > 0.0 && turn < REVERSAL_RAD))
 }
 
-/// A corner's blend, and the parameters at which it leaves the piece before and meets the one after.
+/// The blend of a corner, and the parameters at which it leaves the piece before and joins the
+/// piece after.
 struct Corner {
     leave: f64,
     meet: f64,
     blend: Piece,
-    /// Whether the pieces are too short for as much rounding as the tolerance allows.
+    /// Whether the pieces are too short for the rounding that the tolerance allows.
     crowded: bool,
 }
 
-/// How corners are rounded.
+/// Corner rounding settings.
 pub(super) struct Rounding {
     tolerance_mm: f64,
-    /// Share of the acceleration that is left along pieces that are too short for the rounding of their corners.
+    /// Fraction of the acceleration that is used along pieces too short for the rounding of their
+    /// corners.
     crowded_acceleration: f64,
-    /// Jump of velocity below which a corner is none to the control, mm/s.
+    /// Velocity jump below which the control does not treat a joint as a corner, mm/s.
     jump_mm_s: f64,
 }
 
-/// Jump of velocity that a control takes without a blend, as a share of what its acceleration does in a period.
+/// Velocity jump that a control accepts without a blend, as a fraction of acceleration × period.
 const JUMP: f64 = 0.1;
 
 impl Rounding {
@@ -68,20 +70,21 @@ impl Rounding {
 }
 
 impl Corner {
-    /// A half of the blend, so that each counts to its own piece.
+    /// One half of the blend: each half counts to its own piece.
     fn half(&self, range: (f64, f64)) -> Piece {
         Piece { range, ..self.blend.clone() }
     }
 }
 
-/// The pieces between two rests with every corner replaced by a Bézier that leaves the corner by at most the tolerance and takes
-/// at most half of each neighbour. Returns the pieces and, for each, the index in the whole path.
+/// The pieces between two stops with every corner replaced by a Bézier that deviates from the
+/// corner by at most the tolerance and uses at most half of each neighbour. Returns the pieces and,
+/// for each, the index in the whole path.
 pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec<Piece>, Vec<usize>) {
     let length = |piece: &Piece| length_between(piece, piece.range.0, piece.range.1);
     let lengths: Vec<f64> = pieces.par_iter().with_min_len(SHARE).map(length).collect();
     let kept: Vec<usize> = (0..pieces.len()).filter(|k| lengths[*k] >= POINT_MM).collect();
     let corner = |pair: &[usize]| {
-        // The half of a piece that its two corners may use is measured on the whole piece.
+        // The half of a piece available to its two corners refers to the whole piece.
         let most_mm = lengths[pair[0]].min(lengths[pair[1]]) / 2.0;
         blend(&pieces[pair[0]], &pieces[pair[1]], most_mm, rounding)
     };
@@ -97,7 +100,7 @@ pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec
         let (from, to) = pieces[k].range;
         let range = (before.map_or(from, |corner| corner.meet), after.map_or(to, |corner| corner.leave));
         rounded.extend(before.map(|corner| corner.half((0.5, 1.0))));
-        // Where blend follows blend nothing is left of a piece but rounding.
+        // Between adjoining blends only a rounding error of the piece remains.
         if length_between(&pieces[k], range.0, range.1) >= POINT_MM {
             rounded.push(Piece { range, ..pieces[k].clone() });
         }
@@ -108,7 +111,7 @@ pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec
     (rounded, index)
 }
 
-/// The blend between two pieces; `None` where they join smoothly.
+/// The blend between two pieces. `None` if they join smoothly.
 fn blend(before: &Piece, after: &Piece, most_mm: f64, rounding: &Rounding) -> Option<Corner> {
     let turn = turn(before, after);
     if turn < SMOOTH_RAD {
@@ -127,16 +130,16 @@ fn blend(before: &Piece, after: &Piece, most_mm: f64, rounding: &Rounding) -> Op
         let [_, first, second, _] = piece.derivatives(u);
         let across = second - first * (first.dot(&second) / first.norm_squared());
         let curvature = across.norm() / first.norm_squared();
-        // A curved leg leaves its tangent by κ·l²/2.
+        // A curved leg deviates from its tangent by κ·l²/2.
         if curvature * legs * legs > tolerance_mm {
             legs = (tolerance_mm / curvature).sqrt();
         }
     }
     let leave = parameter_after(before, before.range.1, -legs);
     let meet = parameter_after(after, after.range.0, legs);
-    let (start, end) = (before.place(leave), after.place(meet));
-    // With handles of two thirds of a leg the blend of two lines is a parabola: its curvature is nearly even, so that a
-    // dense polyline is followed like the curve it samples.
+    let (start, end) = (before.coordinates(leave), after.coordinates(meet));
+    // With handles of two thirds of a leg the blend of two lines is a parabola. Its curvature is
+    // nearly uniform, so a dense polyline is followed like the curve that it samples.
     let handle = 2.0 / 3.0 * legs;
     let (out, back) = (before.velocity(leave).normalize() * handle, after.velocity(meet).normalize() * handle);
     let points = [start, start + out, end - back, end];

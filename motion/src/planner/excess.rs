@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::{AxisLimits, Limits};
 
-/// Room left for rounding when limits are compared.
+/// Tolerance for rounding in comparisons with limits.
 const SLACK: f64 = 1.0 + 1e-7;
 
 /// A sample at which an axis exceeds a limit.
@@ -17,7 +17,8 @@ pub(super) struct Excess {
     pub ratio: f64,
 }
 
-/// Every sample whose backward differences exceed a limit; positions before the first and after the last sample rest.
+/// Every sample whose backward differences exceed a limit. The axes are at standstill before the
+/// first and after the last sample.
 pub(super) fn excess(columns: &[Vec<f64>], limits: &Limits, period_s: f64) -> Vec<Excess> {
     let of_axis = |(axis, (column, limit)): (usize, (&Vec<f64>, &AxisLimits))| excess_of_axis(axis, column, limit, period_s);
     columns.par_iter().zip(&limits.axes).enumerate().flat_map_iter(of_axis).collect()
@@ -35,7 +36,7 @@ fn excess_of_axis(axis: usize, column: &[f64], limit: &AxisLimits, period_s: f64
         let a = (v - speed) * rate;
         let j = (a - acceleration) * rate;
         (last, speed, acceleration) = (position, v, a);
-        // Positions carry rounding errors, which a third difference magnifies.
+        // Rounding errors of positions are amplified by a third difference.
         let rounding = 8.0 * f64::EPSILON * position.abs().max(1.0);
         for (order, value) in [v, a, j].into_iter().enumerate() {
             let free_of_noise = value.abs() - rounding * rates[order];

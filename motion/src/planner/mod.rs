@@ -1,11 +1,14 @@
-//! Feed planning: from a path of curves to positions sampled every period, every limit held.
+//! Feed planning: from a path of curves to positions sampled every period, within every limit.
 //!
-//! The plan of a stretch between two rests is made in four steps, a file each:
-//! 1. `geometry`: the stretch on a grid of its way, with the axes' `q′`, `q″`, `q‴`; corners are rounded within the tolerance before;
-//! 2. `profile`: the fastest speed over arc length under the limits (centripetal and axis limits pointwise, acceleration by
-//!    a forward and a backward pass over the whole stretch, so look-ahead is unlimited);
-//! 3. `smooth`: sampled in time and smoothed by two moving averages, which bounds jerk;
-//! 4. [`plan`]: checked sample by sample; where a limit is exceeded the speed is lowered there and the stretch planned anew.
+//! The plan of a segment between two stops has four steps, one file each:
+//! 1. `geometry`: the segment on an arc length grid, with the `q′`, `q″`, `q‴` of the axes. Corners
+//!    are rounded within the tolerance before.
+//! 2. `profile`: the fastest speed over arc length under the limits (centripetal and axis limits
+//!    pointwise, acceleration by a forward and a backward pass over the whole segment, so look-ahead
+//!    is unlimited).
+//! 3. `smooth`: sampling in time and smoothing by two moving averages, which bounds jerk.
+//! 4. [`plan`]: check of every sample. Where a limit is exceeded the speed is lowered and the
+//!    segment is replanned.
 
 mod corner;
 mod excess;
@@ -25,17 +28,18 @@ use std::sync::Arc;
 use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
 use corner::Rounding;
 use excess::excess;
-use geometry::{Followed, Stretch};
+use geometry::{Followed, Segment};
 use piece::AxisSlots;
 use profile::SpeedLimit;
 use settings::check;
 
-/// Where on the tool path a sample lies.
+/// Path position of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathSample {
     /// Index of the piece of the [`ToolPath`].
     pub piece: usize,
-    /// Way from the start of the whole path, mm: arc length, where a degree of a rotary axis that [`Turning`] states counts as a millimetre.
+    /// Arc length from the start of the whole path, mm. A degree of a rotary axis stated by
+    /// [`Turning`] counts as a millimetre.
     pub position_mm: f64,
 }
 
@@ -44,16 +48,17 @@ pub struct PathSample {
 pub struct Plan {
     /// The desired path: axis positions, poses, kinematics.
     pub desired: DesiredPath,
-    /// One a sample.
+    /// One per sample.
     pub samples: Vec<PathSample>,
-    /// Way from the start of the path at which each piece of the [`ToolPath`] ends, mm; a rounded corner is shared by half.
+    /// Arc length from the start of the path at the end of each piece of the [`ToolPath`], mm. Each
+    /// half of a rounded corner counts to its own piece.
     pub piece_ends_mm: Vec<f64>,
 }
 
-/// Plans `path` on a machine with `kinematics` and `limits`, from rest to rest.
+/// Plans `path` on a machine with `kinematics` and `limits`, from standstill to standstill.
 ///
 /// # Errors
-/// When a setting or limit is not sound, a pose cannot be reached, or no speed holds the limits.
+/// If a setting or limit is invalid, a pose cannot be reached, or no speed satisfies the limits.
 pub fn plan(
     path: &ToolPath,
     kinematics: &Arc<dyn Kinematics>,
@@ -62,58 +67,59 @@ pub fn plan(
 ) -> Result<Plan, MotionError> {
     check(settings, limits, kinematics.as_ref())?;
     let period = settings.period_s;
-    let rest = (settings.rest_s / period).round() as usize;
+    let standstill = (settings.rest_s / period).round() as usize;
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
     let mut samples: Vec<PathSample> = Vec::new();
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
     let machine = AxisSlots::of(kinematics.as_ref());
-    for pieces in path.stretches(&Rounding::new(settings, limits)) {
+    for pieces in path.segments(&Rounding::new(settings, limits)) {
         let near: Vec<f64> = columns.iter().map(|column| column.last().copied().unwrap_or(0.0)).collect();
-        // Pieces without length have nowhere to go; only their dwell counts.
-        let stretch = Stretch::new(&pieces.pieces, &pieces.first_index, &machine, &near);
-        if let Some(stretch) = stretch.map_err(|error| error.further(offset_mm))? {
+        // Pieces without length have no motion. Only their dwell counts.
+        let segment = Segment::new(&pieces.pieces, &pieces.piece_indices, &machine, &near);
+        if let Some(segment) = segment.map_err(|error| error.further(offset_mm))? {
             let (motion, followed) =
-                plan_stretch(&stretch, &machine, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
-            // The path begins with a rest; consecutive stretches share the sample at which the first one comes to rest.
-            let (before, first) = if offset_mm > 0.0 { (0, 1) } else { (rest, 0) };
+                plan_segment(&segment, &machine, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
+            // The path begins with a dwell. Consecutive segments share the sample at which the
+            // first one stops.
+            let (before, first) = if offset_mm > 0.0 { (0, 1) } else { (standstill, 0) };
             for (column, positions) in columns.iter_mut().zip(&followed.columns) {
                 column.extend(std::iter::repeat_n(positions[0], before));
                 column.extend(&positions[first..]);
             }
             let sample = |k: usize| PathSample { piece: followed.pieces[k], position_mm: offset_mm + motion[k] };
             samples.extend(std::iter::repeat_n(0, before).chain(first..motion.len()).map(sample));
-            for (piece, end) in stretch.piece_ends() {
+            for (piece, end) in segment.piece_ends() {
                 piece_ends_mm[piece] = offset_mm + end;
             }
-            offset_mm += stretch.length_mm();
+            offset_mm += segment.length_mm();
         }
         let dwell = (pieces.dwell_s / period).round() as usize;
-        if samples.len().saturating_add(dwell) > MOST_SAMPLES {
-            let piece = pieces.first_index.last().copied().unwrap_or_default();
+        if samples.len().saturating_add(dwell) > MAX_SAMPLES {
+            let piece = pieces.piece_indices.last().copied().unwrap_or_default();
             return Err(too_long(piece, offset_mm, period));
         }
-        stand(&mut columns, &mut samples, dwell);
+        hold(&mut columns, &mut samples, dwell);
     }
-    stand(&mut columns, &mut samples, rest);
+    hold(&mut columns, &mut samples, standstill);
     let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
     let desired = DesiredPath::new(trajectory, Arc::clone(kinematics))?;
-    // Pieces without length end where the one before them does.
+    // Pieces without length end where the piece before them ends.
     for piece in 1..piece_ends_mm.len() {
         piece_ends_mm[piece] = piece_ends_mm[piece].max(piece_ends_mm[piece - 1]);
     }
     Ok(Plan { desired, samples, piece_ends_mm })
 }
 
-/// Samples of a plan at most: 28 h at 2 ms, some ten GB.
-const MOST_SAMPLES: usize = 50_000_000;
+/// Maximum samples of a plan: 28 h at 2 ms, some ten GB.
+const MAX_SAMPLES: usize = 50_000_000;
 
 fn too_long(piece: usize, position_mm: f64, period_s: f64) -> MotionError {
-    MotionError::TooLong { piece, position_mm, hours: MOST_SAMPLES as f64 * period_s / 3600.0, most: MOST_SAMPLES }
+    MotionError::TooLong { piece, position_mm, hours: MAX_SAMPLES as f64 * period_s / 3600.0, most: MAX_SAMPLES }
 }
 
 /// Repeats the last sample `count` times.
-fn stand(columns: &mut [Vec<f64>], samples: &mut Vec<PathSample>, count: usize) {
+fn hold(columns: &mut [Vec<f64>], samples: &mut Vec<PathSample>, count: usize) {
     if let Some(last) = samples.last().copied() {
         samples.extend(std::iter::repeat_n(last, count));
         for column in columns {
@@ -122,7 +128,7 @@ fn stand(columns: &mut [Vec<f64>], samples: &mut Vec<PathSample>, count: usize) 
     }
 }
 
-/// Plans one smooth curve at `feed_mm_s` on an x-y-z machine: the test curves' way.
+/// Plans one smooth curve at `feed_mm_s` on an x-y-z machine, as for the test curves.
 ///
 /// # Errors
 /// As [`plan`].
@@ -136,7 +142,8 @@ pub fn plan_curve(
     plan_curve_on(curve, feed_mm_s, &kinematics, limits, settings)
 }
 
-/// Plans one smooth curve at `feed_mm_s` of the tool tip on a machine with `kinematics`, which turns the tool as the curve says.
+/// Plans one smooth curve at the tip feed `feed_mm_s` on a machine with `kinematics`. The curve
+/// states the tool direction.
 ///
 /// # Errors
 /// As [`plan`].
@@ -152,15 +159,17 @@ pub fn plan_curve_on(
     Ok(plan(&path, kinematics, limits, settings)?.desired.with_curve(curve))
 }
 
-/// How often a stretch is planned anew before giving up; every round lowers the speed where a limit was exceeded.
+/// Maximum replans of a segment. Each lowers the speed where a limit was exceeded.
 const ROUNDS: usize = 200;
-/// Share of the squared speed that is kept beyond what a limit asks for, in the first rounds and in those for the few places that are left then.
+/// Factor on the squared speed that the limit allows, in the first replans and in the later ones
+/// for the few remaining samples.
 const KEPT: [f64; 2] = [0.998, 0.97];
 const FIRST_ROUNDS: usize = 3;
 
-/// Arc length at every sample of one stretch, from rest to rest, and where the axes are.
-fn plan_stretch(
-    stretch: &Stretch,
+/// Arc length at every sample of one segment, from standstill to standstill, and the axis
+/// positions.
+fn plan_segment(
+    segment: &Segment,
     machine: &AxisSlots,
     limits: &Limits,
     settings: &PlanSettings,
@@ -168,7 +177,7 @@ fn plan_stretch(
 ) -> Result<(Vec<f64>, Followed), MotionError> {
     let period = settings.period_s;
     let axes = machine.kinematics.axes();
-    let mut speed = SpeedLimit::new(stretch, axes, limits, period);
+    let mut speed = SpeedLimit::new(segment, axes, limits, period);
     let windows = [
         ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
@@ -177,11 +186,11 @@ fn plan_stretch(
     let mut worst = (0.0, String::new());
     for round in 0..ROUNDS {
         let phases = speed.fastest();
-        if let Some(position_mm) = smooth::position_after(&phases, MOST_SAMPLES, period) {
-            return Err(too_long(stretch.index_of(stretch.piece_at(position_mm)), position_mm, period));
+        if let Some(position_mm) = smooth::position_after(&phases, MAX_SAMPLES, period) {
+            return Err(too_long(segment.index_of(segment.piece_at(position_mm)), position_mm, period));
         }
         let motion = smooth::sample(&phases, period, windows);
-        let followed = stretch.follow(&motion, machine, near)?;
+        let followed = segment.follow(&motion, machine, near)?;
         let excess = excess(&followed.columns, limits, period);
         let Some(top) = excess.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)) else {
             return Ok((motion, followed));
@@ -196,5 +205,5 @@ fn plan_stretch(
         speed.lower(&motion, &excess, spread_s, period, KEPT[usize::from(round >= FIRST_ROUNDS)]);
     }
     let (position_mm, what) = worst;
-    Err(MotionError::Infeasible { piece: stretch.index_of(stretch.piece_at(position_mm)), position_mm, what })
+    Err(MotionError::Infeasible { piece: segment.index_of(segment.piece_at(position_mm)), position_mm, what })
 }

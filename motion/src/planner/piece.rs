@@ -1,4 +1,4 @@
-//! One piece of a tool path: a curve, and how the tool is turned along it.
+//! One piece of a tool path: a curve and the rotary motion along it.
 
 use std::sync::Arc;
 
@@ -7,9 +7,10 @@ use nalgebra::SVector;
 use crate::curves::{Bezier, Line};
 use crate::{Axis, AxisKind, Curve, Kinematics, MotionError, Pose, Vec3};
 
-/// X, Y, Z in mm, and A, B, C with a degree counted as a millimetre, as controls do when they weigh one against the other.
-pub(super) type Way = SVector<f64, 6>;
-/// Way of one rad of a rotary axis, mm.
+/// X, Y, Z in mm, and A, B, C with a degree counted as a millimetre, as in controls that combine
+/// both.
+pub(super) type PathVector = SVector<f64, 6>;
+/// Path length of one rad of a rotary axis, mm.
 pub const MM_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 
 /// Rotary axes A, B, C (rad) over a curve's parameter from 0 to 1.
@@ -23,7 +24,7 @@ enum Shape {
 }
 
 impl RotaryPath {
-    /// From one position to another, evenly in the parameter; rad.
+    /// Linear in the parameter, between two positions in rad.
     #[must_use]
     pub fn linear(from: Vec3, to: Vec3) -> Self {
         Self(Shape::Line(Line { start: from, end: to }))
@@ -33,7 +34,7 @@ impl RotaryPath {
         Self(Shape::Bezier(Bezier { points }))
     }
 
-    /// The same as a curve, its lengths in rad.
+    /// The same as a curve, with lengths in rad.
     fn curve(&self) -> &dyn Curve {
         match &self.0 {
             Shape::Line(line) => line,
@@ -48,14 +49,15 @@ impl RotaryPath {
     }
 }
 
-/// What the points of a piece's curve are, and how the tool is turned meanwhile.
+/// Meaning of a piece's curve, and the rotary motion along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Turning {
-    /// The tool tip in the workpiece frame; the curve says how the tool stands ([`Curve::tool`]).
+    /// The tool tip in the workpiece frame. The curve states the tool direction ([`Curve::tool`]).
     Curve,
-    /// The tool tip in the workpiece frame; the rotary axes go this way (tool-centre-point control). The curve's parameter is 0 to 1.
+    /// The tool tip in the workpiece frame, with this rotary motion (tool-centre-point control).
+    /// The curve parameter is 0 to 1.
     Tip(RotaryPath),
-    /// Positions of the axes X, Y, Z; the rotary axes go this way. The curve's parameter is 0 to 1.
+    /// Positions of the axes X, Y, Z, with this rotary motion. The curve parameter is 0 to 1.
     Axes(RotaryPath),
 }
 
@@ -67,7 +69,7 @@ impl Turning {
         }
     }
 
-    /// The same kind along another way.
+    /// The same kind with another rotary path.
     pub(super) fn along(&self, path: RotaryPath) -> Self {
         match self {
             Self::Curve => Self::Curve,
@@ -77,25 +79,25 @@ impl Turning {
     }
 }
 
-/// A stretch of one curve, run through at one programmed feed.
+/// A part of one curve with one programmed feed.
 #[derive(Debug, Clone)]
 pub struct Piece {
     /// The curve.
     pub curve: Arc<dyn Curve>,
-    /// What its points are.
+    /// Meaning of its points.
     pub turning: Turning,
-    /// Parameter range that is run through, forwards.
+    /// Parameter range, increasing.
     pub range: (f64, f64),
-    /// Programmed feed along the way, mm/s, where a degree of a rotary axis that [`Turning`] states counts as a millimetre; infinite for as
-    /// fast as the limits allow (a rapid).
+    /// Programmed feed along the path, mm/s, where a degree of a rotary axis stated by [`Turning`]
+    /// counts as a millimetre. Infinite for a rapid, which the limits alone bound.
     pub feed_mm_s: f64,
-    /// How far the corner at its end may be rounded off, mm; as the plan's settings say where `None`.
+    /// Rounding tolerance of the corner at its end, mm. `None`: by the settings of the plan.
     pub corner_tolerance_mm: Option<f64>,
-    /// Share of the acceleration along the path that may be used on it.
+    /// Fraction of the acceleration along the path that may be used on it.
     pub acceleration: f64,
-    /// Come to rest at the end, even where the next piece goes on smoothly.
+    /// Stop at the end, even before a smooth continuation.
     pub stop_after: bool,
-    /// Rest at the end, s; implies a stop when positive.
+    /// Dwell at the end, s. Implies a stop if positive.
     pub dwell_s: f64,
 }
 
@@ -116,7 +118,7 @@ impl Piece {
         }
     }
 
-    /// The same piece with the tool turned so.
+    /// The same piece with this rotary motion.
     #[must_use]
     pub fn turning(self, turning: Turning) -> Self {
         Self { turning, ..self }
@@ -126,51 +128,51 @@ impl Piece {
         self.stop_after || self.dwell_s > 0.0
     }
 
-    /// Position on the way and its derivatives with respect to the curve's parameter.
-    pub(super) fn derivatives(&self, u: f64) -> [Way; 4] {
+    /// Path coordinates and their derivatives with respect to the curve parameter.
+    pub(super) fn derivatives(&self, u: f64) -> [PathVector; 4] {
         let linear = self.curve.derivatives(u);
         let rotary = self.turning.rotary().map_or([Vec3::zeros(); 4], |path| path.curve().derivatives(u));
-        std::array::from_fn(|order| way(linear[order], rotary[order]))
+        std::array::from_fn(|order| path_vector(linear[order], rotary[order]))
     }
 
-    /// Place on the way.
-    pub(super) fn place(&self, u: f64) -> Way {
-        way(self.curve.point(u), self.turning.rotary().map_or(Vec3::zeros(), |path| path.at(u)))
+    /// Path coordinates.
+    pub(super) fn coordinates(&self, u: f64) -> PathVector {
+        path_vector(self.curve.point(u), self.turning.rotary().map_or(Vec3::zeros(), |path| path.at(u)))
     }
 
-    /// First derivative of the way with respect to the curve's parameter.
-    pub(super) fn velocity(&self, u: f64) -> Way {
+    /// First derivative of the path coordinates with respect to the curve parameter.
+    pub(super) fn velocity(&self, u: f64) -> PathVector {
         let rotary = self.turning.rotary().map_or(Vec3::zeros(), |path| path.curve().velocity(u));
-        way(self.curve.velocity(u), rotary)
+        path_vector(self.curve.velocity(u), rotary)
     }
 
-    /// Degree of a way that is a polynomial in the curve's parameter.
+    /// Degree of path coordinates that are polynomials in the curve parameter.
     pub(super) fn degree(&self) -> Option<usize> {
         let rotary = self.turning.rotary().map_or(Some(0), |path| path.curve().degree());
         Some(self.curve.degree()?.max(rotary?))
     }
 
-    /// Moves `joints` to the axis positions at `u`, the nearest where there are several.
+    /// Moves `joints` to the axis positions at `u`, to the nearest of several solutions.
     pub(super) fn joints(&self, u: f64, machine: &AxisSlots, joints: &mut [f64]) -> Result<(), MotionError> {
         let point = self.curve.point(u);
         match &self.turning {
             Turning::Curve => machine.kinematics.reach(&Pose { tip: point, tool: self.curve.tool(u) }, joints),
             Turning::Tip(path) => machine.kinematics.place_at(&point, &path.at(u).into(), joints),
-            Turning::Axes(path) => machine.stand(&point, &path.at(u), joints),
+            Turning::Axes(path) => machine.set_axes(&point, &path.at(u), joints),
         }
     }
 }
 
-/// A place or derivative of the way.
-fn way(linear: Vec3, rotary: Vec3) -> Way {
+/// Path coordinates, or a derivative of them.
+fn path_vector(linear: Vec3, rotary: Vec3) -> PathVector {
     let rotary = rotary * MM_PER_RAD;
-    Way::new(linear.x, linear.y, linear.z, rotary.x, rotary.y, rotary.z)
+    PathVector::new(linear.x, linear.y, linear.z, rotary.x, rotary.y, rotary.z)
 }
 
-/// Rounding of a program's words may lead this far beyond a travel, mm or rad.
-const BEYOND: f64 = 1e-6;
+/// Tolerance on the travel for the rounding of program words, mm or rad.
+const TRAVEL_TOLERANCE: f64 = 1e-6;
 
-/// A machine with the place of each of its axes among X, Y, Z, A, B, C.
+/// A machine with the index of each axis among X, Y, Z, A, B, C.
 pub(super) struct AxisSlots<'a> {
     pub kinematics: &'a dyn Kinematics,
     slots: Vec<Option<usize>>,
@@ -181,8 +183,8 @@ impl<'a> AxisSlots<'a> {
         Self { kinematics, slots: kinematics.axes().iter().map(Axis::slot).collect() }
     }
 
-    /// Moves the axes that have a place among X, Y, Z, A, B, C there.
-    fn stand(&self, linear: &Vec3, rotary: &Vec3, joints: &mut [f64]) -> Result<(), MotionError> {
+    /// Sets the axes that are among X, Y, Z, A, B, C to these positions.
+    fn set_axes(&self, linear: &Vec3, rotary: &Vec3, joints: &mut [f64]) -> Result<(), MotionError> {
         for (index, (joint, slot)) in joints.iter_mut().zip(&self.slots).enumerate() {
             match *slot {
                 Some(slot @ 0..3) => *joint = linear[slot],
@@ -194,10 +196,10 @@ impl<'a> AxisSlots<'a> {
         Ok(())
     }
 
-    /// Refuses a position beyond an axis's travel.
+    /// Refuses a position outside the travel of an axis.
     fn check_travel(&self, index: usize, position: f64) -> Result<(), MotionError> {
         let Some([low, high]) = self.kinematics.travel(index) else { return Ok(()) };
-        if (low - BEYOND..=high + BEYOND).contains(&position) {
+        if (low - TRAVEL_TOLERANCE..=high + TRAVEL_TOLERANCE).contains(&position) {
             return Ok(());
         }
         let axis = &self.kinematics.axes()[index];

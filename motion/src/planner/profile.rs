@@ -1,9 +1,9 @@
-//! The fastest speed over arc length that holds the limits.
+//! The fastest speed over arc length within the limits.
 
 use rayon::prelude::*;
 
 use super::excess::Excess;
-use super::geometry::{Node, Shape, Stretch};
+use super::geometry::{Node, Segment, Shape};
 use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};
 
@@ -17,20 +17,20 @@ pub(super) struct Phase {
     pub acceleration: f64,
 }
 
-/// Slowest speed that is ever planned between rests, mm/s: keeps a cusp from taking for ever.
-const CRAWL_MM_S: f64 = 1e-3;
+/// Lowest planned speed between stops, mm/s. Bounds the time at a cusp.
+const MIN_SPEED_MM_S: f64 = 1e-3;
 
-/// Squared speed caps at the nodes of a stretch.
+/// Squared speed caps at the nodes of a segment.
 pub(super) struct SpeedLimit<'a> {
     nodes: &'a [Node],
-    /// Way from the node before, mm; zero at the first.
+    /// Arc length from the previous node, mm. Zero at the first.
     steps: Vec<f64>,
-    /// Least acceleration along the path that is ever planned with, mm/s².
+    /// Lower bound on the planned acceleration along the path, mm/s².
     least_acceleration: f64,
-    /// What bounds the acceleration along the path, node after node.
-    room: Vec<AccelerationBound>,
-    /// Where the bounds of each node begin, and where those of the last one end.
-    room_of: Vec<usize>,
+    /// Bounds on the acceleration along the path, in node order.
+    bounds: Vec<AccelerationBound>,
+    /// Start index of the bounds of each node, and the end index of the last.
+    bounds_of: Vec<usize>,
     /// Cap on the squared speed at every node, mm²/s².
     cap: Vec<f64>,
     /// Factor, at most 1, on the acceleration in the interval that ends at the node.
@@ -39,7 +39,8 @@ pub(super) struct SpeedLimit<'a> {
     squared: Vec<f64>,
 }
 
-/// A bound on the acceleration along the path that falls with the squared speed `w`: `most − bend·w`, mm/s².
+/// A bound on the acceleration along the path that falls with the squared speed `w`: `most −
+/// bend·w`, mm/s².
 #[derive(Debug, Clone, Copy)]
 struct AccelerationBound {
     most: f64,
@@ -51,13 +52,13 @@ impl AccelerationBound {
         self.most - self.bend * squared
     }
 
-    /// Whether this bound says nothing beside another for squared speeds up to `top`.
+    /// Whether this bound is implied by another for squared speeds up to `top`.
     fn follows_from(&self, other: &Self, top: f64) -> bool {
         other.most <= self.most && other.at(top) <= self.at(top)
     }
 }
 
-/// Shapes in the parts in which they were laid, none of them empty.
+/// Shapes in the parts in which they were built, none of them empty.
 struct Parts<'a> {
     shapes: &'a [Vec<Shape>],
     /// Number of the first node of each part.
@@ -74,7 +75,7 @@ impl<'a> Parts<'a> {
         &self.shapes[part]
     }
 
-    /// The shape of node `k`, which lies in a part or beside it.
+    /// The shape of node `k`, which lies in a part or next to it.
     fn shape(&self, part: usize, k: usize) -> Option<&'a Shape> {
         match k.checked_sub(self.first[part]) {
             None => self.shapes[part.checked_sub(1)?].last(),
@@ -84,19 +85,19 @@ impl<'a> Parts<'a> {
 }
 
 impl<'a> SpeedLimit<'a> {
-    pub fn new(stretch: &'a Stretch<'a>, axes: &[Axis], limits: &Limits, period_s: f64) -> Self {
-        let nodes = &stretch.nodes;
+    pub fn new(segment: &'a Segment<'a>, axes: &[Axis], limits: &Limits, period_s: f64) -> Self {
+        let nodes = &segment.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
         let steps: Vec<f64> = std::iter::once(0.0).chain(nodes.windows(2).map(|pair| pair[1].s - pair[0].s)).collect();
-        let parts = Parts::new(&stretch.shapes);
+        let parts = Parts::new(&segment.shapes);
         let cap_of_part = |part: usize| {
             let shapes = parts.of(part);
             let mut cap: Vec<f64> = Vec::with_capacity(shapes.len());
             for (k, shape) in (parts.first[part]..).zip(shapes) {
-                let feed = stretch.feed_mm_s(&nodes[k]).min(limits.path_velocity_mm_s / shape.point[0]);
+                let feed = segment.feed_mm_s(&nodes[k]).min(limits.path_velocity_mm_s / shape.point[0]);
                 let mut most = pointwise(shape, &axes, limits).min(feed * feed);
-                // A jump of curvature is a jump of acceleration, to be taken within one period.
+                // A jump of curvature is a jump of acceleration, which must fit into one period.
                 let joint = |k: usize| steps.get(k).is_some_and(|step| *step <= 0.0);
                 let before = (k > 0 && joint(k)).then(|| parts.shape(part, k - 1));
                 let after = joint(k + 1).then(|| parts.shape(part, k + 1));
@@ -106,43 +107,45 @@ impl<'a> SpeedLimit<'a> {
                         most = most.min(limit.jerk * period_s / jump.abs());
                     }
                 }
-                cap.push(most.max(CRAWL_MM_S * CRAWL_MM_S));
+                cap.push(most.max(MIN_SPEED_MM_S * MIN_SPEED_MM_S));
             }
             cap
         };
-        let caps: Vec<Vec<f64>> = (0..stretch.shapes.len()).into_par_iter().map(cap_of_part).collect();
+        let caps: Vec<Vec<f64>> = (0..segment.shapes.len()).into_par_iter().map(cap_of_part).collect();
         let cap = caps.concat();
-        // Room may be exhausted at the fastest places; a hundredth keeps the passes from locking there.
+        // At the highest speeds no acceleration may remain. One percent keeps the passes from
+        // locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
-        let room_of_part = |part: usize| {
+        let bounds_of_part = |part: usize| {
             let shapes = parts.of(part);
-            let mut room: Vec<AccelerationBound> = Vec::with_capacity(shapes.len());
+            let mut bounds: Vec<AccelerationBound> = Vec::with_capacity(shapes.len());
             let mut ends = Vec::with_capacity(shapes.len());
             for (k, shape) in (parts.first[part]..).zip(shapes) {
-                // The speed at a node is asked for with that of its neighbours.
+                // The speed of a node is read together with that of its neighbours.
                 let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
                 let first = ends.last().copied().unwrap_or(0);
-                bounds(shape, stretch.acceleration(&nodes[k]), &axes, limits).for_each(|bound| add(bound, top, first, &mut room));
-                ends.push(room.len());
+                acceleration_bounds(shape, segment.acceleration(&nodes[k]), &axes, limits)
+                    .for_each(|bound| add(bound, top, first, &mut bounds));
+                ends.push(bounds.len());
             }
-            (room, ends)
+            (bounds, ends)
         };
-        let rooms: Vec<(Vec<AccelerationBound>, Vec<usize>)> =
-            (0..stretch.shapes.len()).into_par_iter().map(room_of_part).collect();
-        let mut room: Vec<AccelerationBound> = Vec::with_capacity(rooms.iter().map(|(room, _)| room.len()).sum());
-        let mut room_of = Vec::with_capacity(nodes.len() + 1);
-        room_of.push(0);
-        for (part, ends) in rooms {
-            room_of.extend(ends.into_iter().map(|end| room.len() + end));
-            room.extend(part);
+        let bounds_of_parts: Vec<(Vec<AccelerationBound>, Vec<usize>)> =
+            (0..segment.shapes.len()).into_par_iter().map(bounds_of_part).collect();
+        let mut bounds: Vec<AccelerationBound> = Vec::with_capacity(bounds_of_parts.iter().map(|(bounds, _)| bounds.len()).sum());
+        let mut bounds_of = Vec::with_capacity(nodes.len() + 1);
+        bounds_of.push(0);
+        for (part, ends) in bounds_of_parts {
+            bounds_of.extend(ends.into_iter().map(|end| bounds.len() + end));
+            bounds.extend(part);
         }
         let share = vec![1.0; nodes.len()];
-        Self { nodes, steps, least_acceleration, room, room_of, cap, share, squared: Vec::new() }
+        Self { nodes, steps, least_acceleration, bounds, bounds_of, cap, share, squared: Vec::new() }
     }
 
-    /// The fastest profile from rest to rest, in parts.
+    /// The fastest profile from standstill to standstill, in parts.
     pub fn fastest(&mut self) -> Vec<Vec<Phase>> {
-        let squared = self.slowed_for_what_comes(&self.sped_up());
+        let squared = self.decelerated(&self.accelerated());
         let phases = in_parts(squared.len(), |part| {
             let mut phases = Vec::with_capacity(part.len());
             for k in part.start.max(1)..part.end {
@@ -161,11 +164,11 @@ impl<'a> SpeedLimit<'a> {
         phases
     }
 
-    /// Squared speeds that can be reached from the rest at the start, with a rest at the end.
+    /// Squared speeds reachable from standstill at the start, with standstill at the end.
     ///
-    /// Every part first takes it that it may begin as fast as its first node allows; then what the part before it comes to is carried on until it
-    /// makes no difference.
-    fn sped_up(&self) -> Vec<f64> {
+    /// Every part first assumes that it may begin at the cap of its first node. Then the result of
+    /// the part before it is propagated until it makes no difference.
+    fn accelerated(&self) -> Vec<f64> {
         let n = self.cap.len();
         let top = |k: usize| if k == 0 || k + 1 == n { 0.0 } else { self.cap[k] };
         let mut squared = in_parts(n, |part| {
@@ -189,8 +192,9 @@ impl<'a> SpeedLimit<'a> {
         squared
     }
 
-    /// Those of `tops` from which what comes can be slowed down for; by parts, as in [`Self::sped_up`].
-    fn slowed_for_what_comes(&self, tops: &[f64]) -> Vec<f64> {
+    /// Those of `tops` from which braking to the later ones is possible. By parts, as in
+    /// [`Self::accelerated`].
+    fn decelerated(&self, tops: &[f64]) -> Vec<f64> {
         let n = tops.len();
         let mut squared = in_parts(n, |part| {
             let mut out = tops[part.clone()].to_vec();
@@ -217,17 +221,17 @@ impl<'a> SpeedLimit<'a> {
         squared + 2.0 * self.acceleration(k, at, squared) * self.steps[k]
     }
 
-    /// Acceleration along the path that the axes leave room for at node `at`, mm/s².
+    /// Acceleration along the path that the axis limits leave at node `at`, mm/s².
     fn acceleration(&self, k: usize, at: usize, squared: f64) -> f64 {
-        let room = &self.room[self.room_of[at]..self.room_of[at + 1]];
-        let most = room.iter().fold(f64::INFINITY, |most, room| most.min(room.at(squared)));
+        let bounds = &self.bounds[self.bounds_of[at]..self.bounds_of[at + 1]];
+        let most = bounds.iter().fold(f64::INFINITY, |most, bound| most.min(bound.at(squared)));
         most.max(self.least_acceleration) * self.share[k]
     }
 
-    /// Lowers speed and acceleration where samples of `motion` exceed a limit.
+    /// Lowers speed and acceleration around samples of `motion` that exceed a limit.
     ///
-    /// Smoothing mixes positions over `spread_s`, so that far around a sample counts. `keep` is the share of the squared speed that is kept beyond
-    /// what the limit asks for.
+    /// Smoothing mixes positions over `spread_s`, so this time around a sample counts. `keep` is
+    /// a factor on the squared speed that the limit allows.
     pub fn lower(&mut self, motion: &[f64], excess: &[Excess], spread_s: f64, period_s: f64, keep: f64) {
         let reach = (0.5 * spread_s / period_s).ceil() as usize + 3;
         let mut factor = vec![1.0_f64; self.nodes.len()];
@@ -243,34 +247,41 @@ impl<'a> SpeedLimit<'a> {
         }
         for (k, factor) in factor.iter().enumerate() {
             if *factor < 1.0 {
-                let now = self.squared[k].max(CRAWL_MM_S * CRAWL_MM_S);
-                self.cap[k] = self.cap[k].min(now * factor).max(CRAWL_MM_S * CRAWL_MM_S);
+                let now = self.squared[k].max(MIN_SPEED_MM_S * MIN_SPEED_MM_S);
+                self.cap[k] = self.cap[k].min(now * factor).max(MIN_SPEED_MM_S * MIN_SPEED_MM_S);
                 self.share[k] *= factor.sqrt();
             }
         }
     }
 }
 
-/// Adds a bound to those of a node, which begin at `first`, unless it follows from one of them; drops those that follow from it.
-fn add(bound: AccelerationBound, top: f64, first: usize, room: &mut Vec<AccelerationBound>) {
-    if room[first..].iter().any(|other| bound.follows_from(other, top)) {
+/// Adds a bound to those of a node, which begin at `first`, unless one of them implies it. Drops
+/// those that it implies.
+fn add(bound: AccelerationBound, top: f64, first: usize, bounds: &mut Vec<AccelerationBound>) {
+    if bounds[first..].iter().any(|other| bound.follows_from(other, top)) {
         return;
     }
     let mut kept = first;
-    for k in first..room.len() {
-        if !room[k].follows_from(&bound, top) {
-            room[kept] = room[k];
+    for k in first..bounds.len() {
+        if !bounds[k].follows_from(&bound, top) {
+            bounds[kept] = bounds[k];
             kept += 1;
         }
     }
-    room.truncate(kept);
-    room.push(bound);
+    bounds.truncate(kept);
+    bounds.push(bound);
 }
 
-/// What bounds the acceleration along the path at one place: the path itself, of whose acceleration `part` may be used, and every axis.
-fn bounds(shape: &Shape, part: f64, axes: &[(usize, AxisLimits)], limits: &Limits) -> impl Iterator<Item = AccelerationBound> {
+/// Bounds on the acceleration along the path at one node: the path itself, of whose acceleration
+/// `part` may be used, and every axis.
+fn acceleration_bounds(
+    shape: &Shape,
+    part: f64,
+    axes: &[(usize, AxisLimits)],
+    limits: &Limits,
+) -> impl Iterator<Item = AccelerationBound> {
     let [tangent, normal, _] = shape.axes;
-    // Along a turn on the spot the path has no acceleration of its own.
+    // During a rotation without tip motion the path has no acceleration of its own.
     let path = AccelerationBound { most: part * limits.path_acceleration_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
     let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
         share if share > 1e-9 => AccelerationBound { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
@@ -279,7 +290,8 @@ fn bounds(shape: &Shape, part: f64, axes: &[(usize, AxisLimits)], limits: &Limit
     std::iter::once(path).chain(axes.iter().map(of_axis))
 }
 
-/// Cap on the squared speed at one place: feed aside, everything that does not depend on acceleration along the path.
+/// Cap on the squared speed at one node by all limits that do not depend on acceleration along the
+/// path, feed excluded.
 fn pointwise(shape: &Shape, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
     let [tangent, normal, third] = &shape.axes;
     let (mut speed, mut squared, mut cubed) = (f64::INFINITY, limits.centripetal_mm_s2 / shape.point[1], f64::INFINITY);
@@ -291,7 +303,7 @@ fn pointwise(shape: &Shape, axes: &[(usize, AxisLimits)], limits: &Limits) -> f6
     squared.min(speed * speed).min(cubed.cbrt().powi(2))
 }
 
-/// Phases over one interval: up to the top, along it, down.
+/// Phases over one interval: acceleration, constant speed, deceleration.
 fn interval(ds: f64, e0: f64, e1: f64, acceleration: f64, top: f64, phases: &mut Vec<Phase>) {
     let peak = top.min(0.5 * (e0 + e1) + acceleration * ds).max(e0).max(e1);
     let (v0, v1, vp) = (e0.sqrt(), e1.sqrt(), peak.sqrt());
@@ -319,10 +331,11 @@ mod tests {
     use crate::{Cartesian, Vec3};
 
     #[test]
-    fn parts_come_to_the_same_bits_as_the_whole() {
+    fn parallel_parts_equal_the_whole_bit_for_bit() {
         let machine = Cartesian::new(Axis::xyz());
         let machine = AxisSlots::of(&machine);
-        // Fast lines of 1 mm, five nodes each, with slow ones just before and after every part's end: the ramps reach from one part into the other.
+        // Fast lines of 1 mm, five nodes each, with slow ones just before and after the end of
+        // every part: the ramps extend from one part into the other.
         let nodes = 5;
         let piece = |k: usize| {
             let (start, end) = (Vec3::new(k as f64, 0.0, 0.0), Vec3::new(k as f64 + 1.0, 0.0, 0.0));
@@ -331,9 +344,9 @@ mod tests {
         };
         let pieces: Vec<Piece> = (0..2500).map(piece).collect();
         let index: Vec<usize> = (0..pieces.len()).collect();
-        let stretch = Stretch::new(&pieces, &index, &machine, &[0.0; 3]).unwrap().unwrap();
+        let segment = Segment::new(&pieces, &index, &machine, &[0.0; 3]).unwrap().unwrap();
         let limits = Limits::uniform(3, 1000.0, 500.0, 0.02);
-        let speed = SpeedLimit::new(&stretch, machine.kinematics.axes(), &limits, 0.002);
+        let speed = SpeedLimit::new(&segment, machine.kinematics.axes(), &limits, 0.002);
         let n = speed.cap.len();
         assert_eq!(n, nodes * pieces.len());
 
@@ -342,13 +355,13 @@ mod tests {
         for k in 1..n {
             whole[k] = whole[k].min(speed.reach(k, k - 1, whole[k - 1]));
         }
-        let tops = speed.sped_up();
+        let tops = speed.accelerated();
         assert_eq!(tops, whole);
         for k in (1..n).rev() {
             whole[k - 1] = whole[k - 1].min(speed.reach(k, k, whole[k]));
         }
-        assert_eq!(speed.slowed_for_what_comes(&tops), whole);
-        // Both kinds of ramps lie across ends of parts.
+        assert_eq!(speed.decelerated(&tops), whole);
+        // Both kinds of ramps cross ends of parts.
         let ends = || (SHARE..n).step_by(SHARE);
         assert!(ends().any(|k| tops[k - 1] < tops[k] && tops[k] < speed.cap[k]));
         assert!(ends().any(|k| whole[k] < whole[k - 1] && whole[k - 1] < tops[k - 1]));

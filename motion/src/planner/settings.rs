@@ -1,4 +1,4 @@
-//! Settings of the feed planner, and the check of what a plan is asked for.
+//! Settings of the feed planner and their check.
 
 use crate::{Kinematics, Limits, MotionError};
 
@@ -7,13 +7,14 @@ use crate::{Kinematics, Limits, MotionError};
 pub struct PlanSettings {
     /// Sampling period, s.
     pub period_s: f64,
-    /// How far a corner may be rounded off, mm; 0 stops at every corner.
+    /// Rounding tolerance of corners, mm. 0 stops at every corner.
     pub corner_tolerance_mm: f64,
-    /// Second smoothing window, s: acceleration is continuous in its derivative too.
+    /// Second smoothing window, s. It makes the jerk continuous.
     pub smoothing_s: f64,
-    /// Share of the acceleration along the path that is left on pieces too short for the rounding of their corners.
+    /// Fraction of the acceleration along the path that is used on pieces too short for the
+    /// rounding of their corners.
     pub short_line_acceleration: f64,
-    /// Rest before the first and after the last motion, s.
+    /// Dwell before the first and after the last motion, s.
     pub rest_s: f64,
 }
 
@@ -23,7 +24,7 @@ impl Default for PlanSettings {
     }
 }
 
-/// Refuses settings and limits out of range, and limits for other axes than those of `kinematics`.
+/// Refuses settings and limits out of range, and limits for axes other than those of `kinematics`.
 pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn Kinematics) -> Result<(), MotionError> {
     limits.check()?;
     if limits.axes.len() != kinematics.axes().len() {
@@ -36,7 +37,7 @@ pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn K
     if !(settings.period_s.is_finite() && settings.period_s > 0.0) {
         return Err(MotionError::BadPeriod(settings.period_s));
     }
-    let rest = [
+    let non_negative = [
         ("corner_tolerance_mm", settings.corner_tolerance_mm),
         ("smoothing_s", settings.smoothing_s),
         ("rest_s", settings.rest_s),
@@ -45,7 +46,7 @@ pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn K
         let (name, value) = ("short_line_acceleration", settings.short_line_acceleration);
         return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0 and at most 1" });
     }
-    match rest.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+    match non_negative.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
         Some((name, value)) => Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" }),
         None => Ok(()),
     }

@@ -1,17 +1,19 @@
-//! A speed profile, sampled in time and smoothed.
+//! Sampling and smoothing of a speed profile.
 
 use super::profile::Phase;
 
-/// Arc length every period, from rest to rest, smoothed by two moving averages of `windows` samples.
+/// Arc length every period, from standstill to standstill, smoothed by two moving averages of
+/// `windows` samples.
 ///
-/// An average over `n` samples turns a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`; the second one makes the jerk
-/// continuous. Averaging arc length rather than axis positions keeps every sample on the path.
+/// An average over `n` samples changes a step of acceleration `Δa` into a ramp of jerk `Δa/(n·T)`.
+/// The second one makes the jerk continuous. Averaging arc length instead of axis positions keeps
+/// every sample on the path.
 pub(super) fn sample(phases: &[Vec<Phase>], period_s: f64, windows: [usize; 2]) -> Vec<f64> {
     let raw = positions(phases, period_s);
     windows.iter().fold(raw, |positions, window| average(&positions, (*window).max(1)))
 }
 
-/// The way after so many samples, before they are smoothed, mm; `None` where the rest is reached before.
+/// Arc length after so many samples, before smoothing, mm. `None` if the end is reached before.
 pub(super) fn position_after(phases: &[Vec<Phase>], samples: usize, period_s: f64) -> Option<f64> {
     let mut left_s = samples as f64 * period_s;
     let mut position_mm = 0.0;
@@ -29,7 +31,8 @@ fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
     let seconds: f64 = phases.iter().flatten().map(|phase| phase.duration_s).sum();
     let mut out = Vec::with_capacity((seconds / period_s) as usize + 3);
     out.push(0.0);
-    // Time and position at the start of the phase; summed with compensation, as there may be millions.
+    // Time and position at the start of the phase. Compensated sums, as there may be millions of
+    // terms.
     let (mut start_s, mut start_mm) = (Sum::default(), Sum::default());
     for phase in phases.iter().flatten() {
         let end_s = start_s.value() + phase.duration_s;
@@ -48,17 +51,18 @@ fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
     out
 }
 
-/// Causal average over `window` samples; rests at both ends, so the result is `window − 1` samples longer.
+/// Causal average over `window` samples. Standstill at both ends, so the result is `window − 1`
+/// samples longer.
 fn average(positions: &[f64], window: usize) -> Vec<f64> {
     let Some(&last) = positions.last() else { return Vec::new() };
     let scale = 1.0 / window as f64;
-    let mut rested = vec![0.0; window - 1];
-    rested.extend_from_slice(positions);
-    rested.extend(std::iter::repeat_n(last, window - 1));
+    let mut padded = vec![0.0; window - 1];
+    padded.extend_from_slice(positions);
+    padded.extend(std::iter::repeat_n(last, window - 1));
     let mut out = vec![0.0; positions.len() + window - 1];
-    // Sample beside sample, so that the sums do not wait for each other.
+    // The inner loop runs over samples: their sums are independent.
     for back in (0..window).rev() {
-        out.iter_mut().zip(&rested[back..]).for_each(|(sum, position)| *sum += position);
+        out.iter_mut().zip(&padded[back..]).for_each(|(sum, position)| *sum += position);
     }
     out.iter_mut().for_each(|sum| *sum = (*sum * scale).min(last));
     if let Some(end) = out.last_mut() {
@@ -67,7 +71,7 @@ fn average(positions: &[f64], window: usize) -> Vec<f64> {
     out
 }
 
-/// Kahan's sum.
+/// Kahan summation.
 #[derive(Default)]
 struct Sum {
     total: f64,

@@ -1,4 +1,5 @@
-//! What the contour tests share: curves, a motion along them, an axis that lags, and distances by brute force.
+//! Shared code of the contour tests: curves, a motion along them, a lagging axis, and distances by
+//! brute force.
 #![allow(dead_code)]
 
 use motion::{Curve, Vec3};
@@ -94,7 +95,7 @@ pub fn wave(length: f64, height: f64, waves: f64) -> Analytic {
     }
 }
 
-/// A figure eight that crosses itself at right angles.
+/// A figure eight, self-intersecting at right angles.
 pub fn eight(size: f64) -> Analytic {
     Analytic {
         domain: (0.0, TURN),
@@ -110,7 +111,8 @@ pub fn eight(size: f64) -> Analytic {
     }
 }
 
-/// Straight legs along x, a gap apart in y, joined by half circles; the parameter is the length.
+/// Straight legs along x, a gap apart in y, joined by half circles. The parameter is the arc
+/// length.
 pub fn hairpins(leg: f64, gap: f64, legs: usize) -> Analytic {
     let bend = 0.5 * gap * std::f64::consts::PI;
     let cell = leg + bend;
@@ -121,27 +123,27 @@ pub fn hairpins(leg: f64, gap: f64, legs: usize) -> Analytic {
             let index = ((s / cell) as usize).min(legs - 1);
             let along = s - index as f64 * cell;
             let forth = index.is_multiple_of(2);
-            let way = if forth { 1.0 } else { -1.0 };
+            let direction = if forth { 1.0 } else { -1.0 };
             let y = index as f64 * gap;
             if along <= leg {
                 let x = if forth { along } else { leg - along };
-                return [Vec3::new(x, y, 0.0), Vec3::new(way, 0.0, 0.0), Vec3::zeros(), Vec3::zeros()];
+                return [Vec3::new(x, y, 0.0), Vec3::new(direction, 0.0, 0.0), Vec3::zeros(), Vec3::zeros()];
             }
             let radius = 0.5 * gap;
             let (sin, cos) = ((along - leg) / radius).sin_cos();
             let end = if forth { leg } else { 0.0 };
             [
-                Vec3::new(end + way * radius * sin, y + radius * (1.0 - cos), 0.0),
-                Vec3::new(way * cos, sin, 0.0),
-                Vec3::new(-way * sin, cos, 0.0) / radius,
+                Vec3::new(end + direction * radius * sin, y + radius * (1.0 - cos), 0.0),
+                Vec3::new(direction * cos, sin, 0.0),
+                Vec3::new(-direction * sin, cos, 0.0) / radius,
                 Vec3::zeros(),
             ]
         }),
     }
 }
 
-/// A motion from rest to rest: curve parameter and position every `period_s`. The feed keeps `acceleration` across and along the path and is
-/// smoothed by two moving averages of 20 ms.
+/// A motion from standstill to standstill: curve parameter and position every `period_s`. The feed
+/// keeps `acceleration` across and along the path and is smoothed by two moving averages of 20 ms.
 pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f64) -> (Vec<f64>, Vec<Vec3>) {
     const FINE: usize = 200_000;
     let (first, last) = curve.domain();
@@ -161,7 +163,7 @@ pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f6
     }
     speeds[0] = 0.0;
     speeds[FINE] = 0.0;
-    let reachable = |from: f64, way: f64| (from * from + 2.0 * acceleration * way).sqrt();
+    let reachable = |from: f64, distance: f64| (from * from + 2.0 * acceleration * distance).sqrt();
     for i in 1..=FINE {
         speeds[i] = speeds[i].min(reachable(speeds[i - 1], arcs[i] - arcs[i - 1]));
     }
@@ -176,7 +178,7 @@ pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f6
     let step_s = 1e-4;
     let count = (times[FINE] / step_s).ceil() as usize + 1;
     let mut at = 0;
-    let mut way: Vec<f64> = (0..count)
+    let mut arc_lengths: Vec<f64> = (0..count)
         .map(|k| {
             let t = k as f64 * step_s;
             while at + 2 < times.len() && times[at + 1] < t {
@@ -189,9 +191,9 @@ pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f6
     for _ in 0..2 {
         let width = 200;
         let padded: Vec<f64> =
-            std::iter::repeat_n(0.0, width).chain(way.iter().copied()).chain(std::iter::repeat_n(arc, width)).collect();
+            std::iter::repeat_n(0.0, width).chain(arc_lengths.iter().copied()).chain(std::iter::repeat_n(arc, width)).collect();
         let mut sum: f64 = padded[..width].iter().sum();
-        way = (0..padded.len() - width)
+        arc_lengths = (0..padded.len() - width)
             .map(|k| {
                 sum += padded[k + width] - padded[k];
                 sum / width as f64
@@ -200,7 +202,8 @@ pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f6
     }
     let stride = (period_s / step_s).round() as usize;
     let mut at = 0;
-    way.iter()
+    arc_lengths
+        .iter()
         .step_by(stride)
         .map(|s| {
             while at + 2 < arcs.len() && arcs[at + 1] < *s {
@@ -213,7 +216,8 @@ pub fn travel(curve: &dyn Curve, feed_mm_s: f64, acceleration: f64, period_s: f6
         .unzip()
 }
 
-/// First-order lags, one an axis (s), behind a reference that is linear between its samples; positions at `per` instants a sample.
+/// First-order lags, one per axis (s), of a piecewise linear reference. Positions at `per` instants
+/// per sample.
 pub fn lagged(reference: &[Vec3], lags_s: [f64; 3], period_s: f64, per: usize) -> Vec<Vec3> {
     let mut actual = vec![reference[0]];
     for pair in reference.windows(2) {
@@ -231,8 +235,8 @@ pub fn lagged(reference: &[Vec3], lags_s: [f64; 3], period_s: f64, per: usize) -
     actual
 }
 
-/// Least distance between `p` and `place(x)`, `low ≤ x ≤ high`, by a scan of `points` places and golden sections around every local minimum
-/// of the scan that can still be the least.
+/// Least distance between `p` and `place(x)`, `low ≤ x ≤ high`: a scan of `points` points, then
+/// golden section around every local minimum of the scan that can be the least.
 pub fn brute_force(place: &dyn Fn(f64) -> Vec3, low: f64, high: f64, points: usize, p: &Vec3) -> (f64, f64) {
     let x = |i: usize| low + (high - low) * i as f64 / points as f64;
     let far = |x: f64| (place(x) - p).norm();

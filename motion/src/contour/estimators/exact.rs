@@ -5,13 +5,16 @@ use crate::contour::spline::SampledSpline;
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// Samples handled at a time: the path through `to` is made just ahead of them, while it fits into the cache.
+/// Samples processed at a time. The spline through `to` is built just ahead of them, so that it
+/// stays in the cache.
 const BLOCK: usize = 256;
 
-/// The foot point on the [`SampledSpline`] through `to`: the nearest place within the [`Window`], to within 1e-9 mm.
+/// The foot point on the [`SampledSpline`] through `to`: the nearest point within the [`Window`],
+/// to within 1e-9 mm.
 ///
-/// Found by Newton's method where the squared distance is provably convex along a piece, by branch and bound elsewhere (corners,
-/// rests, noise); pieces whose bounding sphere is too far away are passed over.
+/// Newton's method where the squared distance is provably convex along a piece, branch and bound
+/// elsewhere (corners, standstill, noise). Pieces whose bounding sphere is too far away are
+/// skipped.
 #[derive(Debug, Clone, Default)]
 pub struct Exact {
     window: Window,
@@ -23,7 +26,8 @@ impl Exact {
     /// The estimator with another window.
     ///
     /// # Errors
-    /// When the window's margin is negative or not finite, or its largest half-width below its smallest.
+    /// If the margin of the window is negative or not finite, or its largest half-width is below
+    /// its smallest.
     pub fn with_window(window: Window) -> Result<Self, MotionError> {
         window.check()?;
         Ok(Self { window, ..Self::default() })
@@ -52,7 +56,8 @@ impl ContourEstimator for Exact {
         let mut heading = Vec3::zeros();
         for (block, samples) in from.chunks(BLOCK).enumerate() {
             let index = |k: usize| matching.index(block * BLOCK + k);
-            // Casts saturate, so a match before or after the path asks for none of it or for all.
+            // Casts saturate: a match before the path requests none of it, a match after it all of
+            // it.
             let needed = (index(samples.len()) as usize).saturating_add(span + 3);
             if !whole {
                 self.spline.extend(to, to.len().min(needed));
@@ -63,8 +68,8 @@ impl ContourEstimator for Exact {
             }
             let (pieces, window, follower) = (&self.spline.pieces, &self.window, &mut self.follower);
             out.extend(samples.iter().enumerate().map(|(k, sample)| {
-                let place = follower.step(pieces, window, index(k), matching.rate, sample);
-                pieces.error_at(&place, sample, &mut heading)
+                let foot = follower.step(pieces, window, index(k), matching.rate, sample);
+                pieces.error_at(&foot, sample, &mut heading)
             }));
             let done = (index(samples.len()) as usize).saturating_sub(span);
             self.spline.pieces.drop_before(done, span);

@@ -1,26 +1,30 @@
-//! Paper A's estimator: foot of the perpendicular on the adjoining chords, carried over to a Hermite spline.
+//! Paper A's estimator: foot of the perpendicular on the adjoining chords, mapped to a Hermite
+//! spline.
 
 use super::window::Window;
 use crate::contour::spline::{Arcs, error, foot_on_chord, hermite};
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// How far forward of the last foot point the nearest sample is sought.
+/// Forward search range for the nearest sample from the last foot point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Horizon {
-    /// To the end of the path, as Paper A prints it: slow, and lost for good once it has jumped ahead at a crossing.
+    /// To the end of the path, as printed in Paper A. Slow, and it cannot recover from a jump ahead
+    /// at a crossing.
     ToEnd,
-    /// To Paper C's adaptive window beyond the time-matched sample: twice `n = |P_d P_a| / |P_a P_{a−1}|` samples, since a path that slows
-    /// down takes more than `n` for the rest of the way.
+    /// To Paper C's adaptive window beyond the time-matched sample: twice `n = |P_d P_a| / |P_a
+    /// P_{a−1}|` samples, because a decelerating path needs more than `n` for the remaining
+    /// distance.
     #[default]
     Adaptive,
 }
 
-/// Paper A's estimator (section 3; Paper B, eq. 4-10): the nearest sample forward of the last foot point, the foot of the perpendicular
-/// on its two chords, the point of the cubic Hermite spline at the same share of the chord, the error's part normal to it.
+/// Paper A's estimator (section 3; Paper B, eq. 4-10): the nearest sample forward of the last foot
+/// point, the foot of the perpendicular on its two chords, the point of the cubic Hermite spline at
+/// the same fraction of the chord, the component of the error normal to the spline.
 #[derive(Debug, Clone, Default)]
 pub struct HermiteFootPoint {
-    /// Where the search for the nearest sample ends.
+    /// Forward search range.
     pub horizon: Horizon,
     arcs: Arcs,
 }
@@ -39,7 +43,7 @@ impl HermiteFootPoint {
             Horizon::Adaptive => {
                 let step = (to[at] - to[at.saturating_sub(1)]).norm();
                 let samples = 2.0 * (sample - to[at]).norm() / step;
-                // 0/0 at rest casts to 0, a lag over a rest to the largest window.
+                // At standstill 0/0 casts to 0, and a lag divided by 0 to the largest window.
                 let reach = (samples.ceil() as usize).clamp(1, Window::default().max_samples);
                 (at + reach).max(first + 1).min(end)
             }
@@ -87,8 +91,8 @@ impl ContourEstimator for HermiteFootPoint {
     }
 }
 
-/// Segment and share of the foot of the perpendicular on the chords at sample `nearest`: the nearer one where both have one, the sample
-/// itself where neither has.
+/// Segment and fraction of the foot of the perpendicular on the chords at sample `nearest`: the
+/// nearer foot if both chords have one, the sample itself if neither has.
 pub(in crate::contour) fn foot_near(sample: &Vec3, to: &[Vec3], nearest: usize) -> (usize, f64) {
     let chords = [nearest.checked_sub(1), (nearest + 1 < to.len()).then_some(nearest)];
     let feet = chords.into_iter().flatten().filter_map(|segment| {

@@ -1,4 +1,4 @@
-//! Ways to find the foot points of samples on a path.
+//! Estimators of the foot points of samples on a path.
 
 mod exact;
 mod hermite;

@@ -1,4 +1,5 @@
-//! Paper C's estimator: an adaptive window around the time-matched sample, then the adjoining chords.
+//! Paper C's estimator: an adaptive window around the time-matched sample, then the adjoining
+//! chords.
 
 use super::hermite::foot_near;
 use super::window::Window;
@@ -6,8 +7,9 @@ use crate::contour::spline::{Arcs, error};
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// Paper C, section II-A: the nearest sample within `n = |P_d P_a| / |P_a P_{a−1}|` samples either side of the time-matched one, so that a
-/// hairpin's other branch is never taken; the foot of the perpendicular on its two chords (eq. 1-2).
+/// Paper C, section II-A: the nearest sample within `n = |P_d P_a| / |P_a P_{a−1}|` samples on
+/// either side of the time-matched one, so that the other branch of a hairpin is never taken. Then
+/// the foot of the perpendicular on its two chords (eq. 1-2).
 #[derive(Debug, Clone, Default)]
 pub struct MovingWindow {
     arcs: Arcs,
@@ -32,7 +34,7 @@ impl ContourEstimator for MovingWindow {
         for (k, sample) in from.iter().enumerate() {
             let at = matching.sample(k, to.len());
             let step = (to[at] - to[at.saturating_sub(1)]).norm();
-            // 0/0 at rest casts to 0, a lag over a rest to the largest window.
+            // At standstill 0/0 casts to 0, and a lag divided by 0 to the largest window.
             let reach = ((sample - to[at]).norm() / step).ceil() as usize;
             let reach = reach.clamp(1, Window::default().max_samples);
             let near = (at.saturating_sub(reach)..=(at + reach).min(last))

@@ -7,14 +7,16 @@ use crate::contour::spline::{CurvePieces, Pieces};
 use crate::contour::{ContourError, ContourEstimator, Location, TimeMatch, check_paths};
 use crate::{Curve, MotionError, Vec3};
 
-/// A Newton step shorter than this, mm, ends the iteration.
+/// Step length of the Newton iteration at which it ends, mm.
 const LAST_STEP_MM: f64 = 1e-12;
 
-/// The foot point on an analytic curve, of which `to` are samples in time order: the nearest place within the [`Window`].
+/// The foot point on an analytic curve sampled by `to` in time order: the nearest point within the
+/// [`Window`].
 ///
-/// Cubic pieces within 1e-8 mm of the curve say where the foot point lies, a safeguarded Newton iteration on the curve itself then leads to
-/// within 1e-9 mm. Only where two places are equally near to within 2e-8 mm may the other one be reported. The samples of `to` tell which
-/// stretch of the curve was due when, and nothing else; [`Location::arc_mm`] is the length along the curve's fine pieces.
+/// Cubic pieces within 1e-8 mm of the curve locate the foot point. A safeguarded Newton iteration
+/// on the curve refines it to 1e-9 mm. If two points are equally near to within 2e-8 mm, either may
+/// be reported. The samples of `to` only define which segment of the curve is due at which time.
+/// [`Location::arc_mm`] is the arc length along the curve's fine pieces.
 #[derive(Debug, Clone)]
 pub struct ExactOnCurve {
     curve: Arc<dyn Curve>,
@@ -24,16 +26,17 @@ pub struct ExactOnCurve {
 }
 
 impl ExactOnCurve {
-    /// The estimator on `curve`; where on it each sample of `to` lies is found by projection, in time order from the curve's start.
+    /// The estimator on `curve`. The samples of `to` are located by projection, in time order from
+    /// the start of the curve.
     #[must_use]
     pub fn new(curve: Arc<dyn Curve>) -> Self {
         Self { cut: CurvePieces::new(curve.as_ref()), curve, window: Window::default(), parameters: None }
     }
 
-    /// The same with the curve's parameter at every sample of `to`, never decreasing.
+    /// The same with the curve parameter of every sample of `to`, non-decreasing.
     ///
     /// # Errors
-    /// When a parameter is not finite or less than the one before.
+    /// If a parameter is not finite or decreases.
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self, MotionError> {
         let rising = parameters.windows(2).all(|pair| pair[0] <= pair[1]);
         if !rising || parameters.iter().any(|u| !u.is_finite()) {
@@ -63,19 +66,19 @@ impl ExactOnCurve {
         }
     }
 
-    /// Share of the way from a sample to the next that lies before a position; `None` where there is none. Positions themselves are no measure of
-    /// it: pieces differ in length.
+    /// Fraction of the arc length between two samples that lies before a position, `None` if it is
+    /// zero. Positions themselves do not measure length: pieces differ in length.
     fn share(&self, positions: &[f64], segment: usize, position: f64) -> Option<f64> {
         let arc = |position: f64| self.cut.pieces.arc_at(position);
         let (start, end) = (arc(positions[segment]), arc(*positions.get(segment + 1)?));
         (end > start).then(|| ((arc(position) - start) / (end - start)).clamp(0.0, 1.0))
     }
 
-    /// Foot point of `p`: its position and the error, sought where it is `due`.
-    fn nearest(&self, road: &Timed, due: &Due, p: &Vec3) -> (f64, ContourError) {
-        let pieces = road.pieces();
-        let place = self.window.nearest(road, due, p);
-        let rough = place.position();
+    /// Foot point of `p`: its position and the error, searched around `due`.
+    fn nearest(&self, source: &Timed, due: &Due, p: &Vec3) -> (f64, ContourError) {
+        let pieces = source.pieces();
+        let nearest_piece = self.window.nearest(source, due, p);
+        let rough = nearest_piece.position();
         let (u, [foot, slope, ..]) = self.refine(self.cut.parameter(rough), self.cut.around(rough), p);
         let position = self.cut.position(u);
         let vector = p - foot;
@@ -91,7 +94,8 @@ impl ExactOnCurve {
         (position, error)
     }
 
-    /// Newton on `(C − p)·C′ = 0` from `start`, kept between `low` and `high`; never farther from `p` than it started.
+    /// Newton's method on `(C − p)·C′ = 0` from `start`, bounded by `low` and `high`. The result is
+    /// never farther from `p` than the start.
     fn refine(&self, start: f64, (mut low, mut high): (f64, f64), p: &Vec3) -> (f64, [Vec3; 4]) {
         let mut u = start;
         let mut best = (u, self.curve.derivatives(u));
@@ -138,12 +142,12 @@ impl ContourEstimator for ExactOnCurve {
         check_paths(from, to, matching)?;
         let positions = self.positions(to)?;
         out.clear();
-        let road = Timed { pieces: &self.cut.pieces, positions: &positions };
+        let source = Timed { pieces: &self.cut.pieces, positions: &positions };
         let mut follower = Follower::default();
         for (k, sample) in from.iter().enumerate() {
             let matched = matching.index(k);
             let due = follower.due(&self.window, matched, matching.rate);
-            let (position, mut error) = self.nearest(&road, &due, sample);
+            let (position, mut error) = self.nearest(&source, &due, sample);
             let index = index_of(&positions, due.moved_on, position);
             follower.found(matched, index);
             let segment = (index as usize).min(to.len().saturating_sub(2));
@@ -155,7 +159,7 @@ impl ContourEstimator for ExactOnCurve {
     }
 }
 
-/// The curve's pieces and the position of every sample on them.
+/// The pieces of the curve and the position of every sample on them.
 struct Timed<'a> {
     pieces: &'a Pieces,
     positions: &'a [f64],
@@ -166,20 +170,20 @@ impl PathSource for Timed<'_> {
         self.pieces
     }
 
-    fn place(&self, index: f64) -> (usize, f64) {
+    fn locate(&self, index: f64) -> (usize, f64) {
         self.pieces.split(interpolate(self.positions, index))
     }
 
     fn before(&self, index: f64, _: usize, samples: usize) -> usize {
-        self.place(index - samples as f64).0
+        self.locate(index - samples as f64).0
     }
 
     fn after(&self, index: f64, _: usize, samples: usize) -> usize {
-        self.place(index + samples as f64).0
+        self.locate(index + samples as f64).0
     }
 }
 
-/// Position at a sample index in fractions of a sample, which is brought into range.
+/// Position at a fractional sample index, clamped to the range.
 fn interpolate(positions: &[f64], index: f64) -> f64 {
     let index = index.clamp(0.0, (positions.len() - 1) as f64);
     let k = index as usize;
@@ -187,7 +191,7 @@ fn interpolate(positions: &[f64], index: f64) -> f64 {
     positions[k] + (index - k as f64) * (after - positions[k])
 }
 
-/// Sample index of a position: of those that a rest offers the nearest to `near`.
+/// Sample index of a position. At standstill several match: the one nearest to `near`.
 fn index_of(positions: &[f64], near: f64, position: f64) -> f64 {
     let end = positions.len() - 1;
     let near = near.clamp(0.0, end as f64);

@@ -1,13 +1,14 @@
-//! Circle approximation: the path is its osculating circle at the time-matched sample.
+//! Circle approximation: the osculating circle at the time-matched sample replaces the path.
 
 use super::tangent::REST_REACH;
 use crate::contour::spline::{Arcs, distinct_neighbours, error};
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// Distance to the circle through the time-matched sample of `to` and its neighbours (competitor of Paper D, table I).
+/// Distance to the circle through the time-matched sample of `to` and its neighbours (alternative
+/// in Paper D, table I).
 ///
-/// Second order: exact on a circle; where the curvature changes, an error of `κ′·e³/6` remains.
+/// Second order: exact on a circle. Where the curvature changes, an error of `κ′·e³/6` remains.
 #[derive(Debug, Clone, Default)]
 pub struct OsculatingCircle {
     arcs: Arcs,
@@ -40,8 +41,8 @@ impl ContourEstimator for OsculatingCircle {
     }
 }
 
-/// Foot point of `p` on the circle through three points in the order of travel, and the direction of travel there; on the line
-/// through them where they are in line.
+/// Foot point of `p` on the circle through three points in the order of travel, and the direction
+/// of travel there. On the line through them if they are collinear.
 fn foot_on_circle(p: &Vec3, a: Vec3, b: Vec3, c: Vec3) -> (Vec3, Vec3) {
     let (to_a, to_c) = (a - b, c - b);
     let axis = to_c.cross(&to_a);
@@ -60,7 +61,7 @@ fn foot_on_circle(p: &Vec3, a: Vec3, b: Vec3, c: Vec3) -> (Vec3, Vec3) {
     let in_plane = offset - axis * (offset.dot(&axis) * 2.0 / doubled);
     match in_plane.try_normalize(0.0) {
         Some(outward) => (centre + outward * to_centre.norm(), axis.cross(&outward)),
-        // From the centre every point of the circle is as near.
+        // All points of the circle are equally far from its centre.
         None => (b, c - a),
     }
 }

@@ -5,14 +5,14 @@ use crate::contour::spline::{Arcs, error, slope};
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// Points that each of the two segments is cut into (Paper D, `Δt = 0.2`).
+/// Intervals per segment (Paper D, `Δt = 0.2`).
 const POINTS: usize = 5;
 
 /// Paper D's estimator (eq. 21-24): the nearest among the time-matched sample of `to` and the next
 /// `σ = ⌈|e_k| / |P_k − P_{k−1}|⌉`, then the nearest of ten points of the cubic Hermite spline on the two segments beside it.
 ///
-/// The paper searches later samples, since an axis lags. Where `to` runs ahead (actual → desired, or an over-compensated machine)
-/// earlier samples are searched instead.
+/// The paper searches later samples, because an axis lags. If `to` leads (actual → desired, or an
+/// over-compensated machine), earlier samples are searched.
 #[derive(Debug, Clone, Default)]
 pub struct SplineSearch {
     arcs: Arcs,
@@ -51,11 +51,12 @@ impl ContourEstimator for SplineSearch {
 fn nearest_sample(sample: &Vec3, before: &Vec3, to: &[Vec3], at: usize) -> usize {
     let tracking = sample - to[at];
     let end = to.len() - 1;
-    // The slower of the two paths takes the most samples for the way; 0/0 at rest casts to 0, a lag over a rest to the largest window.
+    // The slower of the two paths needs the most samples for the distance. At standstill 0/0 casts
+    // to 0, and a lag divided by 0 to the largest window.
     let step = (sample - before).norm().min((to[at] - to[at.saturating_sub(1)]).norm());
     let sigma = ((tracking.norm() / step).ceil() as usize).min(Window::default().max_samples);
     let travel = to[(at + 1).min(end)] - to[at.saturating_sub(1)];
-    // Where `to` rests nothing says on which side of it the sample lies.
+    // While `to` is at standstill the side on which the sample lies is undefined.
     let ahead = tracking.dot(&travel);
     let low = if ahead <= 0.0 { at.saturating_sub(sigma) } else { at };
     let high = if ahead >= 0.0 { (at + sigma).min(end) } else { at };

@@ -1,4 +1,4 @@
-//! Contour errors while the samples arrive, in constant memory.
+//! Contour errors of a stream of samples, in constant memory.
 
 use std::collections::VecDeque;
 
@@ -7,21 +7,22 @@ use crate::contour::spline::SampledSpline;
 use crate::contour::{ContourError, check_point};
 use crate::{MotionError, Vec3};
 
-/// [`Exact`](crate::contour::Exact) on two paths that are sampled together and arrive in time order: the same figures, twice
-/// `window.max_samples` (and a few) periods late, out of a buffer of a few windows.
+/// [`Exact`](crate::contour::Exact) on two paths that are sampled together and arrive in time
+/// order. The results are the same, delayed by twice `window.max_samples` (and a few) periods. The
+/// buffer holds a few windows.
 #[derive(Debug, Clone)]
 pub struct ExactStream {
     window: Window,
     spline: SampledSpline,
     follower: Follower,
     waiting: VecDeque<Vec3>,
-    /// Index of the first sample that waits.
+    /// Index of the first pending sample.
     next: usize,
     heading: Vec3,
 }
 
 impl ExactStream {
-    /// A stream that looks within `window`; its `max_samples` sets the delay.
+    /// A stream with this `window`. Its `max_samples` sets the delay.
     ///
     /// # Errors
     /// As [`Exact::with_window`](crate::contour::Exact::with_window).
@@ -37,11 +38,12 @@ impl ExactStream {
         })
     }
 
-    /// Takes the samples of one instant (mm) and returns the error of an earlier sample of `from` once it is certain: the first call
-    /// that returns one returns that of the first sample, and each later call that of the next.
+    /// Takes the samples of one instant (mm). Returns the error of an earlier sample of `from` once
+    /// it is certain: the first value returned belongs to the first sample, each later one to the
+    /// next.
     ///
     /// # Errors
-    /// When a coordinate is not finite or beyond 1e9 mm; the samples are then not taken.
+    /// If a coordinate is not finite or beyond 1e9 mm. The samples are then discarded.
     pub fn push(&mut self, from: Vec3, to: Vec3) -> Result<Option<ContourError>, MotionError> {
         check_point(&from)?;
         check_point(&to)?;
@@ -56,7 +58,8 @@ impl ExactStream {
         Ok(error)
     }
 
-    /// Errors of all samples that still wait, in time order, appended to `out`; the stream is then empty and may be used again.
+    /// Appends the errors of all pending samples to `out`, in time order. The stream is then empty
+    /// and may be reused.
     pub fn finish(&mut self, out: &mut Vec<ContourError>) {
         self.spline.finish();
         while let Some(error) = self.take() {
@@ -68,7 +71,7 @@ impl ExactStream {
         self.heading = Vec3::zeros();
     }
 
-    /// Pieces of the path kept at the moment.
+    /// Number of pieces of the path in the buffer.
     #[must_use]
     pub fn buffered(&self) -> usize {
         self.spline.pieces.kept()
@@ -77,8 +80,8 @@ impl ExactStream {
     fn take(&mut self) -> Option<ContourError> {
         let sample = self.waiting.pop_front()?;
         let pieces = &self.spline.pieces;
-        let place = self.follower.step(pieces, &self.window, self.next as f64, 1.0, &sample);
+        let foot = self.follower.step(pieces, &self.window, self.next as f64, 1.0, &sample);
         self.next += 1;
-        Some(pieces.error_at(&place, &sample, &mut self.heading))
+        Some(pieces.error_at(&foot, &sample, &mut self.heading))
     }
 }

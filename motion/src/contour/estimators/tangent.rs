@@ -1,15 +1,16 @@
-//! Tangent approximation: the path is its tangent at the time-matched sample.
+//! Tangent approximation: the tangent at the time-matched sample replaces the path.
 
 use crate::contour::spline::{Arcs, distinct_neighbours, error};
 use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
 use crate::{MotionError, Vec3};
 
-/// How far back and ahead a rest is passed over to find a direction, samples.
+/// Longest standstill, in samples back and ahead, that is skipped to find a direction.
 pub(in crate::contour) const REST_REACH: usize = 64;
 
-/// Distance to the tangent of `to` at the time-matched sample: `ε = e − (e·τ)τ` (competitor of Paper D, table I).
+/// Distance to the tangent of `to` at the time-matched sample: `ε = e − (e·τ)τ` (alternative in
+/// Paper D, table I).
 ///
-/// First order: on a circle of radius r a tracking error `e` along the path is mistaken for `e²/2r`.
+/// First order: on a circle of radius r a tracking error `e` along the path adds `e²/2r`.
 #[derive(Debug, Clone, Default)]
 pub struct Tangent {
     arcs: Arcs,

@@ -1,35 +1,39 @@
-//! Where on the path to look: a window that moves along with the machine's lag.
+//! Search window on the path, which follows the lag of the machine.
 
-use crate::contour::spline::{Pieces, Place, first_where};
+use crate::contour::spline::{PathPoint, Pieces, first_where};
 use crate::{MotionError, Vec3};
 
-/// Share of a foot point's lead over the time match that enters the usual lead.
+/// Gain of the moving average of the lead over the time match, per foot point.
 const LEAD_SHARE: f64 = 1.0 / 16.0;
-/// Expected indices this close, samples, are looked at once.
+/// Expected indices closer than this, samples, are searched once.
 const SAME_INDEX: f64 = 0.5;
-/// How far back a foot point may go, as a share of the distance to the expected one. Below 1, or it could run backwards for ever on a
-/// hairpin's first leg while the sample moves away on the second.
+/// Largest backward step of a foot point, as a fraction of the distance to the expected one. Below
+/// 1: otherwise it could run backwards without end on the first leg of a hairpin while the sample
+/// moves away on the second.
 const BACK_SHARE: f64 = 0.5;
 
 /// Largest half-width that can be set, samples.
-const MOST_SAMPLES: usize = 1_000_000;
+const MAX_SAMPLES: usize = 1_000_000;
 
-/// How far from the expected foot point the nearest place is sought.
+/// Search range around the expected foot point.
 ///
-/// Paper C's adaptive window, `n = |P_d P_a| / |P_a P_{a−1}|` samples either side, keeps away from a hairpin's other branch, but
-/// around the time-matched sample it has to be as wide as the tracking error. Here it lies around the *expected* foot point, the
-/// last one moved on by the time that has passed, and around the place that keeps the usual lag, so that it is only as wide as
-/// the contour error; only the first sample is sought around its time match. Foot points move forward, but for noise. Where a foot
-/// point was lost its distance, and with it the window, grows until the path is found again.
+/// Paper C's adaptive window, `n = |P_d P_a| / |P_a P_{a−1}|` samples on either side, excludes the
+/// other branch of a hairpin. Around the time-matched sample it must be as wide as the tracking
+/// error. This window lies around the *expected* foot point (the last one advanced by the elapsed
+/// time) and around the point with the usual lag, so it is only as wide as the contour error. Only
+/// the first sample is searched around its time match. Foot points move forward except for noise.
+/// If a foot point was lost, its distance and with it the window grow until the path is found
+/// again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    /// Half-width along `to` in multiples of the noise and the distance between the sample and the expected foot point.
+    /// Half-width along `to` in multiples of the noise and of the distance between the sample and
+    /// the expected foot point.
     pub margin: f64,
     /// Smallest half-width in samples of `to`.
     pub min_samples: usize,
-    /// Largest half-width in samples of `to`, and the largest lag or lead that is followed.
+    /// Largest half-width in samples of `to`, and the largest lag or lead that is tracked.
     pub max_samples: usize,
-    /// How far noise may carry a path to and fro, mm.
+    /// Amplitude of noise along the path, mm.
     pub noise_mm: f64,
 }
 
@@ -46,7 +50,7 @@ impl Window {
                 return Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" });
             }
         }
-        if self.max_samples < self.min_samples.max(1) || self.max_samples > MOST_SAMPLES {
+        if self.max_samples < self.min_samples.max(1) || self.max_samples > MAX_SAMPLES {
             return Err(MotionError::BadSetting {
                 name: "the window's largest half-width, samples,",
                 value: self.max_samples as f64,
@@ -56,23 +60,23 @@ impl Window {
         Ok(())
     }
 
-    /// Samples either side of a time match that the search can reach: the expected foot point may be a window away, and it looks a window
-    /// further.
+    /// Samples on either side of a time match that the search can reach: the expected foot point
+    /// may be one window away, and the search extends one window further.
     pub(in crate::contour) fn span(&self) -> usize {
         2 * self.max_samples + 2
     }
 
-    /// Foot point of `p` on `road` where it is `due`.
+    /// Foot point of `p` on `source`, expected at `due`.
     #[inline]
-    pub(in crate::contour) fn nearest(&self, road: &impl PathSource, due: &Due, p: &Vec3) -> Place {
-        let pieces = road.pieces();
-        let mut look = self.around(road, due.moved_on, p);
+    pub(in crate::contour) fn nearest(&self, source: &impl PathSource, due: &Due, p: &Vec3) -> PathPoint {
+        let pieces = source.pieces();
+        let mut look = self.around(source, due.moved_on, p);
         if (due.usual - due.moved_on).abs() > SAME_INDEX {
-            let other = self.around_too(road, due.usual, p);
+            let other = self.around_too(source, due.usual, p);
             let nearer = if other.squared < look.squared { &other } else { &look };
             look = Look { from: look.from.min(other.from), to: look.to.max(other.to), ..*nearer };
         }
-        let (back, _) = road.place(due.back - self.min_samples as f64);
+        let (back, _) = source.locate(due.back - self.min_samples as f64);
         if back > look.from {
             let slack_mm = self.noise_mm + BACK_SHARE * look.squared.sqrt();
             look.from = walk_back(pieces, back, look.from, pieces.arc(back) - slack_mm);
@@ -84,58 +88,58 @@ impl Window {
         pieces.nearest(look.from, look.to, look.seed, p)
     }
 
-    /// As [`Self::around`], away from the straight way through.
+    /// Slow path of [`Self::around`].
     #[cold]
-    fn around_too(&self, road: &impl PathSource, index: f64, p: &Vec3) -> Look {
-        self.around(road, index, p)
+    fn around_too(&self, source: &impl PathSource, index: f64, p: &Vec3) -> Look {
+        self.around(source, index, p)
     }
 
-    /// What to look at around a sample index.
+    /// Search ranges around a sample index.
     #[inline(always)]
-    fn around(&self, road: &impl PathSource, index: f64, p: &Vec3) -> Look {
-        let pieces = road.pieces();
-        let seed = road.place(index);
+    fn around(&self, source: &impl PathSource, index: f64, p: &Vec3) -> Look {
+        let pieces = source.pieces();
+        let seed = source.locate(index);
         let squared = (pieces.cubic(seed.0).point(seed.1) - p).norm_squared();
         let here = pieces.arc_on(seed.0, seed.1);
-        let mut from = road.before(index, seed.0, self.min_samples);
-        let mut to = road.after(index, seed.0, self.min_samples) + 1;
+        let mut from = source.before(index, seed.0, self.min_samples);
+        let mut to = source.after(index, seed.0, self.min_samples) + 1;
         let least = (here - pieces.arc(from)).min(pieces.arc(to) - here);
-        // `(a + b)² ≤ 2a² + 2b²` settles most cases without a root.
+        // `(a + b)² ≤ 2a² + 2b²` decides most cases without a square root.
         if least * least < 2.0 * self.margin * self.margin * (squared + self.noise_mm * self.noise_mm) {
             let reach_mm = self.margin * (self.noise_mm + squared.sqrt());
-            from = walk_back(pieces, from, road.before(index, seed.0, self.max_samples), here - reach_mm);
-            let limit = road.after(index, seed.0, self.max_samples) + 1;
+            from = walk_back(pieces, from, source.before(index, seed.0, self.max_samples), here - reach_mm);
+            let limit = source.after(index, seed.0, self.max_samples) + 1;
             to = first_where(to..limit.max(to), |piece| pieces.arc(piece) - here >= reach_mm);
         }
         Look { from, to, seed, squared }
     }
 }
 
-/// A stretch to look at.
+/// A range of pieces to search.
 #[derive(Debug, Clone, Copy)]
 struct Look {
     /// First piece.
     from: usize,
     /// One past the last piece.
     to: usize,
-    /// The expected place: piece and parameter.
+    /// The expected point: piece and parameter.
     seed: (usize, f64),
-    /// Squared distance of the sample from it, mm².
+    /// Squared distance of the sample from the expected point, mm².
     squared: f64,
 }
 
-/// Pieces and how they are passed in time.
+/// Pieces and their timing.
 pub(in crate::contour) trait PathSource {
     fn pieces(&self) -> &Pieces;
-    /// Piece and parameter at a sample index, which is brought into range.
-    fn place(&self, index: f64) -> (usize, f64);
+    /// Piece and parameter at a sample index, clamped to the range.
+    fn locate(&self, index: f64) -> (usize, f64);
     /// Piece this many samples before a sample index, which lies on `piece`.
     fn before(&self, index: f64, piece: usize, samples: usize) -> usize;
     /// Piece this many samples after it.
     fn after(&self, index: f64, piece: usize, samples: usize) -> usize;
 }
 
-/// One piece a sample.
+/// One piece per sample.
 impl PathSource for Pieces {
     #[inline]
     fn pieces(&self) -> &Pieces {
@@ -143,7 +147,7 @@ impl PathSource for Pieces {
     }
 
     #[inline]
-    fn place(&self, index: f64) -> (usize, f64) {
+    fn locate(&self, index: f64) -> (usize, f64) {
         self.split(index)
     }
 
@@ -158,13 +162,14 @@ impl PathSource for Pieces {
     }
 }
 
-/// Whether the path has gone nowhere, but for noise, between a place and the one expected: then the passing of time says better how far it has
-/// come than the nearest of a resting axis's jittering samples.
+/// Whether the path, noise aside, has not moved between a position and the expected one. Elapsed
+/// time is then a better measure of progress than the nearest of the jittering samples at
+/// standstill.
 #[cold]
-fn is_resting(pieces: &Pieces, place: &Place, expected: f64, noise_mm: f64) -> bool {
+fn is_at_standstill(pieces: &Pieces, foot: &PathPoint, expected: f64, noise_mm: f64) -> bool {
     let (piece, t) = pieces.split(expected);
     let there = pieces.cubic(piece).point(t);
-    (pieces.cubic(place.piece).point(place.t) - there).norm() <= noise_mm
+    (pieces.cubic(foot.piece).point(foot.t) - there).norm() <= noise_mm
 }
 
 /// The last piece from `piece` down to `limit` that starts before `arc_mm`, or `limit`.
@@ -172,18 +177,18 @@ fn walk_back(pieces: &Pieces, piece: usize, limit: usize, arc_mm: f64) -> usize 
     piece - first_where(0..piece.saturating_sub(limit), |back| pieces.arc(piece - back) <= arc_mm)
 }
 
-/// Where the next foot point is due, as indices in samples of `to`.
+/// Expected index of the next foot point, in samples of `to`.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::contour) struct Due {
-    /// The last foot point, moved on by the time that has passed.
+    /// The last foot point, advanced by the elapsed time.
     pub moved_on: f64,
-    /// The time match, moved by the usual lead.
+    /// The time match, shifted by the usual lead.
     usual: f64,
-    /// Paths go forward: no foot point is sought before this, but for noise.
+    /// Lower bound of the search, noise aside: paths go forward.
     back: f64,
 }
 
-/// Keeps the lead of the foot points over the time match.
+/// Tracks the lead of the foot points over the time match.
 #[derive(Debug, Clone, Default)]
 pub(in crate::contour) struct Follower {
     track: Option<Track>,
@@ -193,7 +198,7 @@ pub(in crate::contour) struct Follower {
 struct Track {
     /// Index of the last foot point.
     last: f64,
-    /// How far it lies from the one before.
+    /// Distance from the foot point before it, samples.
     step: f64,
     /// Largest index of a foot point so far.
     furthest: f64,
@@ -206,7 +211,8 @@ impl Follower {
         self.track = None;
     }
 
-    /// Where the foot point of a sample is due that matches the index `matched` in time, `rate` samples of `to` after the one before.
+    /// Expected index of the foot point of a sample with the time match `matched`, `rate` samples
+    /// of `to` after the previous one.
     #[inline]
     pub fn due(&self, window: &Window, matched: f64, rate: f64) -> Due {
         let most = window.max_samples as f64;
@@ -218,14 +224,15 @@ impl Follower {
                 Due {
                     moved_on: near(track.last + track.step.clamp(0.5 * rate, 1.5 * rate)),
                     usual,
-                    // A foot point that once jumped ahead, to a spike in the log, must not hold back those after it.
+                    // A foot point that once jumped ahead, for example to a spike in the log, must
+                    // not hold back later ones.
                     back: usual.min(track.furthest),
                 }
             }
         }
     }
 
-    /// Takes note of the foot point found.
+    /// Records a foot point.
     #[inline]
     pub fn found(&mut self, matched: f64, index: f64) {
         let now = index - matched;
@@ -240,18 +247,18 @@ impl Follower {
         });
     }
 
-    /// Foot point of `p` on a sampled path, whose positions count samples.
+    /// Foot point of `p` on a sampled path whose positions are sample indices.
     #[inline]
-    pub fn step(&mut self, pieces: &Pieces, window: &Window, matched: f64, rate: f64, p: &Vec3) -> Place {
+    pub fn step(&mut self, pieces: &Pieces, window: &Window, matched: f64, rate: f64, p: &Vec3) -> PathPoint {
         let due = self.due(window, matched, rate);
-        let place = window.nearest(pieces, &due, p);
-        let index = place.position();
-        if (index - due.moved_on).abs() > SAME_INDEX && is_resting(pieces, &place, due.moved_on, window.noise_mm) {
+        let foot = window.nearest(pieces, &due, p);
+        let index = foot.position();
+        if (index - due.moved_on).abs() > SAME_INDEX && is_at_standstill(pieces, &foot, due.moved_on, window.noise_mm) {
             let on = self.track.map_or(index, |track| track.last + rate);
             self.found(matched, on);
         } else {
             self.found(matched, index);
         }
-        place
+        foot
     }
 }

@@ -1,4 +1,4 @@
-//! A recorded run and the desired path brought together in time and space.
+//! Alignment of a recorded run with the desired path, in time and space.
 
 use nalgebra::Matrix3;
 
@@ -6,23 +6,25 @@ use crate::contour::spline::SampledSpline;
 use crate::contour::{ContourEstimator, Exact, TimeMatch, check_point};
 use crate::{MotionError, Vec3};
 
-/// A rest at the end counts only when it has lasted this long, s: then the slowest servo has settled.
+/// Shortest final standstill that is used, s: by then the slowest servo has settled.
 const SETTLED_S: f64 = 0.08;
-/// Rests whose offsets differ by more than this do not belong to the same offset, mm.
+/// Two standstills whose offsets differ by more than this, mm, do not share one offset.
 const SAME_OFFSET_MM: f64 = 0.05;
-/// Samples that the search for the delay looks at.
+/// Number of samples used in the search for the delay.
 const PROBES: usize = 512;
-/// Weight of the time-matched offset against a sample's contour: decides only what the contour leaves open.
+/// Weight of the time-matched offset relative to the contour of a sample. It only decides
+/// directions that the contour leaves undetermined.
 const TIME_WEIGHT: f64 = 1e-4;
 
 /// Settings of [`align`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlignSettings {
-    /// Largest delay or lead sought, s.
+    /// Largest delay or lead, s.
     pub max_delay_s: f64,
-    /// How far a resting axis may wander, mm.
+    /// Largest movement of an axis at standstill, mm.
     pub rest_mm: f64,
-    /// Resolution of the control's work offsets, mm, to which the offset is rounded; `None` leaves it as found.
+    /// Resolution of the work offsets of the control, mm, to which the offset is rounded. `None`:
+    /// no rounding.
     pub offset_step_mm: Option<f64>,
 }
 
@@ -32,36 +34,39 @@ impl Default for AlignSettings {
     }
 }
 
-/// What the offset was found from.
+/// Source of the offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AlignedBy {
-    /// The rests before and after the motion, where machine and program agree whatever the servo's lag.
+    /// The standstill before and after the motion, where machine and program agree for any servo
+    /// lag.
     Rests,
-    /// The least contour error, for a record that begins and ends in motion. It takes the mean contour error for a part of the offset.
+    /// The least contour error, for a record that begins and ends in motion. Part of the mean
+    /// contour error is then taken for offset.
     Contour,
 }
 
-/// Where and when a recorded run lies against the desired path.
+/// Delay and offset of a recorded run relative to the desired path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alignment {
-    /// The run's delay, s: late start and mean servo lag together, which positions cannot tell apart. It only centres search windows;
-    /// no contour error depends on it.
+    /// Delay of the run, s: late start plus mean servo lag, which positions cannot separate. It
+    /// only centres search windows. No contour error depends on it.
     pub delay_s: f64,
     /// Actual minus desired coordinates, mm.
     pub offset: Vec3,
-    /// What the offset was found from.
+    /// Source of the offset.
     pub by: AlignedBy,
-    /// How far the offsets of the rests before and after differ, mm, where there are both.
+    /// Difference between the offsets before and after the motion, mm, if there are both.
     pub rest_spread_mm: Option<f64>,
-    /// Whether the desired path ends where it began.
+    /// Whether the desired path is closed.
     pub closed: bool,
-    /// Whether another start on the closed path would fit as well: it is closed and no rest says where it began.
+    /// Whether another start on the path would fit as well: the path is closed and no standstill
+    /// marks the start.
     pub ambiguous: bool,
     period_s: f64,
 }
 
 impl Alignment {
-    /// The actual path in the desired path's coordinates, mm.
+    /// The actual path in the coordinates of the desired path, mm.
     #[must_use]
     pub fn apply(&self, actual: &[Vec3]) -> Vec<Vec3> {
         actual.iter().map(|point| point - self.offset).collect()
@@ -80,24 +85,25 @@ impl Alignment {
     }
 }
 
-/// Finds by how much a recorded run is late and shifted (both paths in mm, one sample every `period_s`).
+/// Finds delay and offset of a recorded run (both paths in mm, one sample every `period_s`).
 ///
-/// A servo's lag must not pass for an offset, so the offset is taken from the rests before and after the motion where there are any. The
-/// delay is the one with the least spread of `actual − desired`, which no constant offset changes.
+/// The offset is taken from the standstill before and after the motion if there is one, so that
+/// servo lag does not count as offset. The delay minimises the spread of `actual − desired`, which
+/// does not depend on a constant offset.
 ///
 /// # Errors
-/// When a path has fewer than 2 samples or one that is not finite, or a setting is out of range.
+/// If a path has fewer than 2 samples or a sample that is not finite, or a setting is out of range.
 pub fn align(desired: &[Vec3], actual: &[Vec3], period_s: f64, settings: &AlignSettings) -> Result<Alignment, MotionError> {
     check(desired, actual, period_s, settings)?;
     let spline = SampledSpline::new(actual)?;
     let start = coarse_delay(desired, actual, (settings.max_delay_s / period_s) as i64);
     let (delay, matched) = fine_delay(desired, &spline, start as f64);
 
-    let rests = [
-        rest_before(desired, actual, settings.rest_mm),
-        rest_after(desired, actual, settings.rest_mm, (SETTLED_S / period_s).ceil() as usize),
+    let standstills = [
+        standstill_before(desired, actual, settings.rest_mm),
+        standstill_after(desired, actual, settings.rest_mm, (SETTLED_S / period_s).ceil() as usize),
     ];
-    let (by, offset, rest_spread_mm) = match rests {
+    let (by, offset, rest_spread_mm) = match standstills {
         [Some(before), Some(after)] => {
             let spread = (before - after).norm();
             let offset = if spread <= SAME_OFFSET_MM {
@@ -109,7 +115,7 @@ pub fn align(desired: &[Vec3], actual: &[Vec3], period_s: f64, settings: &AlignS
             };
             (AlignedBy::Rests, offset, Some(spread))
         }
-        [Some(rest), None] | [None, Some(rest)] => (AlignedBy::Rests, rest, None),
+        [Some(standstill), None] | [None, Some(standstill)] => (AlignedBy::Rests, standstill, None),
         [None, None] => (AlignedBy::Contour, least_contour(desired, actual, delay, matched)?, None),
     };
     let rounded = |step: f64| offset.map(|value| (value / step).round() * step);
@@ -145,7 +151,8 @@ fn check(desired: &[Vec3], actual: &[Vec3], period_s: f64, settings: &AlignSetti
     desired.iter().chain(actual).try_for_each(check_point)
 }
 
-/// Whole samples of delay with the least spread of `actual − desired`; of delays that fit alike (laps of a closed path) the smallest.
+/// Delay in whole samples with the least spread of `actual − desired`. Among equal delays (laps of
+/// a closed path) the smallest.
 fn coarse_delay(desired: &[Vec3], actual: &[Vec3], most: i64) -> i64 {
     let stride = desired.len().div_ceil(PROBES);
     let spread = |delay: i64| {
@@ -167,7 +174,8 @@ fn coarse_delay(desired: &[Vec3], actual: &[Vec3], most: i64) -> i64 {
     best.0
 }
 
-/// Delay in fractions of a sample, and the mean of `actual − desired` at it: Gauss-Newton on the spread.
+/// Delay in fractional samples, and the mean of `actual − desired` at it: Gauss-Newton on the
+/// spread.
 fn fine_delay(desired: &[Vec3], actual: &SampledSpline, start: f64) -> (f64, Vec3) {
     let pieces = &actual.pieces;
     let last = actual.segments() as f64;
@@ -203,8 +211,9 @@ fn fine_delay(desired: &[Vec3], actual: &SampledSpline, start: f64) -> (f64, Vec
     (delay, mean)
 }
 
-/// Offset at the rest before the motion. Only the first quarter of the rest counts, so that no part of the first movement does.
-fn rest_before(desired: &[Vec3], actual: &[Vec3], rest_mm: f64) -> Option<Vec3> {
+/// Offset at the standstill before the motion. Only its first quarter counts, which excludes the
+/// start of the first movement.
+fn standstill_before(desired: &[Vec3], actual: &[Vec3], rest_mm: f64) -> Option<Vec3> {
     let starts_slowly = |path: &[Vec3]| (path[1] - path[0]).norm() <= 0.1 * longest_step(path);
     if !starts_slowly(desired) || !starts_slowly(actual) {
         return None;
@@ -214,14 +223,15 @@ fn rest_before(desired: &[Vec3], actual: &[Vec3], rest_mm: f64) -> Option<Vec3> 
     Some(first.iter().sum::<Vec3>() / first.len() as f64 - desired[0])
 }
 
-/// Offset at the rest after the motion, where it has lasted `settled` samples; its last quarter counts.
-fn rest_after(desired: &[Vec3], actual: &[Vec3], rest_mm: f64, settled: usize) -> Option<Vec3> {
+/// Offset at the standstill after the motion, if it lasts `settled` samples. Its last quarter
+/// counts.
+fn standstill_after(desired: &[Vec3], actual: &[Vec3], rest_mm: f64, settled: usize) -> Option<Vec3> {
     let (end, last) = (desired.last()?, actual.last()?);
     if (end - desired[desired.len() - 2]).norm() > 0.1 * longest_step(desired) {
         return None;
     }
     let still = actual.iter().rev().take_while(|point| (*point - last).norm() <= rest_mm).count();
-    // A record that rests throughout has no rest after a motion.
+    // A record without motion has no standstill after a motion.
     if still < settled || still == actual.len() {
         return None;
     }
@@ -233,7 +243,8 @@ fn longest_step(path: &[Vec3]) -> f64 {
     path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max)
 }
 
-/// The offset with the least contour error; what that leaves open, as along a straight line, is as `matched` in time.
+/// The offset with the least contour error. Undetermined directions, as along a straight line, are
+/// taken from `matched`.
 fn least_contour(desired: &[Vec3], actual: &[Vec3], delay: f64, matched: Vec3) -> Result<Vec3, MotionError> {
     let mut exact = Exact::default();
     let mut errors = Vec::with_capacity(desired.len());
@@ -260,7 +271,7 @@ fn least_contour(desired: &[Vec3], actual: &[Vec3], delay: f64, matched: Vec3) -
     Ok(offset)
 }
 
-/// Whether the path returns to its start, within two of its longest steps, after having been elsewhere.
+/// Whether the path leaves its start and returns to it within two of its longest steps.
 fn is_closed(path: &[Vec3]) -> bool {
     let near = 2.0 * longest_step(path);
     let length: f64 = path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();

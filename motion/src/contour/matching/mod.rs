@@ -1,4 +1,4 @@
-//! Which sample of one run belongs to which place of another.
+//! Correspondence between the samples of two runs.
 
 mod align;
 mod follow;

@@ -1,49 +1,52 @@
-//! One cubic piece of a path, and the place on it that is nearest to a point.
+//! One cubic piece of a path, and its nearest point.
 
 use crate::Vec3;
 
-/// Distances are minimised to within this, mm.
+/// Accuracy of minimised distances, mm.
 pub(in crate::contour) const TOLERANCE_MM: f64 = 1e-10;
-/// A Newton step that provably misses the minimum by less than this, mm along the piece, is the last.
+/// The iteration ends with a Newton step that provably misses the minimum by less than this, mm
+/// along the piece.
 const MISS_MM: f64 = 1e-10;
 
-/// A place on a piece.
+/// A point on a piece.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::contour) struct Near {
     /// Parameter in `[0, 1]`.
     pub t: f64,
-    /// Squared distance from the point sought, mm².
+    /// Squared distance from the query point, mm².
     pub squared: f64,
 }
 
 /// A Newton step.
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    /// Where it leads.
+    /// Parameter after the step.
     next: f64,
-    /// Squared distance there along the tangent, mm².
+    /// Squared tangential distance there, mm².
     squared: f64,
-    /// Whether it misses the minimum by less than [`MISS_MM`].
+    /// Whether the step misses the minimum by less than [`MISS_MM`].
     is_last: bool,
 }
 
-/// `C(t) = c0 + c1 τ + c2 τ² + c3 τ³`, `τ = t − ½`, `t ∈ [0, 1]`, mm, with bounds that let most pieces be passed over.
+/// `C(t) = c0 + c1 τ + c2 τ² + c3 τ³`, `τ = t − ½`, `t ∈ [0, 1]`, mm, with bounds that exclude most
+/// pieces.
 ///
-/// With `s` the larger of `|C′ − chord|/4` at the two ends, the Bézier points give: no point of the piece is farther than `s` from the
-/// chord, `|C″| ≤ 24 s` and `|C′| ≥ |chord| − 8 s`.
+/// With `s` the larger of `|C′ − chord|/4` at the two ends, the Bézier points give: no point of the
+/// piece is farther than `s` from the chord, `|C″| ≤ 24 s` and `|C′| ≥ |chord| − 8 s`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::contour) struct Cubic {
     c: [Vec3; 4],
     /// Length of the chord, mm.
     pub length: f64,
-    /// The `s` above, mm.
+    /// The bound `s` above, mm.
     slack: f64,
-    /// For points nearer to `c0` than the root of this the squared distance is strictly convex along the piece.
+    /// Squared distance from `c0` below which the squared distance to a point is strictly convex
+    /// along the piece.
     convex_within_squared: f64,
 }
 
 impl Cubic {
-    /// The piece between two points with the given derivatives there (Paper A, eq. 5).
+    /// The piece between two points with these end derivatives (Paper A, eq. 5).
     #[inline]
     pub fn hermite(start: Vec3, start_slope: Vec3, end: Vec3, end_slope: Vec3) -> Self {
         let chord = end - start;
@@ -59,20 +62,20 @@ impl Cubic {
         }
     }
 
-    /// Whether no point of the piece can be nearer to `p` than `distance`, by its bounding sphere alone.
+    /// Whether the bounding sphere excludes any point of the piece nearer to `p` than `distance`.
     #[inline]
     pub fn is_beyond(&self, distance: f64, p: &Vec3) -> bool {
         let reach = self.radius() + distance;
         (p - self.c[0]).norm_squared() >= reach * reach
     }
 
-    /// Whether the piece has no extent.
+    /// Whether the piece has zero length.
     #[inline]
     pub fn is_point(&self) -> bool {
         self.length == 0.0 && self.slack == 0.0
     }
 
-    /// Every point of the piece lies within this of `c0`, mm: `|c0 − middle of the chord| ≤ s`.
+    /// Radius of the bounding sphere about `c0`, mm: `|c0 − middle of the chord| ≤ s`.
     fn radius(&self) -> f64 {
         0.5 * self.length + 2.0 * self.slack
     }
@@ -99,12 +102,12 @@ impl Cubic {
         c1 + (2.0 * c2 + 3.0 * c3 * t) * t
     }
 
-    /// The place at `t`, as seen from `p`.
-    fn place(&self, t: f64, p: &Vec3) -> Near {
+    /// The point at `t` and its distance from `p`.
+    fn near_at(&self, t: f64, p: &Vec3) -> Near {
         Near { t, squared: (self.point(t) - p).norm_squared() }
     }
 
-    /// The part between `from` and `to`, with a parameter of its own.
+    /// The part between `from` and `to`, with its own parameter.
     fn part(&self, from: f64, to: f64) -> Self {
         let width = to - from;
         let (start, end) = (self.point(from), self.point(to));
@@ -112,23 +115,23 @@ impl Cubic {
         Self::hermite(start, leaving, end, arriving)
     }
 
-    /// A distance from `p` that no point of the piece undercuts, mm.
+    /// Lower bound on the distance from `p`, mm.
     pub fn lower_bound(&self, p: &Vec3) -> f64 {
         off_chord(p - self.point(0.0), self.c[1] + 0.25 * self.c[3]) - self.slack
     }
 
-    /// Nearest place to `p`, sought from `start`; `convex` is [`Self::is_convex_to`].
+    /// Nearest point to `p`, searched from `start`. `convex` is [`Self::is_convex_to`].
     #[inline]
     pub fn nearest_from(&self, p: &Vec3, start: f64, convex: bool) -> Near {
         if convex {
             self.newton(p, start)
         } else {
-            let near = self.place(start, p);
+            let near = self.near_at(start, p);
             self.branch(p, near.squared).unwrap_or(near)
         }
     }
 
-    /// Nearest place to `p`, sought from `start`; `None` where none is nearer than `best_squared`.
+    /// Nearest point to `p`, searched from `start`. `None` if none is nearer than `best_squared`.
     pub fn nearer_than(&self, p: &Vec3, start: f64, best_squared: f64) -> Option<Near> {
         if self.is_convex_to(p) {
             let near = self.newton(p, start);
@@ -138,7 +141,7 @@ impl Cubic {
         }
     }
 
-    /// Minimum of a strictly convex squared distance: Newton on `(C − p)·C′ = 0`.
+    /// Minimum of a strictly convex squared distance: Newton's method on `(C − p)·C′ = 0`.
     #[inline]
     fn newton(&self, p: &Vec3, start: f64) -> Near {
         let step = self.step(p, start);
@@ -148,10 +151,10 @@ impl Cubic {
         self.bracketed(p, start, step)
     }
 
-    /// Newton's method kept within a shrinking bracket, from the step `step` at `t` on.
+    /// Newton's method within a shrinking bracket, from the step `step` at `t`.
     #[inline(never)]
     fn bracketed(&self, p: &Vec3, mut t: f64, mut step: Step) -> Near {
-        // Ends not yet looked at do not bound the bracket.
+        // Ends that were not evaluated do not bound the bracket.
         let (mut low, mut high) = (-1.0, 2.0);
         for _ in 0..64 {
             if step.next < t {
@@ -175,7 +178,7 @@ impl Cubic {
             };
             step = self.step(p, t);
         }
-        self.place(t, p)
+        self.near_at(t, p)
     }
 
     /// One Newton step from `t`.
@@ -189,19 +192,21 @@ impl Cubic {
         let (speed_squared, squared) = (slope.norm_squared(), gap.norm_squared());
         let convexity = speed_squared + 2.0 * gap.dot(&bend);
         let moved = -gap.dot(&slope) / convexity;
-        // The step misses by `½|g″|/g′·moved²`, where `|g″| ≤ 3|C′||C″| + |C − p||C‴|` and `|C‴| ≤ 48 s`. So short a step is straight.
+        // The step misses by `½|g″|/g′·moved²`, where `|g″| ≤ 3|C′||C″| + |C − p||C‴|` and `|C‴| ≤
+        // 48 s`. The curvature of so short a step is negligible.
         let miss = moved * moved * self.slack * (48.0 * speed_squared + 12.0 * squared);
         Step { next: t + moved, squared: (gap + slope * moved).norm_squared(), is_last: miss <= MISS_MM * convexity }
     }
 
-    /// Global minimum where the squared distance may have several: halve until a part is convex, cannot be nearer, or is a point.
+    /// Global minimum if the squared distance may have several: bisects until a part is convex,
+    /// cannot be nearer, or is a point.
     #[cold]
     #[inline(never)]
     fn branch(&self, p: &Vec3, best_squared: f64) -> Option<Near> {
         let mut best = None;
         let mut least = best_squared;
         for t in [0.0, 0.5, 1.0] {
-            let near = self.place(t, p);
+            let near = self.near_at(t, p);
             if near.squared < least {
                 least = near.squared;
                 best = Some(near);
@@ -211,11 +216,12 @@ impl Cubic {
         best
     }
 
-    /// Where the distance from `p` has its only minimum within the piece; `Some(None)` where the nearest place is an end; `None` where it may bend
-    /// several times.
+    /// The only minimum of the distance from `p` within the piece. `Some(None)`: the nearest point
+    /// is an end. `None`: there may be several minima.
     ///
-    /// `(C − p)·C′` is a polynomial of degree five, which changes its sign at most as often as its Bernstein coefficients do.
-    fn bends(&self, p: &Vec3) -> Option<Option<f64>> {
+    /// `(C − p)·C′` is a polynomial of degree five. It changes sign at most as often as its
+    /// Bernstein coefficients.
+    fn single_minimum(&self, p: &Vec3) -> Option<Option<f64>> {
         let (leaving, arriving) = (self.slope(0.0), self.slope(1.0));
         let (start, end) = (self.point(0.0) - p, self.point(1.0) - p);
         let gap = [start, start + leaving / 3.0, end - arriving / 3.0, end];
@@ -238,7 +244,7 @@ impl Cubic {
         }
     }
 
-    /// The minimum of a distance that falls and then grows: Newton within a bracket.
+    /// The minimum of a distance that falls and then grows: Newton's method within a bracket.
     fn only_minimum(&self, p: &Vec3) -> f64 {
         let (mut low, mut high, mut t) = (0.0, 1.0, 0.5);
         for _ in 0..60 {
@@ -267,15 +273,15 @@ impl Cubic {
         if part.lower_bound(p) >= least.sqrt() - TOLERANCE_MM || width < 1e-13 {
             return;
         }
-        let bends = part.bends(p);
-        // The ends have been looked at.
-        let Some(t) = bends.unwrap_or(Some(0.5)) else { return };
-        let near = self.place(from + width * t, p);
+        let single_minimum = part.single_minimum(p);
+        // The ends were evaluated before.
+        let Some(t) = single_minimum.unwrap_or(Some(0.5)) else { return };
+        let near = self.near_at(from + width * t, p);
         if near.squared < *least {
             *least = near.squared;
             *best = Some(near);
         }
-        if bends.is_some() || part.radius() < TOLERANCE_MM {
+        if single_minimum.is_some() || part.radius() < TOLERANCE_MM {
             return;
         }
         let middle = 0.5 * (from + to);
@@ -289,7 +295,8 @@ impl Cubic {
     }
 }
 
-/// The squared distance to `p` is strictly convex where `|C′|² > |C − p||C″|` everywhere; with `|C − p|² ≤ 2|p − c0|² + 2 radius²`.
+/// The squared distance to `p` is strictly convex if `|C′|² > |C − p||C″|` everywhere, with `|C −
+/// p|² ≤ 2|p − c0|² + 2 radius²`.
 #[inline]
 fn convex_within_squared(length: f64, slack: f64) -> f64 {
     let radius = 0.5 * length + 2.0 * slack;

@@ -1,4 +1,4 @@
-//! An analytic curve as cubic pieces, close enough to say where on it the foot point lies.
+//! An analytic curve as cubic pieces, accurate enough to locate foot points.
 
 use super::cubic::Cubic;
 use super::pieces::Pieces;
@@ -6,12 +6,12 @@ use crate::{Curve, Vec3};
 
 /// Largest distance between the pieces and the curve, mm.
 const TOLERANCE_MM: f64 = 1e-8;
-/// Pieces that the domain is cut into before any is judged.
+/// Number of pieces before refinement.
 const FIRST_CUT: usize = 256;
-/// Halvings of such a piece, at most: what stops at a kink.
-const MOST_HALVINGS: u32 = 30;
+/// Maximum bisections of a piece. Ends the refinement at a kink.
+const MAX_BISECTIONS: u32 = 30;
 
-/// The pieces and the parameters at which they meet.
+/// The pieces and the parameters of their joints.
 #[derive(Debug, Clone, Default)]
 pub(in crate::contour) struct CurvePieces {
     pub pieces: Pieces,
@@ -23,7 +23,7 @@ pub(in crate::contour) struct CurvePieces {
 type Node = (f64, Vec3, Vec3);
 
 impl CurvePieces {
-    /// Cuts `curve` until each cubic Hermite piece is within [`TOLERANCE_MM`] of it.
+    /// Subdivides `curve` until each cubic Hermite piece is within [`TOLERANCE_MM`] of it.
     pub fn new(curve: &dyn Curve) -> Self {
         let (first, last) = curve.domain();
         let node = |u: f64| {
@@ -36,7 +36,7 @@ impl CurvePieces {
         for i in 1..=FIRST_CUT {
             let share = i as f64 / FIRST_CUT as f64;
             let end = node(first * (1.0 - share) + last * share);
-            cut.add(&node, start, end, MOST_HALVINGS);
+            cut.add(&node, start, end, MAX_BISECTIONS);
             start = end;
         }
         cut
@@ -59,7 +59,7 @@ impl CurvePieces {
         }
     }
 
-    /// Curve parameter at a position (piece and share of it).
+    /// Curve parameter at a position (piece and fraction).
     pub fn parameter(&self, position: f64) -> f64 {
         let (piece, t) = self.pieces.split(position);
         self.ends[piece] + t * (self.ends[piece + 1] - self.ends[piece])
@@ -73,14 +73,14 @@ impl CurvePieces {
         piece as f64 + share.clamp(0.0, 1.0)
     }
 
-    /// Parameters a piece before and a piece after the one at a position.
+    /// Parameters one piece before and one piece after a position.
     pub fn around(&self, position: f64) -> (f64, f64) {
         let (piece, _) = self.pieces.split(position);
         let after = (piece + 2).min(self.pieces.end());
         (self.ends[piece.saturating_sub(1)], self.ends[after])
     }
 
-    /// Positions of samples that lie on the curve in time order, each sought forward of the one before.
+    /// Positions of samples on the curve in time order, each searched forward of the one before.
     pub fn positions_of(&self, samples: &[Vec3]) -> Vec<f64> {
         let mut last = 0.0;
         let mut before = samples.first().copied().unwrap_or_default();

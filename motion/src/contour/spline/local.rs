@@ -1,12 +1,12 @@
-//! What the approximating estimators see of a path: a few samples and differences.
+//! Local view of a path for the approximating estimators: a few samples and differences.
 
 use crate::contour::{ContourError, Location};
 use crate::{Vec3, interpolate};
 
-/// A path with the length of its chords, reused between calls.
+/// A path with the lengths of its chords. The buffers are reused between calls.
 #[derive(Debug, Clone, Default)]
 pub(in crate::contour) struct Arcs {
-    /// Length from the first sample, mm, one a sample.
+    /// Length from the first sample, mm, one per sample.
     values: Vec<f64>,
 }
 
@@ -22,7 +22,7 @@ impl Arcs {
         }));
     }
 
-    /// Place on the chord from sample `segment`, at a share of it in `[0, 1]`.
+    /// Position on the chord from sample `segment`, at a fraction in `[0, 1]`.
     pub fn location(&self, segment: usize, fraction: f64) -> Location {
         let start = self.values[segment];
         let end = self.values.get(segment + 1).copied().unwrap_or(start);
@@ -30,7 +30,8 @@ impl Arcs {
     }
 }
 
-/// Half the way from the sample before `k` to the one after it, mm a sample; at an end the way to its only neighbour.
+/// Half the path length from sample `k − 1` to `k + 1`, mm per sample. At an end the length to the
+/// only neighbour.
 pub(in crate::contour) fn slope(path: &[Vec3], k: usize) -> Vec3 {
     let before = k.saturating_sub(1);
     let after = (k + 1).min(path.len() - 1);
@@ -49,7 +50,8 @@ pub(in crate::contour) fn distinct_neighbours(path: &[Vec3], k: usize, reach: us
     (before.copied(), after.copied())
 }
 
-/// Share in `[0, 1]` of the chord `a → b` at the foot of the perpendicular from `p`, and whether the foot lies within the chord.
+/// Fraction in `[0, 1]` of the chord `a → b` at the foot of the perpendicular from `p`, and whether
+/// the foot lies within the chord.
 pub(in crate::contour) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, bool) {
     let chord = b - a;
     let length_squared = chord.norm_squared();
@@ -60,7 +62,7 @@ pub(in crate::contour) fn foot_on_chord(p: &Vec3, a: &Vec3, b: &Vec3) -> (f64, b
     (share.clamp(0.0, 1.0), (0.0..=1.0).contains(&share))
 }
 
-/// The error of `sample` with this foot point; `along` gives the direction of travel.
+/// The error of `sample` with this foot point. `along` is the direction of travel.
 pub(in crate::contour) fn error(sample: &Vec3, foot: Vec3, along: Vec3, location: Location, at_end: bool) -> ContourError {
     let vector = sample - foot;
     ContourError {

@@ -1,4 +1,4 @@
-//! Smooth paths through samples and along curves, piece by piece.
+//! Smooth paths of cubic pieces through samples and along curves.
 
 mod cubic;
 mod curve_pieces;
@@ -8,5 +8,5 @@ mod sampled;
 
 pub(super) use curve_pieces::CurvePieces;
 pub(super) use local::{Arcs, distinct_neighbours, error, foot_on_chord, hermite, slope};
-pub(super) use pieces::{Pieces, Place, first_where};
+pub(super) use pieces::{PathPoint, Pieces, first_where};
 pub use sampled::SampledSpline;

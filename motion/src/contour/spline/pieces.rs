@@ -1,15 +1,15 @@
-//! A path of cubic pieces, and the nearest place on a stretch of it.
+//! A path of cubic pieces, and the nearest point on a range of it.
 
 use super::cubic::{Cubic, Near, TOLERANCE_MM};
 use crate::Vec3;
 use crate::contour::{ContourError, Location};
 
-/// Cubic pieces end to end; those that were dropped at the front still count in every index.
+/// Cubic pieces end to end. Pieces dropped at the front still count in every index.
 #[derive(Debug, Clone, Default)]
 pub(in crate::contour) struct Pieces {
-    /// Piece `i` is at `i` modulo the length, which is a power of two.
+    /// Piece `i` is stored at `i` modulo the length, which is a power of two.
     ring: Vec<Piece>,
-    /// Length of the ring less 1.
+    /// Ring length minus 1.
     mask: usize,
     /// Index of the first piece kept.
     first: usize,
@@ -26,25 +26,25 @@ struct Piece {
     arc: f64,
 }
 
-/// Pieces there is room for at first.
+/// Initial capacity, pieces.
 const FIRST_ROOM: usize = 64;
 
-/// Pieces above which it pays to look at their middles first.
+/// Number of pieces above which their middles are searched first.
 const MANY: usize = 8;
-/// Samples that a slope of the spline looks ahead or back.
+/// Samples ahead and back that a slope of the spline depends on.
 const SLOPE_REACH: usize = 2;
 
-/// A place found.
+/// A point on the path.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::contour) struct Place {
+pub(in crate::contour) struct PathPoint {
     pub piece: usize,
     /// Parameter in `[0, 1]`.
     pub t: f64,
-    /// Distance from the point sought, mm.
+    /// Distance from the query point, mm.
     pub distance: f64,
 }
 
-impl Place {
+impl PathPoint {
     /// Piece and parameter as one number.
     pub fn position(&self) -> f64 {
         self.piece as f64 + self.t
@@ -57,7 +57,7 @@ impl Pieces {
         self.length_mm = 0.0;
     }
 
-    /// Adds the piece between two points with the given derivatives there.
+    /// Adds the piece between two points with these end derivatives.
     #[inline(always)]
     pub fn push(&mut self, start: Vec3, start_slope: Vec3, end: Vec3, end_slope: Vec3) {
         if self.kept() == self.ring.len() {
@@ -71,7 +71,7 @@ impl Pieces {
         self.end += 1;
     }
 
-    /// Doubles the room.
+    /// Doubles the capacity.
     #[cold]
     fn grow(&mut self) {
         let mut ring = vec![Piece::default(); (2 * self.ring.len()).max(FIRST_ROOM)];
@@ -88,7 +88,7 @@ impl Pieces {
         piece & self.mask
     }
 
-    /// Drops the pieces before `piece`, but for the last `least`.
+    /// Drops the pieces before `piece`, except the last `least`.
     pub fn drop_before(&mut self, piece: usize, least: usize) {
         self.first = self.first.max(piece.min(self.end.saturating_sub(least)));
     }
@@ -116,7 +116,7 @@ impl Pieces {
         &self.ring[self.slot(piece)].cubic
     }
 
-    /// Length along the chords up to the start of `piece`, mm; `piece` may be one past the last.
+    /// Length along the chords up to the start of `piece`, mm. `piece` may be one past the last.
     #[inline]
     pub fn arc(&self, piece: usize) -> f64 {
         if piece < self.end { self.ring[self.slot(piece)].arc } else { self.length_mm }
@@ -129,7 +129,7 @@ impl Pieces {
         piece.arc + t * piece.cubic.length
     }
 
-    /// The piece and parameter of a position, which is brought within the pieces kept.
+    /// Piece and parameter of a position, clamped to the pieces kept.
     #[inline]
     pub fn split(&self, position: f64) -> (usize, f64) {
         // Casts saturate: a position before the first piece is its start.
@@ -143,15 +143,16 @@ impl Pieces {
         self.arc_on(piece, t)
     }
 
-    /// The place nearest to `p` on the pieces `low..high` (within those kept, not empty), to within [`TOLERANCE_MM`]. Of places
-    /// equally near, the one that descent from `seed` (piece and parameter) leads to.
+    /// The nearest point to `p` on the pieces `low..high` (within those kept, not empty), to within
+    /// [`TOLERANCE_MM`]. Among equally near points, the one that descent from `seed` (piece and
+    /// parameter) reaches.
     #[inline]
-    pub fn nearest(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> Place {
+    pub fn nearest(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> PathPoint {
         let (piece, t) = if high - low > MANY { self.coarse(low, high, seed, p) } else { seed };
         let convex = self.cubic(piece).is_convex_to(p);
         let mut best = (piece, self.cubic(piece).nearest_from(p, t, convex));
         let (mut seen_low, mut seen_high) = (piece, piece + 1);
-        // Whether it is certain that the distance grows beyond what was seen.
+        // Whether the distance is certain to grow beyond the searched range.
         let (mut grows_low, mut grows_high) = (convex, convex);
         while best.1.t >= 1.0 && best.0 + 1 == seen_high && seen_high < high {
             grows_high = self.improve(seen_high, 0.0, p, &mut best);
@@ -161,14 +162,15 @@ impl Pieces {
             seen_low -= 1;
             grows_low = self.improve(seen_low, 1.0, p, &mut best);
         }
-        let mut place = Place { piece: best.0, t: best.1.t, distance: best.1.squared.sqrt() };
-        self.beyond(seen_low - low, |i| seen_low - 1 - i, 0, grows_low, p, &mut place);
-        self.beyond(high - seen_high, |i| seen_high + i, 1, grows_high, p, &mut place);
-        place
+        let mut found = PathPoint { piece: best.0, t: best.1.t, distance: best.1.squared.sqrt() };
+        self.beyond(seen_low - low, |i| seen_low - 1 - i, 0, grows_low, p, &mut found);
+        self.beyond(high - seen_high, |i| seen_high + i, 1, grows_high, p, &mut found);
+        found
     }
 
-    /// The piece of `low..high` whose middle is nearest to `p`, or `seed` if no middle is nearer: where a path hardly moves many short pieces lie
-    /// about a point, and each would be searched if the first were not near the best.
+    /// The piece of `low..high` whose middle is nearest to `p`, or `seed` if no middle is nearer.
+    /// Where a path hardly moves, many short pieces lie about one point: each would be searched if
+    /// the first were not near the best.
     #[cold]
     fn coarse(&self, low: usize, high: usize, seed: (usize, f64), p: &Vec3) -> (usize, f64) {
         let mut best = (seed, (self.cubic(seed.0).point(seed.1) - p).norm_squared());
@@ -188,22 +190,25 @@ impl Pieces {
         best.0
     }
 
-    /// Looks at `count` pieces, which go away from `place`, for a nearer one; the far end of piece `i` is the start of piece `i + far`.
+    /// Searches `count` pieces, in order of distance from `found`, for a nearer point. The far end
+    /// of piece `i` is the start of piece `i + far`.
     ///
-    /// Away from a local minimum the distance grows, and goes on growing from piece to piece as long as its square is convex along them:
-    /// only from the first piece on where that is not certain there can be a nearer place. `grows` says whether it is at the start.
+    /// Away from a local minimum the distance grows from piece to piece as long as its square is
+    /// convex along them. A nearer point is only possible from the first piece on where convexity
+    /// is not certain. `grows`: the distance grows at the start.
     #[inline]
-    fn beyond(&self, count: usize, at: impl Fn(usize) -> usize, far: usize, mut grows: bool, p: &Vec3, place: &mut Place) {
+    fn beyond(&self, count: usize, at: impl Fn(usize) -> usize, far: usize, mut grows: bool, p: &Vec3, found: &mut PathPoint) {
         let mut i = 0;
         while i < count {
             let piece = at(i);
             let cubic = self.cubic(piece);
             grows = grows && cubic.is_convex_to(p);
             if !grows {
-                self.compare(piece, p, place);
+                self.compare(piece, p, found);
             }
             i += 1;
-            // The samples of a rest all lie at one place: one look is enough, but for the last ones, whose slopes see the way on.
+            // The samples of a standstill coincide: one evaluation is enough, except for the last
+            // ones, whose slopes depend on the motion after it.
             if cubic.is_point() && i < count {
                 let here = self.arc(piece);
                 i = first_where(i..count, |i| self.arc(at(i) + far) != here).saturating_sub(SLOPE_REACH).max(i);
@@ -212,17 +217,18 @@ impl Pieces {
     }
 
     #[inline(never)]
-    fn compare(&self, piece: usize, p: &Vec3, place: &mut Place) {
+    fn compare(&self, piece: usize, p: &Vec3, found: &mut PathPoint) {
         let cubic = self.cubic(piece);
-        if !cubic.is_beyond(place.distance, p) && cubic.lower_bound(p) < place.distance - TOLERANCE_MM {
-            let squared = place.distance * place.distance;
+        if !cubic.is_beyond(found.distance, p) && cubic.lower_bound(p) < found.distance - TOLERANCE_MM {
+            let squared = found.distance * found.distance;
             if let Some(near) = cubic.nearer_than(p, 0.5, squared) {
-                *place = Place { piece, t: near.t, distance: near.squared.sqrt() };
+                *found = PathPoint { piece, t: near.t, distance: near.squared.sqrt() };
             }
         }
     }
 
-    /// Takes the nearest place of the next piece if it is nearer; whether the squared distance is convex along it.
+    /// Takes the nearest point of the next piece if it is nearer. Returns whether the squared
+    /// distance is convex along it.
     #[inline(never)]
     fn improve(&self, piece: usize, start: f64, p: &Vec3, best: &mut (usize, Near)) -> bool {
         let cubic = self.cubic(piece);
@@ -232,11 +238,11 @@ impl Pieces {
         cubic.is_convex_to(p)
     }
 
-    /// The contour error of `p` with its foot point at `place`, whose segment and fraction are piece and parameter; `heading` is
-    /// the last known direction of travel, for where the path rests.
+    /// The contour error of `p` with its foot point at `found`. Segment and fraction are piece and
+    /// parameter. `heading` is the last known direction of travel, used at standstill.
     #[inline]
-    pub fn error_at(&self, place: &Place, p: &Vec3, heading: &mut Vec3) -> ContourError {
-        let Place { piece, t, distance } = *place;
+    pub fn error_at(&self, found: &PathPoint, p: &Vec3, heading: &mut Vec3) -> ContourError {
+        let PathPoint { piece, t, distance } = *found;
         let cubic = self.cubic(piece);
         let (foot, slope) = (cubic.point(t), cubic.slope(t));
         let speed_squared = slope.norm_squared();
@@ -255,8 +261,8 @@ impl Pieces {
     }
 }
 
-/// First number of `range` for which `holds`, or the range's end; where it holds once it goes on holding. Steps double: what is near is found
-/// at once, what is far in few steps.
+/// First number of `range` for which `holds` is true, or the end of the range. `holds` must be
+/// monotonic. Steps double: near results are found at once, far ones in few steps.
 pub(in crate::contour) fn first_where(range: std::ops::Range<usize>, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high, mut step) = (range.start, range.end, 1);
     while low + step <= range.end {

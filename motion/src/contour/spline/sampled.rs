@@ -4,18 +4,20 @@ use super::pieces::Pieces;
 use crate::contour::{ContourError, check_point};
 use crate::{MotionError, Vec3};
 
-/// Samples that the slope at one of them depends on.
+/// Samples that the slope at one sample depends on.
 const STENCIL: usize = 5;
 
-/// The path through samples taken at a uniform rate: cubic between neighbours, its first derivative continuous.
+/// The path through uniformly sampled points: cubic between neighbours, continuous first
+/// derivative.
 ///
-/// The slope at a sample is the fourth-order difference `(8 (Q₊₁ − Q₋₁) − (Q₊₂ − Q₋₂)) / 12`, one-sided at the ends, so the path
-/// is within `h⁴/384·|d⁴C/dt⁴|` of a smooth motion sampled every `h`: less than the C2 cubic spline's five times that, and local,
-/// so it can grow while it is being used.
+/// The slope at a sample is the fourth-order difference `(8 (Q₊₁ − Q₋₁) − (Q₊₂ − Q₋₂)) / 12`,
+/// one-sided at the ends. The path is within `h⁴/384·|d⁴C/dt⁴|` of a smooth motion sampled every
+/// `h`, a fifth of the bound of the C2 cubic spline. The slopes are local, so the path can grow
+/// while it is used.
 #[derive(Debug, Clone, Default)]
 pub struct SampledSpline {
     pub(in crate::contour) pieces: Pieces,
-    /// The last samples, oldest first; while there are fewer than [`STENCIL`], those at the front.
+    /// The last samples, oldest first. With fewer than [`STENCIL`] samples, those at the front.
     recent: [Vec3; STENCIL],
     /// Samples pushed since the last clear.
     count: usize,
@@ -27,7 +29,7 @@ impl SampledSpline {
     /// The path through `samples`, mm.
     ///
     /// # Errors
-    /// When there is no sample or one is not finite or beyond 1e9 mm.
+    /// If there is no sample or one is not finite or beyond 1e9 mm.
     pub fn new(samples: &[Vec3]) -> Result<Self, MotionError> {
         samples.iter().try_for_each(check_point)?;
         if samples.is_empty() {
@@ -44,24 +46,24 @@ impl SampledSpline {
         self.pieces.end()
     }
 
-    /// Point at the fraction `t ∈ [0, 1]` of the segment `segment`, mm; both are brought into range.
+    /// Point at the fraction `t ∈ [0, 1]` of the segment `segment`, mm. Both are clamped.
     #[must_use]
     pub fn point(&self, segment: usize, t: f64) -> Vec3 {
         let (piece, _) = self.pieces.split(segment as f64);
         self.pieces.cubic(piece).point(t.clamp(0.0, 1.0))
     }
 
-    /// The nearest place to `p` on the segments `segments`, which are brought into range, to within 1e-10 mm.
+    /// The nearest point to `p` on the segments `segments` (clamped), to within 1e-10 mm.
     #[must_use]
     pub fn nearest(&self, segments: std::ops::Range<usize>, p: &Vec3) -> ContourError {
         let last = self.segments() - 1;
         let low = segments.start.min(last);
         let high = segments.end.clamp(low + 1, last + 1);
-        let place = self.pieces.nearest(low, high, ((low + high) / 2, 0.5), p);
-        self.pieces.error_at(&place, p, &mut Vec3::zeros())
+        let foot = self.pieces.nearest(low, high, ((low + high) / 2, 0.5), p);
+        self.pieces.error_at(&foot, p, &mut Vec3::zeros())
     }
 
-    /// Starts anew with these samples, which must not be empty.
+    /// Restarts with these samples, which must not be empty.
     pub(in crate::contour) fn rebuild(&mut self, samples: &[Vec3]) {
         self.clear();
         self.extend(samples, samples.len());
@@ -73,7 +75,7 @@ impl SampledSpline {
         self.count = 0;
     }
 
-    /// Adds a sample; pieces follow two samples behind, where their slopes are known.
+    /// Adds a sample. Pieces follow two samples later, when their slopes are known.
     pub(in crate::contour) fn push(&mut self, sample: Vec3) {
         self.count += 1;
         if self.count <= STENCIL {
@@ -93,7 +95,7 @@ impl SampledSpline {
         self.join(1, central(&self.recent));
     }
 
-    /// Adds the samples of `path` up to `end`; those added so far must be its first ones.
+    /// Adds the samples of `path` up to `end`. The samples added so far must be its first ones.
     pub(in crate::contour) fn extend(&mut self, path: &[Vec3], end: usize) {
         while self.count < end.min(STENCIL) {
             self.push(path[self.count]);
@@ -137,7 +139,7 @@ impl SampledSpline {
         }
     }
 
-    /// The piece from `recent[start]` to the next sample, where the slope is `end_slope`.
+    /// The piece from `recent[start]` to the next sample, with slope `end_slope` there.
     #[inline(always)]
     fn join(&mut self, start: usize, end_slope: Vec3) {
         let (a, b) = (self.recent[start], self.recent[start + 1]);
@@ -146,13 +148,14 @@ impl SampledSpline {
     }
 }
 
-/// Slope at the middle one of five samples.
+/// Slope at the middle of five samples.
 #[inline(always)]
 fn central(samples: &[Vec3]) -> Vec3 {
     (8.0 * (samples[3] - samples[1]) - (samples[4] - samples[0])) / 12.0
 }
 
-/// Derivative, a sample, at `points[at]` of the polynomial through all `points` (2 to 5 of them, one sample apart).
+/// Derivative per sample at `points[at]` of the polynomial through all `points` (2 to 5, one sample
+/// apart).
 fn slope(points: &[Vec3], at: usize) -> Vec3 {
     let node = |i: usize| i as f64;
     let others = |skip: usize| (0..points.len()).filter(move |k| *k != skip);

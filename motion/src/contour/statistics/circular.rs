@@ -1,4 +1,4 @@
-//! Circular test figures after ISO 230-4.
+//! Circular test results after ISO 230-4.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,17 +6,18 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::{MotionError, Vec3};
 
-/// Change of angle that tells a reversal from noise, rad.
+/// Change of angle that distinguishes a reversal from noise, rad.
 const TURN_RAD: f64 = 0.1;
 /// Angle that may be missing from a full circle, rad.
 const GAP_RAD: f64 = 0.1;
-/// Points farther than this from the circle, in multiples of the spread, are lead-in or lead-out; and at least this far, mm.
+/// Points farther from the circle than this multiple of the spread, and at least this distance in
+/// mm, are lead-in or lead-out.
 const FAR: (f64, f64) = (4.0, 0.02);
 
-/// A point of the path, and the length of path that it stands for, mm: rests weigh nothing.
+/// A point of the path with the path length that it represents, mm. Standstill has no weight.
 type Weighted = (Vector2<f64>, f64);
 
-/// Plane that the circle lies in.
+/// Plane of the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CirclePlane {
     /// `x` to `y` is counterclockwise.
@@ -38,16 +39,17 @@ impl CirclePlane {
     }
 }
 
-/// The circle that was programmed.
+/// The programmed circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NominalCircle {
-    /// Centre in the plane's two coordinates, mm; where it is not given, radial deviations are taken about the least-squares centre.
+    /// Centre in the two plane coordinates, mm. `None`: radial deviations refer to the
+    /// least-squares centre.
     pub centre: Option<[f64; 2]>,
     /// Radius, mm.
     pub radius_mm: f64,
 }
 
-/// Figures of one direction of travel, mm.
+/// Results for one direction of travel, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionFigures {
     /// Circular deviation `G`: range of the radius about this direction's least-squares centre.
@@ -56,9 +58,9 @@ pub struct DirectionFigures {
     pub radial_max_mm: f64,
     /// Smallest radial deviation `F_min` from the nominal circle.
     pub radial_min_mm: f64,
-    /// Mean radial deviation from the nominal circle, over the length of the path.
+    /// Mean radial deviation from the nominal circle, weighted by path length.
     pub radial_mean_mm: f64,
-    /// Least-squares centre in the plane's two coordinates.
+    /// Least-squares centre in the two plane coordinates.
     pub centre: [f64; 2],
     /// Least-squares radius.
     pub radius_mm: f64,
@@ -66,27 +68,30 @@ pub struct DirectionFigures {
     pub samples: usize,
 }
 
-/// Figures of a circular test.
+/// Results of a circular test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CircularTest {
-    /// Least-squares centre of everything recorded, in the plane's two coordinates, mm.
+    /// Least-squares centre of all samples, in the two plane coordinates, mm.
     pub centre: [f64; 2],
-    /// Least-squares radius of everything recorded, mm.
+    /// Least-squares radius of all samples, mm.
     pub radius_mm: f64,
-    /// Counterclockwise travel, where it covers a full circle.
+    /// Counterclockwise travel, if it covers a full circle.
     pub counterclockwise: Option<DirectionFigures>,
-    /// Clockwise travel, where it covers a full circle.
+    /// Clockwise travel, if it covers a full circle.
     pub clockwise: Option<DirectionFigures>,
     /// Bidirectional circular deviation `G(b)`, mm: range of the radius of both directions about their common centre.
     pub bidirectional_mm: Option<f64>,
-    /// Mean bidirectional radial deviation `D`, mm: mean of both directions' mean radial deviations.
+    /// Mean bidirectional radial deviation `D`, mm: mean of the mean radial deviations of both
+    /// directions.
     pub mean_bidirectional_mm: Option<f64>,
 }
 
-/// Circular test figures of a recorded `path` (mm, time order), in one direction or in both, with or without lead-in.
+/// Circular test results of a recorded `path` (mm, time order), in one direction or in both, with
+/// or without lead-in.
 ///
 /// # Errors
-/// When the path is not a circle: fewer than 8 samples, no direction with a full turn, or a spread above 2 % of the radius.
+/// If the path is not a circle: fewer than 8 samples, no direction with a full turn, or a spread
+/// above 2 % of the radius.
 pub fn circular_test(path: &[Vec3], plane: CirclePlane, nominal: NominalCircle) -> Result<CircularTest, MotionError> {
     let not_a_circle = |why: &str| MotionError::BadCurve(format!("the path is not a circle: {why}"));
     if path.len() < 8 || path.iter().any(|point| !point.iter().all(|value| value.is_finite())) {
@@ -119,14 +124,14 @@ pub fn circular_test(path: &[Vec3], plane: CirclePlane, nominal: NominalCircle) 
     })
 }
 
-/// Every point with half the way to either neighbour.
+/// Every point with half the distance to either neighbour.
 fn weigh(points: Vec<Vector2<f64>>) -> Vec<Weighted> {
     let half = |a: usize, b: usize| 0.5 * (points[b] - points[a]).norm();
     let last = points.len() - 1;
     (0..points.len()).map(|k| (points[k], half(k.saturating_sub(1), k) + half(k, (k + 1).min(last)))).collect()
 }
 
-/// Mean over the length of the path.
+/// Mean weighted by path length.
 fn mean(points: &[Weighted], value: impl Fn(&Vector2<f64>) -> f64) -> f64 {
     let (sum, total) =
         points.iter().fold((0.0, 0.0), |(sum, total), (point, weight)| (sum + weight * value(point), total + weight));
@@ -207,7 +212,7 @@ fn fit_without_leads(points: &[Weighted]) -> Option<(Circle, Vec<Weighted>)> {
     Some((circle, kept))
 }
 
-/// The path cut at its reversals; true for counterclockwise runs.
+/// The path split at its reversals. True for counterclockwise runs.
 fn same_sense(points: &[Weighted], centre: Vector2<f64>) -> Vec<(&[Weighted], bool)> {
     let angle = |(point, _): &Weighted| (point.y - centre.y).atan2(point.x - centre.x);
     let mut runs = Vec::new();
@@ -236,7 +241,7 @@ fn same_sense(points: &[Weighted], centre: Vector2<f64>) -> Vec<(&[Weighted], bo
     runs
 }
 
-/// Figures of one direction, where its points leave no gap.
+/// Results of one direction, if its points leave no gap.
 fn figures(points: &[Weighted], about: Option<Vector2<f64>>, nominal_radius_mm: f64) -> Option<DirectionFigures> {
     if points.len() < 8 {
         return None;

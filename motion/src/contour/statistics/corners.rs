@@ -6,22 +6,24 @@ use crate::Vec3;
 
 /// Paper B's region of support.
 pub const PAPER_B_SUPPORT: SupportRegion = SupportRegion::Samples(4);
-/// Paper B's threshold: a corner where the ratio is less.
+/// Paper B's threshold: a ratio below it marks a corner.
 pub const PAPER_B_RATIO: f64 = 0.998;
 
-/// How far either side of a point its curve and chord reach.
+/// Region of support: extent of curve and chord on either side of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SupportRegion {
     /// A number of samples, as printed: the ratio then depends on feed and sampling rate.
     Samples(usize),
-    /// A length along the path, mm: the ratio depends on the geometry alone. `1 − κ²l²/6` on an arc of curvature κ.
+    /// A path length, mm: the ratio depends on the geometry alone. `1 − κ²l²/6` on an arc of
+    /// curvature κ.
     LengthMm(f64),
 }
 
-/// Chord over curve, `R(P_i) = |P_{i−k} P_{i+k}| / Σ |P_j P_{j+1}|` (Paper B, eq. 12), one a sample of `path` (mm).
+/// Chord over curve, `R(P_i) = |P_{i−k} P_{i+k}| / Σ |P_j P_{j+1}|` (Paper B, eq. 12), one per
+/// sample of `path` (mm).
 ///
-/// Near an end the support shrinks evenly on both sides; where it has no length the ratio is 1. A support that is not a positive number has
-/// no length.
+/// Near an end the support shrinks equally on both sides. The ratio of a support without length is
+/// 1. A support that is not a positive number has no length.
 #[must_use]
 pub fn corner_ratios(path: &[Vec3], support: SupportRegion) -> Vec<f64> {
     let mut arc = 0.0;
@@ -30,7 +32,7 @@ pub fn corner_ratios(path: &[Vec3], support: SupportRegion) -> Vec<f64> {
         arc += (point - path[k.saturating_sub(1)]).norm();
         arcs.push(arc);
     }
-    // The support's two ends move only forward, so a walk along the path is enough.
+    // Both ends of the support only move forward: one pass along the path is enough.
     let (mut left, mut right) = (0, 0);
     (0..path.len())
         .map(|i| {
@@ -58,7 +60,7 @@ pub fn corner_flags(path: &[Vec3], support: SupportRegion, threshold: f64) -> Ve
     corner_ratios(path, support).into_iter().map(|ratio| ratio < threshold).collect()
 }
 
-/// Runs of neighbouring flags that are set.
+/// Runs of adjacent set flags.
 #[must_use]
 pub fn stretches(flags: &[bool]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
@@ -71,7 +73,7 @@ pub fn stretches(flags: &[bool]) -> Vec<Range<usize>> {
     found
 }
 
-/// The point at a length along the path; `at` is a segment at or before it and moves up to it.
+/// The point at a path length. `at` is a segment at or before it and advances to it.
 fn point_at(path: &[Vec3], arcs: &[f64], arc: f64, at: &mut usize) -> Vec3 {
     while *at > 0 && arcs[*at] > arc {
         *at -= 1;

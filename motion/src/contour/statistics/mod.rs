@@ -1,4 +1,5 @@
-//! Figures of contour errors: over samples and length, on circles, at corners, of the tool's direction, by estimator.
+//! Statistics of contour errors: over samples and length, on circles, at corners, of the tool
+//! orientation, by estimator.
 
 mod circular;
 mod corners;

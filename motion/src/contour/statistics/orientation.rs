@@ -9,16 +9,18 @@ use crate::{Pose, SHARE, Vec3};
 /// The orientation error of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrientationError {
-    /// From the tool axis at the tip's foot point to the sample's: both unit vectors, workpiece frame.
+    /// From the tool axis at the foot point of the tip to that of the sample. Both are unit
+    /// vectors, workpiece frame.
     pub vector: Vec3,
     /// Angle between the two, rad in `[0, π]` (Paper C, eq. 4).
     pub angle_rad: f64,
 }
 
-/// Orientation errors of the poses `from`, whose tips' contour errors against `to` are `errors`: each against the tool axis of `to` at the foot
-/// point, `O_c ∝ O_j + λ (O_{j+1} − O_j)` (Paper C, eq. 3, with the sign that interpolates), here on the cubic through four tool axes.
+/// Orientation errors of the poses `from`, whose tip contour errors against `to` are `errors`. Each
+/// refers to the tool axis of `to` at the foot point, `O_c ∝ O_j + λ (O_{j+1} − O_j)` (Paper C, eq.
+/// 3, with the sign that interpolates), here on the cubic through four tool axes.
 ///
-/// One for each of `errors`; none where `to` is empty.
+/// One per entry of `errors`. Empty if `to` is empty.
 #[must_use]
 pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -> Vec<OrientationError> {
     if to.is_empty() {
@@ -39,7 +41,7 @@ mod tests {
     use super::*;
     use crate::contour::{ContourEstimator, Exact};
 
-    /// A circle of 40 mm whose tool leans outwards by 0.4 rad, `lag` of a sample late.
+    /// A circle of 40 mm with the tool leaning outwards by 0.4 rad, `lag` of a sample late.
     fn cone(lag: f64, lean: f64) -> Vec<Pose> {
         (0..600)
             .map(|k| {
@@ -70,7 +72,7 @@ mod tests {
         for (error, pose) in orientation_errors(&errors, &desired, &actual).iter().zip(&desired).skip(10).take(580) {
             assert!((error.angle_rad - 3e-4).abs() < 1e-10, "{:e}", error.angle_rad);
             assert!((error.vector.norm() - 3e-4).abs() < 1e-9);
-            // The actual tool leans further out, so the way back points inwards.
+            // The actual tool leans further out, so the correction points inwards.
             assert!(error.vector.dot(&Vec3::new(pose.tip.x, pose.tip.y, 0.0)) < 0.0);
         }
         assert!(orientation_errors(&errors, &desired, &[]).is_empty());

@@ -1,31 +1,32 @@
-//! A path's contour errors in three figures.
+//! RMS, maximum and 95 % quantile of the contour errors of a path.
 
 use crate::Vec3;
 use crate::contour::ContourError;
 
-/// Figures of a path, mm (Paper D, eq. 29, 31).
+/// Statistics of a path, mm (Paper D, eq. 29, 31).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContourSummary {
-    /// Root of the mean square.
+    /// Root mean square.
     pub rms_mm: f64,
-    /// Largest.
+    /// Maximum.
     pub max_mm: f64,
-    /// What 95 % of the samples, or of the length, stay within.
+    /// 95 % quantile, over samples or over length.
     pub p95_mm: f64,
-    /// Index of the sample with the largest.
+    /// Index of the sample with the maximum.
     pub max_at: usize,
 }
 
-/// Figures over samples; `None` where there is none.
+/// Statistics over samples. `None` if there is none.
 #[must_use]
 pub fn summary(errors: &[ContourError]) -> Option<ContourSummary> {
     let magnitudes: Vec<f64> = errors.iter().map(|error| error.magnitude_mm).collect();
     summary_of(&magnitudes, None)
 }
 
-/// Figures over the length of the path `from` whose errors these are (Paper A): a sample counts for half the way to either neighbour, so
-/// that neither a rest nor a slow corner weighs more than its length. Over samples where the path has no length; `None` where there is no
-/// sample or the two differ in number.
+/// Statistics over the length of the path `from` with these errors (Paper A). A sample has the
+/// weight of half the distance to either neighbour, so standstill and slow corners have no more
+/// weight than their length. Over samples if the path has no length. `None` if there is no sample
+/// or the numbers differ.
 #[must_use]
 pub fn summary_by_length(errors: &[ContourError], from: &[Vec3]) -> Option<ContourSummary> {
     if errors.len() != from.len() {
@@ -41,8 +42,8 @@ pub fn summary_by_length(errors: &[ContourError], from: &[Vec3]) -> Option<Conto
     summary_of(&magnitudes, Some(&weights))
 }
 
-/// Figures of magnitudes (mm), with weights (any unit, none negative) or alike. Weights of which none is positive count as alike; `None`
-/// where there is no magnitude or their number differs from that of the weights.
+/// Statistics of magnitudes (mm), weighted (any unit, non-negative) or unweighted. Without a
+/// positive weight all count equally. `None` if there is no magnitude or the numbers differ.
 #[must_use]
 pub fn summary_of(magnitudes_mm: &[f64], weights: Option<&[f64]>) -> Option<ContourSummary> {
     if weights.is_some_and(|weights| weights.len() != magnitudes_mm.len()) {
@@ -62,7 +63,7 @@ pub fn summary_of(magnitudes_mm: &[f64], weights: Option<&[f64]>) -> Option<Cont
     Some(ContourSummary { rms_mm: (squares / total).sqrt(), max_mm: *max, p95_mm, max_at })
 }
 
-/// The least magnitude up to which the weights come to `within`.
+/// The least magnitude up to which the weights sum to `within`.
 fn weighted_quantile(magnitudes_mm: &[f64], weights: &[f64], within: f64) -> Option<f64> {
     let mut order: Vec<usize> = (0..magnitudes_mm.len()).collect();
     order.sort_unstable_by(|one, other| magnitudes_mm[*one].total_cmp(&magnitudes_mm[*other]));
@@ -87,7 +88,7 @@ mod tests {
         assert!(summary_of(&[], None).is_none());
         assert!(summary_of(&[1.0], Some(&[])).is_none());
 
-        // A rest at a large error weighs nothing over length.
+        // Standstill at a large error has no weight over length.
         let error = |magnitude_mm| ContourError { magnitude_mm, ..ContourError::default() };
         let errors = [error(1.0), error(9.0), error(9.0), error(9.0), error(1.0)];
         let at = |x| Vec3::new(x, 0.0, 0.0);

@@ -13,11 +13,11 @@ pub struct TableRow {
     pub max_error_um: f64,
     /// Root mean square error of the estimate, µm.
     pub rms_error_um: f64,
-    /// Time taken, ns a sample.
+    /// Computing time, ns per sample.
     pub ns_per_sample: f64,
 }
 
-/// The estimators that work on samples alone, in the order of the table.
+/// The estimators that need samples only, in table order.
 #[must_use]
 pub fn sample_estimators() -> Vec<Box<dyn ContourEstimator>> {
     vec![
@@ -30,8 +30,9 @@ pub fn sample_estimators() -> Vec<Box<dyn ContourEstimator>> {
     ]
 }
 
-/// The row of an estimator whose `errors`, found within `elapsed_s`, should have had the magnitudes `truth`: those of
-/// [`ExactOnCurve`](crate::contour::ExactOnCurve) on the same samples. Samples that lack a partner are left out.
+/// The row of an estimator with these `errors`, computed within `elapsed_s`. `truth` are the
+/// magnitudes by [`ExactOnCurve`](crate::contour::ExactOnCurve) on the same samples. Samples
+/// without a partner are ignored.
 #[must_use]
 pub fn table_row(estimator: &'static str, errors: &[ContourError], truth: &[ContourError], elapsed_s: f64) -> TableRow {
     let misses_um = errors.iter().zip(truth).map(|(error, truth)| (error.magnitude_mm - truth.magnitude_mm).abs() * 1e3);

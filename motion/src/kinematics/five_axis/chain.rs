@@ -5,7 +5,7 @@ use nalgebra::Rotation3;
 use super::super::orientation::turned;
 use crate::{Pose, Vec3};
 
-/// A joint as the chain from workpiece to tool meets it.
+/// A joint of the chain from workpiece to tool.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Link {
     /// Index among the axes.
@@ -60,7 +60,7 @@ impl Frame {
         self.rotation * point + self.origin
     }
 
-    /// Appends a turn about a joint.
+    /// Appends a rotation about a joint.
     pub(super) fn turn(&mut self, link: &Link, angle_rad: f64) {
         let pivot = self.point(&link.pivot);
         self.rotation *= Rotation3::from_scaled_axis(link.direction * angle_rad);

@@ -1,4 +1,4 @@
-//! Which of the ways to point the tool a machine takes.
+//! Selection of the inverse solution.
 
 use super::super::orientation::{Branch, REACH_RAD, angle, one_joint, unwound};
 use super::chain::Link;
@@ -26,7 +26,8 @@ impl FiveAxis {
         MotionError::Unreachable(format!("{who} the tool axis ({x:.6}, {y:.6}, {z:.6}) by {miss:.6}°"))
     }
 
-    /// Angle of `link` at any whole number of turns from `angle_rad`, or where `near` is when it is free; within travel.
+    /// Angle of `link` with any number of whole turns added to `angle_rad`, within travel. `near`
+    /// if the angle is free.
     fn settled(&self, link: &Link, angle_rad: Option<f64>, near: &[f64]) -> Result<f64, MotionError> {
         let (near, travel) = (near[link.axis], self.travel[link.axis]);
         match (angle_rad, travel) {
@@ -39,25 +40,26 @@ impl FiveAxis {
         }
     }
 
-    /// The way to point the tool along `tool` that is the nearest by the move of its inner joint alone; `None` where that does not decide.
-    pub(super) fn plain_way(&self, tool: &Vec3, near: &[f64]) -> Option<Angles> {
+    /// The solution for `tool` with the smallest move of the inner joint. `None` if the inner joint
+    /// does not decide.
+    pub(super) fn direct_solution(&self, tool: &Vec3, near: &[f64]) -> Option<Angles> {
         let (Some(pair), [outer, inner]) = (&self.pair, self.chain.as_slice()) else { return None };
         let move_of = |link: &Link, angle: f64| (angle - near[link.axis]).abs();
-        let mut ways = pair.inner_angles(tool).ok()?.map(|angle| {
+        let mut candidates = pair.inner_angles(tool).ok()?.map(|angle| {
             let settled = unwound(angle, near[inner.axis], self.travel[inner.axis]);
             (angle, settled, settled.map_or(f64::INFINITY, |angle| move_of(inner, angle)))
         });
-        if ways[1].2 < ways[0].2 {
-            ways.swap(0, 1);
+        if candidates[1].2 < candidates[0].2 {
+            candidates.swap(0, 1);
         }
-        let [(angle, settled, inner_move), (.., others_move)] = ways;
+        let [(angle, settled, inner_move), (.., others_move)] = candidates;
         let outer_angle = unwound(pair.outer_angle(tool, angle)?, near[outer.axis], self.travel[outer.axis])?;
         let longest = inner_move.max(move_of(outer, outer_angle));
         (longest + REACH_RAD < others_move).then_some([outer_angle, settled?])
     }
 
-    /// Angles at which the tool points along `tool`: the nearest way within the joints' travel, and the other where there is one.
-    pub(super) fn ways_to_point(&self, tool: &Vec3, near: &[f64]) -> Result<(Angles, Option<Angles>), MotionError> {
+    /// Joint angles for `tool`: the nearest solution within travel, and the other one if it exists.
+    pub(super) fn solutions(&self, tool: &Vec3, near: &[f64]) -> Result<(Angles, Option<Angles>), MotionError> {
         let missed = |miss| self.unreached(tool, miss);
         match (&self.pair, self.chain.as_slice()) {
             (Some(pair), [outer, inner]) => {
@@ -85,8 +87,8 @@ impl FiveAxis {
     }
 }
 
-/// Whether the moves `a` of two axes, rad, are the shorter ones: by the longer of both, then by their sum; rounding does not
-/// decide.
+/// Whether the moves `a` of two axes, rad, are smaller: by the larger of both, then by their sum.
+/// Rounding does not decide.
 fn nearer(a: [f64; 2], b: [f64; 2]) -> bool {
     let ([a_longest, b_longest], [a_sum, b_sum]) = ([a, b].map(|m| m[0].max(m[1])), [a, b].map(|m| m[0] + m[1]));
     if (a_longest - b_longest).abs() > REACH_RAD { a_longest < b_longest } else { a_sum < b_sum - REACH_RAD }

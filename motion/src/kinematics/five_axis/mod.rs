@@ -9,13 +9,13 @@ use super::orientation::{REACH_RAD, TwoJoints};
 use super::{Kinematics, rotary_index};
 use crate::{Axis, MotionError, Pose, Vec3};
 
-/// A linear axis may leave its travel by this much, mm: less than a program can say.
+/// Tolerance on the travel of linear axes, mm: below the resolution of a program.
 const TRAVEL_MM: f64 = 1e-9;
 
 /// Joints whose directions differ by less than this count as parallel, rad.
 const PARALLEL_RAD: f64 = 1e-6;
 
-/// What a rotary joint turns.
+/// Mounting of a rotary joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RotaryMount {
     /// The table with the workpiece.
@@ -24,62 +24,67 @@ pub enum RotaryMount {
     Head,
 }
 
-/// A rotary axis and where it sits.
+/// A rotary axis and its geometry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotaryJoint {
     /// Name of the axis: `a`, `b` or `c`.
     pub axis: String,
-    /// What it turns.
+    /// Mounting.
     pub mount: RotaryMount,
-    /// Direction of the axis in the machine frame with all rotary axes at zero; its length does not matter. A positive angle
-    /// turns the tool right-handed about it as seen from the workpiece (ISO 841), so a table itself turns left-handed. For a
-    /// control that counts the other way, LinuxCNC's `xyzac-trt` unless its `conventional-directions` is set for one, reverse it.
+    /// Direction of the axis in the machine frame with all rotary axes at zero, any length. A
+    /// positive angle rotates the tool right-handed about it as seen from the workpiece (ISO 841),
+    /// so a table itself rotates left-handed. Reverse it for a control with the opposite sign, such
+    /// as LinuxCNC's `xyzac-trt` without `conventional-directions`.
     pub direction: Vec3,
     /// A point on the axis with all rotary axes at zero, mm, machine frame: of a table joint from workpiece zero, of a head joint
     /// from the spindle nose.
     pub pivot_mm: Vec3,
-    /// Travel `[lowest, highest]`, rad, where it is limited.
+    /// Travel `[lowest, highest]`, rad, if limited.
     pub travel_rad: Option<[f64; 2]>,
 }
 
-/// Angles of the links of a chain, in its order, rad; zeros for those that it lacks.
+/// Angles of the links of a chain, in chain order, rad. Zero for missing links.
 type Angles = [f64; 2];
 
-/// Three perpendicular linear axes and up to two rotary ones, each under the workpiece or above the tool.
+/// Three perpendicular linear axes and up to two rotary ones, each under the workpiece or above the
+/// tool.
 ///
-/// With all rotary axes at zero the tool points along `+Z` and its tip is at the positions of `x`, `y`, `z` from workpiece zero.
-/// A table turns the workpiece under the tool, `p_w = T₂⁻¹·T₁⁻¹·p_m` with `Tᵢ` the turn of table joint `i` by `−θᵢ` about its
-/// axis; a head turns the tip about pivots that lie by the tool length higher above it than above the spindle nose. The tool
-/// axis in the workpiece frame is `o = Π R(directionᵢ, +θᵢ)·z`, from the workpiece to the tool: table joints last to first, then
-/// head joints first to last.
+/// With all rotary axes at zero the tool points along `+Z` and its tip is at the positions of `x`,
+/// `y`, `z` from workpiece zero. A table rotates the workpiece under the tool, `p_w =
+/// T₂⁻¹·T₁⁻¹·p_m` with `Tᵢ` the rotation of table joint `i` by `−θᵢ` about its axis. A head rotates
+/// the tip about pivots, whose height above the tip is that above the spindle nose plus the tool
+/// length. The tool axis in the workpiece frame is `o = Π R(directionᵢ, +θᵢ)·z`, from the workpiece
+/// to the tool: table joints last to first, then head joints first to last.
 ///
-/// Near a pole, where the tool lies along the joint next to the workpiece, poses still come out to 1e-12 rad but that joint's
-/// angle only to about 1e-16 rad over the distance to the pole.
+/// Near a pole the tool is parallel to the joint next to the workpiece. Poses there still have an
+/// accuracy of 1e-12 rad. The accuracy of that joint's angle is about 1e-16 rad divided by the
+/// distance to the pole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FiveAxis {
     axes: Vec<Axis>,
     /// From the workpiece to the tool.
     chain: Vec<Link>,
-    /// How many links of the chain are under the workpiece.
+    /// Number of links under the workpiece.
     tables: usize,
     /// The chain, where it has two links.
     pair: Option<TwoJoints>,
-    /// Indices among the axes of those called A, B or C, each with that place.
+    /// Indices of the axes called A, B or C, each with its index among these.
     rotary: Vec<(usize, usize)>,
     /// Indices of `x`, `y`, `z` among the axes.
     linear: [usize; 3],
-    /// One an axis.
+    /// Travel, one entry per axis.
     travel: Vec<Option<[f64; 2]>>,
 }
 
 impl FiveAxis {
-    /// The machine with these `axes`, `x`, `y` and `z` among them in any order, and rotary `joints` from the bed outwards: of
-    /// two table joints the first carries the second, of two head joints likewise. `tool_length_mm` from spindle nose to tip;
-    /// `linear_travel_mm` of `x`, `y`, `z`, `[lowest, highest]` where limited. Other axes do not move the tool.
+    /// The machine with these `axes`, `x`, `y` and `z` among them in any order, and rotary `joints`
+    /// from the bed outwards: of two table joints the first carries the second, of two head joints
+    /// likewise. `tool_length_mm` from spindle nose to tip. `linear_travel_mm` of `x`, `y`, `z`,
+    /// `[lowest, highest]` if limited. Other axes do not move the tool.
     ///
     /// # Errors
-    /// When an axis is missing or named twice, there are more than two joints, a number is not usable, or a pair of joints
-    /// cannot turn the tool in two ways.
+    /// If an axis is missing or named twice, there are more than two joints, a number is invalid,
+    /// or a pair of joints gives the tool only one rotational degree of freedom.
     pub fn new(
         axes: Vec<Axis>,
         joints: Vec<RotaryJoint>,
@@ -156,7 +161,8 @@ impl FiveAxis {
         Ok(())
     }
 
-    /// Moves `joints` so that the tip is at `tip` with the links at `angles`; on an error they stay.
+    /// Moves `joints` so that the tip is at `tip` with the links at `angles`. Unchanged on an
+    /// error.
     fn slide_to(&self, tip: &Vec3, angles: &Angles, joints: &mut [f64]) -> Result<(), MotionError> {
         let (tables, heads) = self.links();
         let (table_angles, head_angles) = angles.split_at(self.tables);
@@ -192,17 +198,18 @@ impl Kinematics for FiveAxis {
         tables.iter().rev().fold(pose, through)
     }
 
-    /// Of the two ways to point the tool, and of all whole turns, that within travel whose larger rotary move from `joints` is the
-    /// smaller; with the tool at a pole the free axis stays. Directions within 1e-9 rad of what the joints reach count as reached.
+    /// Of the two solutions, with all whole turns added, the one within travel with the smallest
+    /// larger rotary move from `joints`. With the tool at a pole the free axis keeps its angle.
+    /// Directions within 1e-9 rad of the reachable ones count as reached.
     fn reach(&self, pose: &Pose, joints: &mut [f64]) -> Result<(), MotionError> {
         self.check(&pose.tip, joints)?;
         let tool = unit(&pose.tool).ok_or_else(|| MotionError::Unreachable("the tool axis is zero or not finite".into()))?;
-        if let Some(way) = self.plain_way(&tool, joints)
-            && self.slide_to(&pose.tip, &way, joints).is_ok()
+        if let Some(candidate) = self.direct_solution(&tool, joints)
+            && self.slide_to(&pose.tip, &candidate, joints).is_ok()
         {
             return Ok(());
         }
-        let (nearest, other) = self.ways_to_point(&tool, joints)?;
+        let (nearest, other) = self.solutions(&tool, joints)?;
         self.slide_to(&pose.tip, &nearest, joints).or_else(|refusal| match other {
             Some(other) => self.slide_to(&pose.tip, &other, joints).map_err(|_| refusal),
             None => Err(refusal),
@@ -212,7 +219,7 @@ impl Kinematics for FiveAxis {
     fn place_at(&self, tip: &Vec3, rotary: &[f64; 3], joints: &mut [f64]) -> Result<(), MotionError> {
         self.check(tip, joints)?;
         for &(axis, index) in &self.rotary {
-            // Written so that NaN is refused as well.
+            // Written so that NaN is refused too.
             let [low, high] = self.travel[axis].unwrap_or([f64::MIN, f64::MAX]);
             if !(low - REACH_RAD..=high + REACH_RAD).contains(&rotary[index]) {
                 return Err(self.beyond_travel(axis, rotary[index]));
@@ -247,8 +254,8 @@ impl Kinematics for FiveAxis {
         !self.chain.is_empty()
     }
 
-    /// Of two joints, the one nearer to the workpiece has its direction as pole, either way. A lone joint keeps its angle to the
-    /// tool, so there is none to come near to.
+    /// Of two joints, the one nearer to the workpiece has its direction as pole, with either sign.
+    /// A single joint keeps its angle to the tool and has no pole.
     fn pole_distance_rad(&self, tool: &Vec3) -> Option<f64> {
         let [outer, _] = self.chain.as_slice() else { return None };
         Some(outer.direction.cross(tool).norm().atan2(outer.direction.dot(tool).abs()))
@@ -259,9 +266,9 @@ impl Kinematics for FiveAxis {
     }
 }
 
-/// The unit vector along `vector`, where it has a direction.
+/// The unit vector along `vector`, if it has a direction.
 fn unit(vector: &Vec3) -> Option<Vec3> {
-    // A norm that overflows leaves zeros, one of NaN leaves NaN.
+    // A norm that overflows gives zeros, a NaN norm gives NaN.
     vector.try_normalize(0.0).filter(|unit| (unit.norm() - 1.0).abs() < 1e-9)
 }
 
@@ -297,7 +304,7 @@ fn pivot_of(joint: &RotaryJoint, tool_length_mm: f64) -> Result<Vec3, MotionErro
     })
 }
 
-/// Refuses two joints that turn the tool in one way only.
+/// Refuses two joints with only one rotational degree of freedom.
 fn check_pair(outer: &Link, inner: &Link, axes: &[Axis]) -> Result<(), MotionError> {
     let [outer_name, inner_name] = [outer, inner].map(|link| &axes[link.axis].name);
     if outer.direction.cross(&inner.direction).norm() < PARALLEL_RAD {
@@ -317,7 +324,7 @@ fn check_pair(outer: &Link, inner: &Link, axes: &[Axis]) -> Result<(), MotionErr
 
 fn checked_travel(axis: &str, travel: Option<[f64; 2]>) -> Result<Option<[f64; 2]>, MotionError> {
     match travel {
-        // Written so that NaN is refused as well.
+        // Written so that NaN is refused too.
         Some([low, high]) if low <= high && low < f64::INFINITY && high > f64::NEG_INFINITY => Ok(travel),
         Some([low, high]) => {
             Err(undefined(format!("the travel of `{axis}` goes from {low} to {high}; give the lower end first")))
