@@ -1,11 +1,11 @@
-//! Speed of the simulated machine: seconds of motion a second.
+//! Speed of the simulation: seconds of motion per second of computing time.
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use machine::{MachineSpec, SimulatedMachine};
 use motion::{Axis, Trajectory};
 
-/// Ten seconds of three axes that never stand still together.
+/// Ten seconds of motion of three axes without a common standstill.
 fn reference() -> Trajectory {
     let columns =
         (1..4).map(|axis| (0..5000).map(|k| 20.0 * (0.002 * f64::from(k) * 2.0 * f64::from(axis)).sin()).collect()).collect();

@@ -1,4 +1,4 @@
-//! What can go wrong with a machine.
+//! Errors of machines and machine files.
 
 use motion::MotionError;
 use thiserror::Error;
@@ -6,13 +6,13 @@ use thiserror::Error;
 /// Errors of this crate and of every [`crate::Machine`].
 #[derive(Debug, Error)]
 pub enum MachineError {
-    /// The reference's axes or period are not the machine's.
+    /// Axes or period of the reference differ from those of the machine.
     #[error("the reference does not fit the machine: {0}")]
     Misfit(String),
-    /// The description of a machine is not sound.
+    /// The description of a machine is invalid.
     #[error("the machine description is not sound: {0}")]
     BadDescription(String),
-    /// A simulated drive did not stay finite.
+    /// The state of a simulated drive became non-finite.
     #[error(
         "the drive of axis `{axis}` is unstable: its position is no longer finite at {time_s:.3} s; lower its gains or its integration step"
     )]
@@ -22,7 +22,7 @@ pub enum MachineError {
         /// Time since the first sample, s.
         time_s: f64,
     },
-    /// A trajectory could not be made.
+    /// A trajectory was invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
 }

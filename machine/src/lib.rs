@@ -1,8 +1,9 @@
-//! Machines: whatever turns a commanded motion into an actual one, and simulated feed drives.
+//! Machines: the interface from commanded to actual motion, and simulated feed drives.
 //!
 //! # One simulated axis
-//! Extends the single-axis servo system of Paper D, section II (eq. 1-7: motor, two-mass transmission, cascaded P, PI and current
-//! loops) by what makes a real axis non-linear. `θ` is the motor's angle, `x` the table's position, `R = lead/2π`:
+//! Extends the single-axis servo system of Paper D, section II (eq. 1-7: motor, two-mass
+//! transmission, cascaded P, PI and current loops) by the non-linearities of a real axis. `θ` is
+//! the motor angle, `x` the table position, `R = lead/2π`:
 //! ```text
 //! position loop   v* = K_pp (r − x_enc) + k_ff ṙ                 every 1 ms, x_enc in whole counts
 //! velocity loop   T* = K_v (ω* − θ̇) + K_v/T_i ∫(ω* − θ̇) dt        every 0.25 ms, |T*| ≤ T_max, anti-windup
@@ -12,15 +13,17 @@
 //! table           M ẍ = F − F_ft − B_t ẋ + noise
 //! transmission    F = K_s dead(θR − x) + C_s (θ̇R − ẋ)            no force inside the backlash
 //! ```
-//! The velocity loop sees the motor's speed itself, not a difference of counts. The friction forces `F_fm`, `F_ft` of the motor's and
-//! the table's side are LuGre or Maxwell-slip models whose Coulomb level depends on direction, place, run and time.
+//! The velocity loop uses the motor speed itself, not a difference of counts. The friction forces
+//! `F_fm`, `F_ft` on the motor and table sides are LuGre or Maxwell-slip models whose Coulomb level
+//! depends on direction, position, run and time.
 //!
-//! A rotary drive has the same equations with the table's angle for `x`, `R = 1/ratio` of the gear, inertias for masses and torques about
-//! the table's axis for forces.
+//! A rotary drive has the same equations with the table angle for `x`, `R = 1/ratio` of the gear,
+//! inertias for masses and torques about the table axis for forces.
 //!
 //! The steady tracking error in a ramp is `v (1 − k_ff) / K_pp`: positive for positive `v`.
 //!
-//! [`SimulatedMachine::run_full`] returns both views of a run: a motor encoder cannot see backlash and the stretch of screw or gear.
+//! [`SimulatedMachine::run_full`] returns both views of a run: a motor encoder does not measure
+//! backlash and the elastic deflection of screw or gear.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
@@ -42,11 +45,12 @@ pub use spec::{
     RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Warming, Wave,
 };
 
-/// What turns a commanded motion into an actual one.
+/// A machine: commanded motion in, actual motion out.
 pub trait Machine {
-    /// Runs `reference` once and returns the actual positions at the same instants, same axes.
+    /// Runs `reference` once and returns the actual positions at the same instants, for the same
+    /// axes.
     ///
     /// # Errors
-    /// When the reference does not fit the machine (axes, period), or the run failed.
+    /// If the reference does not fit the machine (axes, period), or the run failed.
     fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError>;
 }

@@ -1,12 +1,12 @@
-//! Which sensor a machine reads, and how it is simulated.
+//! Sensor and simulation options of a machine.
 
 use serde::{Deserialize, Serialize};
 
-/// Where the position loop and the log take an axis's position from.
+/// Position sensor of the position loop and of the log.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sensor {
-    /// The encoder on the motor's shaft; it cannot see backlash and the screw's stretch.
+    /// The encoder on the motor shaft. It does not measure backlash and screw deflection.
     #[default]
     Motor,
     /// A scale on the table.
@@ -14,13 +14,13 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// Whether it is the motor's encoder, which a machine file need not state.
+    /// Whether it is the motor encoder, the default of a machine file.
     pub(crate) fn is_motor(&self) -> bool {
         *self == Self::Motor
     }
 }
 
-/// The reference between its samples.
+/// Interpolation of the reference between its samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// Straight lines.
@@ -30,17 +30,18 @@ pub enum Interpolation {
     Cubic,
 }
 
-/// How a machine is simulated.
+/// Simulation options.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulationOptions {
-    /// Feedback of the position loop, and the view that [`Machine::run`](crate::Machine::run) returns; the machine's own where it is `None`.
+    /// Feedback of the position loop, and the view that [`Machine::run`](crate::Machine::run)
+    /// returns. `None`: that of the machine.
     pub sensor: Option<Sensor>,
-    /// Factor on all run-to-run noise: torque and force noise, each run's friction level, drift. 1 as described; at 0 nothing is drawn and
-    /// every run is the same.
+    /// Factor on all run-to-run noise: torque and force noise, friction level per run, drift. 1: as
+    /// described. 0: nothing is drawn and every run is the same.
     pub noise_scale: f64,
-    /// Whether encoder and scale read whole counts, in the loop and in the log.
+    /// Whether encoder and scale are quantised to whole counts, in the loop and in the log.
     pub quantised: bool,
-    /// The reference between its samples.
+    /// Interpolation of the reference between its samples.
     pub interpolation: Interpolation,
 }
 
@@ -51,7 +52,8 @@ impl Default for SimulationOptions {
 }
 
 impl SimulationOptions {
-    /// The machine without run-to-run noise; encoders still count, so a run is exactly repeatable but not smoothed.
+    /// Options without run-to-run noise. Encoders are still quantised: a run is exactly repeatable
+    /// but not smoothed.
     #[must_use]
     pub fn noise_free() -> Self {
         Self { noise_scale: 0.0, ..Self::default() }

@@ -1,7 +1,7 @@
-//! Machines drawn at random: structure and parameters, by a seed.
+//! Random machines: structure and parameters by a seed.
 //!
-//! They are a test bench for whatever claims to hold on any machine. Nothing below is fitted to a particular one. `U(a, b)` is uniform, `L(a, b)`
-//! uniform in the logarithm, `p` a probability.
+//! They test whether a method holds on any machine. Nothing below is fitted to a particular
+//! machine. `U(a, b)` is uniform, `L(a, b)` uniform in the logarithm, `p` a probability.
 //!
 //! | of the machine | drawn from |
 //! |---|---|
@@ -25,26 +25,27 @@
 //!
 //! | of each axis | drawn from |
 //! |---|---|
-//! | `Kv` | the machine's × `U(0.99, 1.01)`: axes that lag by different times cut corners off everything |
+//! | `Kv` | the machine's × `U(0.99, 1.01)`: unequal lags of the axes distort every contour |
 //! | velocity feed-forward | the machine's + `U(−0.01, 0.01)`, not below 0 |
 //! | velocity loop | bandwidth the machine's × `U(0.95, 1.05)`; a cascade's integral time `L(4, 15)` over the bandwidth |
 //! | current loop's lag | `L(0.2, 0.8)` ms |
 //! | table | `L(10, 200)` kg, viscous friction `L(10, 500)` N·s/m |
 //! | lead | `U(4, 20)` mm |
-//! | motor, at the table | `L(0.5, 8)` × the table of a screw; 0.1 × of a linear motor; viscous friction as the table's; torque for four times what acceleration and friction need |
+//! | motor, at the table | `L(0.5, 8)` × the table of a screw; 0.1 × of a linear motor; viscous friction as the table's; torque: four times the demand of acceleration and friction |
 //! | resonance of table and screw | `L(25, 150)` Hz, damping ratio `L(0.02, 0.1)` |
 //! | backlash of an elastic screw | none p = 0.35, else `L(0.5, 20)` µm |
-//! | Coulomb friction `F_c` | what deflects the loops without integrators by `L(1, 20)` µm; `U(0.2, 0.8)` of it on the motor's side |
+//! | Coulomb friction `F_c` | the force that deflects the loops without integrators by `L(1, 20)` µm; `U(0.2, 0.8)` of it on the motor's side |
 //! | static friction | `F_c` (Coulomb), `F_c·U(1.2, 1.6)` (Stribeck), else `F_c·U(1, 1.5)`; Stribeck velocity `L(0.5, 10)` mm/s |
 //! | presliding | LuGre: a distance of `L(2, 20)` µm; Maxwell: four elements of `L(1, 30)` µm; damping ratio against the table `U(0.02, 0.15)` |
 //! | asymmetry of the directions | `U(−0.12, 0.12)` |
-//! | friction by place | 0 to 2 waves of up to 0.12 and 15 to 80 mm; 0 to 2 patches of −0.25…0.6, 3 to 12 mm wide, within ±50 mm; screws up to 0.08 a turn |
+//! | position-dependent friction | 0 to 2 waves of up to 0.12 and 15 to 80 mm; 0 to 2 patches of −0.25…0.6, 3 to 12 mm wide, within ±50 mm; screws up to 0.08 a turn |
 //! | ripple, cogging | up to 0.01 of the torque six times a turn; up to 0.05 × the friction twelve times (a linear motor: every 30 mm and 15 mm) |
 //! | run-to-run noise | level `U(0, 0.04)`, drift `U(0, 0.04)` of `L(1, 10)` s, force `L(0.005, 0.05)·F_c` of 10 ms on both sides |
 //!
-//! An axis has to follow a there-and-back motion at its limits with a bounded tracking error and to stand still after it, with the gain of its position
-//! loop as drawn and a third higher. One that does not is drawn anew. Where eight draws in a row fail,
-//! all axes are drawn anew with the machine's `Kv` lowered by a tenth, not below 20 1/s.
+//! An axis must follow a there-and-back motion at its limits with a bounded tracking error and
+//! stand still after it, with its drawn position gain and with a gain a third higher. Otherwise it
+//! is redrawn. After eight failures in a row, all axes are redrawn with the machine's `Kv` lowered
+//! by a tenth, not below 20 1/s.
 
 mod axis;
 mod common;
@@ -57,18 +58,18 @@ use axis::AxisDraw;
 use common::{Common, POSITION_GAIN_1_S};
 use draw::Draw;
 
-/// Draws of an axis with one gain of the position loops; then the factor on that gain, of all axes, and how often it is lowered at most:
-/// from 120 to 20 1/s takes 17.
+/// Draws of an axis per position gain. Then the factor on that gain, for all axes, and the maximum
+/// number of reductions: from 120 to 20 1/s takes 17.
 const DRAWS: u64 = 8;
 const LOWER_GAIN: f64 = 0.9;
 const LOWERINGS: u64 = 24;
 
 impl MachineSpec {
-    /// The three-axis machine of `seed`: structure and parameters as the table in `machine/src/random.rs` and `machine/README.md` states. The same seed gives the same
-    /// machine; every machine is stable.
+    /// The three-axis machine of `seed`: structure and parameters by the table in
+    /// `machine/src/random.rs`. The same seed gives the same machine. Every machine is stable.
     ///
     /// # Errors
-    /// When no stable axis was found, which no seed is known to do.
+    /// If no stable axis was found. No such seed is known.
     pub fn random(seed: u64) -> Result<Self, MachineError> {
         let mut draw = Draw::new(seed, 0);
         let sampling_period_ms = *draw.one_of(&[1.0, 2.0, 4.0]);
@@ -83,7 +84,7 @@ impl MachineSpec {
                 velocity_mm_s,
                 acceleration_mm_s2,
                 jerk_mm_s3,
-                // With as much along the path, the whole acceleration stays at that of an axis.
+                // With the same acceleration along the path, the total stays at that of an axis.
                 centripetal_mm_s2: acceleration_mm_s2 * std::f64::consts::FRAC_1_SQRT_2,
                 smoothing_ms: 20.0,
                 short_line_acceleration: 1.0,
@@ -106,7 +107,7 @@ impl MachineSpec {
     }
 }
 
-/// The first stable x, y and z of their streams; `None` where one of them has none.
+/// The first stable x, y and z of their streams. `None` if one of them has none.
 fn stable_axes(machine: &MachineSpec, common: &Common, seed: u64, lowered: u64) -> Result<Option<Vec<AxisSpec>>, MachineError> {
     let mut axes = Vec::new();
     for name in ["x", "y", "z"] {

@@ -9,29 +9,30 @@ use crate::options::{Sensor, SimulationOptions};
 use crate::spec::{DriveSpec, MachineSpec, Rates};
 use crate::{Machine, MachineError};
 
-/// One run, seen from both ends of the screws and gears.
+/// One run, measured at both ends of the screws and gears.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What the motor encoders read.
+    /// Readings of the motor encoders.
     pub motor: Trajectory,
-    /// What table scales read: where the tool is.
+    /// Readings of the table scales, i.e. the tool position.
     pub table: Trajectory,
 }
 
-/// A machine of simulated drives, one an axis, linear or rotary.
+/// A machine of simulated drives, one per axis, linear or rotary.
 ///
-/// Every run starts with an approach: each axis comes from 1 mm (or 1 mrad) below its first position and rests there, which defines the
-/// state of friction, backlash and integrators. Noise is drawn from `ChaCha8(seed)`, one stream for each run and axis.
+/// Every run starts with an approach: each axis moves from 1 mm (or 1 mrad) below its first
+/// position and stops there. This defines the state of friction, backlash and integrators. Noise is
+/// drawn from `ChaCha8(seed)`, one stream per run and axis.
 #[derive(Debug, Clone)]
 pub struct SimulatedMachine {
     axes: Vec<SimulatedAxis>,
     period_s: f64,
     options: SimulationOptions,
-    /// The machine's own sensor.
+    /// The sensor by the machine file.
     sensor: Sensor,
     seed: u64,
     runs: u64,
-    /// For how long it has run so far, s: friction changes while it warms up.
+    /// Running time so far, s: friction changes while the machine warms up.
     elapsed_s: f64,
 }
 
@@ -39,10 +40,10 @@ pub struct SimulatedMachine {
 #[derive(Debug, Clone)]
 struct SimulatedAxis {
     axis: Axis,
-    /// In mm or, of a rotary axis, in mrad.
+    /// In mm, or mrad for a rotary axis.
     drive: DriveSpec,
     rates: Rates,
-    /// How many of the drive's mm or mrad are one mm or rad of a trajectory.
+    /// Drive units (mm or mrad) per trajectory unit (mm or rad).
     per_unit: f64,
 }
 
@@ -52,10 +53,11 @@ const APPROACH_S: f64 = 0.15;
 const REST_S: f64 = 0.25;
 
 impl SimulatedMachine {
-    /// The machine that `spec` describes, with its sensors and all noise; `seed` decides the noise of all runs.
+    /// The machine described by `spec`, with its sensors and all noise. `seed` defines the noise of
+    /// all runs.
     ///
     /// # Errors
-    /// When the description is not sound or an axis has no drive.
+    /// If the description is invalid or an axis has no drive.
     pub fn new(spec: &MachineSpec, seed: u64) -> Result<Self, MachineError> {
         spec.check()?;
         let axes = spec
@@ -76,10 +78,10 @@ impl SimulatedMachine {
         Ok(Self { axes, period_s, options: SimulationOptions::default(), sensor, seed, runs: 0, elapsed_s: 0.0 })
     }
 
-    /// The same machine, simulated otherwise.
+    /// The same machine with other simulation options.
     ///
     /// # Errors
-    /// When the noise's scale is negative or not finite.
+    /// If the noise scale is negative or not finite.
     pub fn with_options(mut self, options: SimulationOptions) -> Result<Self, MachineError> {
         if !(options.noise_scale.is_finite() && options.noise_scale >= 0.0) {
             return Err(MachineError::BadDescription(format!(
@@ -91,13 +93,13 @@ impl SimulatedMachine {
         Ok(self)
     }
 
-    /// How the machine is simulated.
+    /// Simulation options.
     #[must_use]
     pub fn options(&self) -> SimulationOptions {
         self.options
     }
 
-    /// Where the position loop takes positions from.
+    /// Position sensor of the position loop.
     #[must_use]
     pub fn sensor(&self) -> Sensor {
         self.options.sensor.unwrap_or(self.sensor)
@@ -112,7 +114,7 @@ impl SimulatedMachine {
     /// Runs `reference` with the next noise of the sequence and returns both views.
     ///
     /// # Errors
-    /// When axes or period are not the machine's, there is no sample, or a drive is unstable.
+    /// If axes or period are not those of the machine, there is no sample, or a drive is unstable.
     pub fn run_full(&mut self, reference: &Trajectory) -> Result<Run, MachineError> {
         let run = self.simulate(reference, self.seed, self.runs)?;
         self.runs += 1;
@@ -120,7 +122,8 @@ impl SimulatedMachine {
         Ok(run)
     }
 
-    /// Runs `reference` with noise of its own seed, outside the sequence, and returns both views.
+    /// Runs `reference` with noise of a separate seed, outside the sequence, and returns both
+    /// views.
     ///
     /// # Errors
     /// As [`SimulatedMachine::run_full`].
@@ -131,7 +134,7 @@ impl SimulatedMachine {
     fn simulate(&self, reference: &Trajectory, seed: u64, run: u64) -> Result<Run, MachineError> {
         self.check(reference)?;
         let mut readings = vec![Readings::default(); self.axes.len()];
-        // Axes share nothing, so the result does not depend on how the threads are scheduled.
+        // Axes are independent, so the result does not depend on thread scheduling.
         std::thread::scope(|scope| {
             for (i, (out, column)) in readings.iter_mut().zip(reference.columns()).enumerate() {
                 let axis = &self.axes[i];
@@ -152,7 +155,7 @@ impl SimulatedMachine {
         Ok(Run { motor: reference.with_columns(motor)?, table: reference.with_columns(table)? })
     }
 
-    /// Approach, rest, and the reference itself; only the last is kept.
+    /// Approach, standstill, and the reference. Only the last is kept.
     fn follow(&self, axis: &SimulatedAxis, reference: &[f64], rng: ChaCha8Rng) -> Readings {
         let per_unit = axis.per_unit;
         let first = per_unit * reference.first().copied().unwrap_or(0.0);
@@ -197,7 +200,7 @@ impl SimulatedMachine {
 }
 
 impl Machine for SimulatedMachine {
-    /// Runs with the next noise of the sequence and returns what the chosen sensor reads.
+    /// Runs with the next noise of the sequence and returns the readings of the selected sensor.
     fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
         let run = self.run_full(reference)?;
         Ok(match self.sensor() {

@@ -1,4 +1,5 @@
-//! The default machine against the figures that it has to show: its contour error without compensation, and how well it repeats.
+//! The default machine against its reference values: contour error without compensation, and
+//! repeatability.
 
 mod common;
 
@@ -8,14 +9,15 @@ use motion::Trajectory;
 
 const RUNS: usize = 8;
 
-/// Contour error, µm: RMS and MAX while moving, without compensation and of single runs around the mean of runs.
+/// Contour error, µm: RMS and MAX while moving, without compensation and of single runs about the
+/// mean of runs.
 #[derive(Debug, Clone, Copy, Default)]
 struct Figures {
     rms: f64,
     max: f64,
     floor_rms: f64,
     floor_max: f64,
-    /// Per axis: RMS of single runs around the mean of runs, and largest tracking error.
+    /// Per axis: RMS of single runs about the mean of runs, and largest tracking error.
     repeatability: [f64; 3],
     tracking: [f64; 3],
 }
@@ -26,7 +28,7 @@ fn figures(curve: &Dense, seed: u64) -> Figures {
     let mut machine = SimulatedMachine::new(&spec, seed).unwrap();
     let runs: Vec<Trajectory> = (0..RUNS).map(|_| machine.run_full(&reference).unwrap().motor).collect();
     let mean = mean(&runs);
-    // The mean of n runs holds 1/n of each run.
+    // The mean of n runs contains 1/n of each run.
     let share = 1e3 * (1.0 / (RUNS * (RUNS - 1)) as f64).sqrt();
     let moving = moving(&reference);
     let mut figures = Figures::default();
@@ -56,7 +58,7 @@ fn mean(runs: &[Trajectory]) -> Trajectory {
     runs[0].with_columns(columns).unwrap()
 }
 
-/// Samples from the first to the last that moves.
+/// Samples from the first to the last in motion.
 fn moving(reference: &Trajectory) -> std::ops::Range<usize> {
     let still = |k: &usize| (common::point(reference, *k) - common::point(reference, *k + 1)).norm() < 1e-9;
     let first = (0..reference.len() - 1).take_while(still).count();
@@ -126,7 +128,7 @@ fn random_splines_show_the_figures_on_the_average() {
         sum.floor_rms += figures.floor_rms / seeds.len() as f64;
         assert!(figures.tracking.iter().all(|peak| *peak > 80.0));
     }
-    // One random curve was printed; these are others, and differ by 5 % among themselves.
+    // One random curve was printed. These are others and differ by 5 % among themselves.
     near("spline, RMS", sum.rms, 4.33, 0.15);
     near("spline, MAX", sum.max, 11.4, 0.15);
     near("spline, floor RMS", sum.floor_rms, 0.24, 0.10);

@@ -1,4 +1,4 @@
-//! What simulated drives do, against what their equations say.
+//! Simulated drives against their equations.
 
 mod common;
 
@@ -22,7 +22,7 @@ fn simulated(spec: &MachineSpec, options: SimulationOptions) -> SimulatedMachine
     SimulatedMachine::new(spec, 7).unwrap().with_options(options).unwrap()
 }
 
-/// From rest at 0 to `speed` mm/s within 0.1 s, then steadily on.
+/// From standstill at 0 to `speed` mm/s within 0.1 s, then constant.
 fn ramp(speed: f64, duration_s: f64) -> Vec<f64> {
     let rise = 0.1;
     (0..(duration_s / PERIOD_S) as usize)
@@ -58,7 +58,7 @@ fn a_ramp_lags_by_what_feed_forward_leaves() {
 }
 
 #[test]
-fn without_friction_backlash_and_counts_runs_add_up() {
+fn runs_superpose_without_friction_backlash_and_counts() {
     let linear = changed("ballscrew", |drive| {
         drive.friction.coulomb_n = 0.0;
         drive.friction.static_n = 0.0;
@@ -111,7 +111,7 @@ fn a_still_axis_stays_still() {
     for column in noisy.run_full(&still).unwrap().motor.columns() {
         assert!(peak(column) < 2e-3, "{} mm at rest", peak(column));
     }
-    // Off the encoder's grid the integrator hunts between two counts, no further.
+    // Off the encoder grid the integrator hunts between two counts, no further.
     let run = quiet.run_full(&together(vec![0.010_037; 1500])).unwrap();
     let count = 5.0 / 32768.0;
     for column in run.motor.columns() {
@@ -119,7 +119,8 @@ fn a_still_axis_stays_still() {
     }
 }
 
-/// Reference, and per axis what the table loses between upward and downward motion at constant `speed` against the reference, mm.
+/// Reference, and per axis the lost motion of the table between upward and downward motion at
+/// constant `speed`, mm.
 fn lost_motion(spec: &MachineSpec, sensor: Sensor, speed: f64) -> Vec<f64> {
     let up = ramp(speed, 1.5);
     let (half, top) = (up.len(), up[up.len() - 1]);
@@ -133,14 +134,14 @@ fn lost_motion(spec: &MachineSpec, sensor: Sensor, speed: f64) -> Vec<f64> {
         .map(|(axis, error)| {
             let loops = &axis.drive().unwrap().loops;
             let lag = speed * (1.0 - loops.feed_forward) / loops.position_gain_1_s;
-            let way = mean(&error[half - 200..half - 20]) - mean(&error[2 * half - 200..2 * half - 20]);
-            way - 2.0 * lag
+            let difference = mean(&error[half - 200..half - 20]) - mean(&error[2 * half - 200..2 * half - 20]);
+            difference - 2.0 * lag
         })
         .collect()
 }
 
 #[test]
-fn lost_motion_is_backlash_and_stretch_and_a_table_scale_removes_it() {
+fn lost_motion_is_backlash_and_deflection_and_a_table_scale_removes_it() {
     let spec = changed("ballscrew", |drive| {
         drive.friction.direction_asymmetry = 0.0;
         drive.friction.waves.clear();
@@ -153,8 +154,8 @@ fn lost_motion_is_backlash_and_stretch_and_a_table_scale_removes_it() {
         let drive = axis.drive().unwrap();
         let force = (1.0 - drive.friction.motor_share) * drive.friction.coulomb_n + drive.table.viscous_n_s_m * speed * 1e-3;
         let backlash = 2e-3 * drive.screw.backlash_half_width_um;
-        let stretch = 2e3 * force / drive.screw.stiffness_n_m;
-        assert!((by_motor[a] - backlash - stretch).abs() < 1e-4, "{} mm on axis {a}", by_motor[a]);
+        let deflection = 2e3 * force / drive.screw.stiffness_n_m;
+        assert!((by_motor[a] - backlash - deflection).abs() < 1e-4, "{} mm on axis {a}", by_motor[a]);
         assert!(by_table[a].abs() < 2e-4, "{} mm on axis {a}", by_table[a]);
     }
 }
@@ -169,10 +170,10 @@ fn the_torque_limit_bounds_the_acceleration() {
     let drive = weak.axes[0].drive().unwrap();
     let radius = drive.screw.lead_mm * 1e-3 / std::f64::consts::TAU;
     let inertia = drive.motor.inertia_kg_m2 + drive.table.mass_kg * radius * radius;
-    // Friction brakes, never drives; ripple and cogging add a little to the limited torque.
+    // Friction only brakes. Ripple and cogging add a little to the limited torque.
     let largest = 1e3 * radius * (1.5 * 1.004 + 0.01) / inertia;
     let x = &run.table.columns()[0];
-    // Over 10 ms, so that the screw's own vibration averages out.
+    // Over 10 ms, so that the vibration of the screw averages out.
     let acceleration: Vec<f64> = x.windows(11).map(|w| (w[10] - 2.0 * w[5] + w[0]) / (5.0 * PERIOD_S).powi(2)).collect();
     let pushed = acceleration[..70].iter().fold(0.0_f64, |m, a| m.max(*a));
     assert!(pushed < 1.02 * largest && pushed > 0.7 * largest, "{pushed} of {largest} mm/s²");

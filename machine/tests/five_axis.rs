@@ -1,4 +1,4 @@
-//! The built-in five-axis machines: Paper C's errors on its saddle, and loops that settle.
+//! The built-in five-axis machines: Paper C's errors on its saddle, and settling loops.
 
 mod common;
 
@@ -11,7 +11,7 @@ use motion::{Pose, Trajectory, Vec3};
 /// Height of the workpiece's origin above the B axis, mm.
 const PIVOT_MM: f64 = 50.0;
 
-/// The saddle at `u`, with the tool along the surface's normal.
+/// The saddle at `u`, with the tool along the surface normal.
 fn saddle(u: f64) -> Pose {
     let (x, y) = (40.0 * u.cos(), 40.0 * u.sin());
     Pose { tip: Vec3::new(x, y, (x * x - y * y) / 160.0), tool: Vec3::new(-x / 80.0, y / 80.0, 1.0).normalize() }
@@ -27,7 +27,8 @@ fn about_y(v: Vec3, angle: f64) -> Vec3 {
     Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x)
 }
 
-/// Axis positions of a pose: `tool = (cos C sin B, sin C sin B, cos B)`, `c` being the solution for C nearest to `near`.
+/// Axis positions of a pose: `tool = (cos C sin B, sin C sin B, cos B)`, with the solution for C
+/// nearest to `near`.
 fn joints(pose: &Pose, near: f64) -> [f64; 5] {
     let b = pose.tool.x.hypot(pose.tool.y).atan2(pose.tool.z);
     let c = pose.tool.y.atan2(pose.tool.x);
@@ -44,7 +45,7 @@ fn pose(joints: &[f64]) -> Pose {
     Pose { tip, tool: about_z(about_y(Vec3::z(), joints[3]), joints[4]) }
 }
 
-/// One round of the saddle at `feed` mm/s from rest to rest, each ramp 0.2 s long.
+/// One lap of the saddle at `feed` mm/s from standstill to standstill, each ramp 0.2 s long.
 fn reference(spec: &MachineSpec, feed: f64) -> Trajectory {
     let count = 40_000;
     let mut length = vec![0.0];
@@ -54,21 +55,21 @@ fn reference(spec: &MachineSpec, feed: f64) -> Trajectory {
     }
     let (total, ramp) = (length[count], 0.2);
     let end = total / feed + ramp;
-    // Way of a speed (1 − cos(π t/ramp))/2.
+    // Path length of the speed (1 − cos(π t/ramp))/2.
     let risen = |t: f64| 0.5 * t - 0.5 * ramp / PI * (PI * t / ramp).sin();
     let mut columns = vec![Vec::new(); 5];
     let mut c = 0.0;
     for k in 0..((end + 0.2) / PERIOD_S) as usize {
         let t = (k as f64 * PERIOD_S - 0.1).clamp(0.0, end);
-        let way = if t < ramp {
+        let arc_length = if t < ramp {
             feed * risen(t)
         } else if t > end - ramp {
             total - feed * risen(end - t)
         } else {
             feed * (t - 0.5 * ramp)
         };
-        let i = length.partition_point(|l| *l <= way).clamp(1, count);
-        let fraction = (way - length[i - 1]) / (length[i] - length[i - 1]);
+        let i = length.partition_point(|l| *l <= arc_length).clamp(1, count);
+        let fraction = (arc_length - length[i - 1]) / (length[i] - length[i - 1]);
         let u = TAU * (i as f64 - 1.0 + fraction) / count as f64;
         let joints = joints(&saddle(u), if k == 0 { PI } else { c });
         c = joints[4];
@@ -83,7 +84,7 @@ fn poses(trajectory: &Trajectory) -> Vec<Pose> {
     (0..trajectory.len()).map(|k| pose(&trajectory.at(k).collect::<Vec<_>>())).collect()
 }
 
-/// Tip contour error, mm, and orientation error at the foot point, rad, of every sample that moves.
+/// Tip contour error, mm, and orientation error at the foot point, rad, of every sample in motion.
 fn errors(desired: &[Pose], actual: &[Pose]) -> (Vec<f64>, Vec<f64>) {
     let moving = (50..actual.len() - 51).filter(|k| (desired[k + 1].tip - desired[*k].tip).norm() > 1e-9);
     moving
@@ -113,7 +114,7 @@ fn the_saddle_shows_errors_like_paper_c() {
         let (tip, tool) = errors(&desired, &poses(run));
         let figures = [1e3 * rms(&tip), 1e3 * peak(&tip), 1e6 * rms(&tool), 1e6 * peak(&tool)];
         println!("tip {:.2} / {:.2} µm, tool {:.0} / {:.0} µrad", figures[0], figures[1], figures[2], figures[3]);
-        // Printed there: RMS and MAX of the tip, µm, and of the tool's orientation, µrad.
+        // Paper C: RMS and MAX of the tip, µm, and of the tool orientation, µrad.
         for (figure, printed) in figures.into_iter().zip([5.380, 8.656, 299.3, 329.0]) {
             assert!((printed / 1.25..=printed * 1.25).contains(&figure), "{figure} where {printed} is printed");
         }
@@ -132,7 +133,7 @@ fn the_saddle_shows_errors_like_paper_c() {
     assert!(scatter[3..].iter().all(|rad| (0.5e-6..1e-5).contains(rad)), "{scatter:?} rad");
 }
 
-/// Small enough to stay off the torque limit, large enough to leave the friction's hold.
+/// Small enough to stay off the torque limit, large enough to break friction away.
 const STEPS: [f64; 5] = [0.2, 0.2, 0.2, 5e-3, 5e-3];
 
 #[test]

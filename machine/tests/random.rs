@@ -1,9 +1,9 @@
-//! Machines drawn at random.
+//! Random machines.
 
 use machine::{Machine, MachineSpec, Sensor, SimulatedMachine, SimulationOptions};
 use motion::Trajectory;
 
-/// Seeds of these tests; those of the reports are others.
+/// Seeds of these tests. Reports use others.
 const SEEDS: std::ops::Range<u64> = 1001..1041;
 
 fn wave(spec: &MachineSpec) -> Trajectory {
@@ -61,7 +61,7 @@ fn a_machine_without_noise_repeats_itself_and_a_warming_one_drifts() {
     let reference = wave(&spec);
     let mut quiet = SimulatedMachine::new(&spec, 1).unwrap().with_options(SimulationOptions::noise_free()).unwrap();
     assert_eq!(quiet.run(&reference).unwrap(), quiet.run(&reference).unwrap());
-    // With one seed for both runs only the warming is left to differ.
+    // With one seed for both runs they differ by the warming only.
     let mut warm = SimulatedMachine::new(&spec, 1).unwrap();
     let cold = warm.run_with_seed(&reference, 7).unwrap();
     for _ in 0..50 {

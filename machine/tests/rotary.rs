@@ -1,4 +1,4 @@
-//! What simulated rotary drives do, against what their equations say.
+//! Simulated rotary drives against their equations.
 
 mod common;
 
@@ -6,7 +6,7 @@ use common::{PERIOD_S, rms};
 use machine::{AxisSpec, Machine, MachineSpec, RotaryDriveSpec, Sensor, SimulatedMachine, SimulationOptions};
 use motion::Trajectory;
 
-/// The rotary axes of the machine `name`, their drives changed.
+/// The rotary axes of the machine `name`, with changed drives.
 fn rotary(name: &str, change: impl Fn(&mut RotaryDriveSpec)) -> MachineSpec {
     let mut spec = MachineSpec::builtin(name).unwrap();
     spec.kinematics = Default::default();
@@ -32,7 +32,7 @@ fn together(spec: &MachineSpec, column: Vec<f64>) -> Trajectory {
     Trajectory::new(PERIOD_S, spec.motion_axes(), vec![column; spec.axes.len()]).unwrap()
 }
 
-/// From rest at 0 to `speed` rad/s within 0.1 s, then steadily on.
+/// From standstill at 0 to `speed` rad/s within 0.1 s, then constant.
 fn ramp(speed: f64, duration_s: f64) -> Vec<f64> {
     let rise = 0.1;
     (0..(duration_s / PERIOD_S) as usize)
@@ -71,7 +71,7 @@ fn a_ramp_lags_by_what_feed_forward_leaves() {
 }
 
 #[test]
-fn a_reversal_shows_backlash_and_stretch_in_the_table_view_only() {
+fn a_reversal_shows_backlash_and_deflection_in_the_table_view_only() {
     let even = |drive: &mut RotaryDriveSpec| {
         drive.friction.direction_asymmetry = 0.0;
         drive.friction.waves.clear();
@@ -94,14 +94,14 @@ fn a_reversal_shows_backlash_and_stretch_in_the_table_view_only() {
             let expected = 2e-6 * width_urad + 2.0 * torque / drive.gear.stiffness_n_m_rad;
             assert!((lost - expected).abs() < 1e-6, "{lost} against {expected} rad on axis {a}");
         }
-        // With the scale in the loop the table's lag is the same both ways.
+        // With the scale in the loop the lag of the table is the same in both directions.
         let options = SimulationOptions { sensor: Some(Sensor::Table), ..quiet() };
         let error = reference.tracking_error(&simulated(&spec, options).run_full(&reference).unwrap().table).unwrap();
         for (error, axis) in error.iter().zip(&spec.axes) {
             let loops = &axis.rotary_drive().unwrap().loops;
             let lag = speed * (1.0 - loops.feed_forward) / loops.position_gain_1_s;
-            let way = mean(&error[half - 200..half - 20]) - mean(&error[2 * half - 200..2 * half - 20]);
-            assert!((way - 2.0 * lag).abs() < 5e-6, "{way} against {} rad", 2.0 * lag);
+            let difference = mean(&error[half - 200..half - 20]) - mean(&error[2 * half - 200..2 * half - 20]);
+            assert!((difference - 2.0 * lag).abs() < 5e-6, "{difference} against {} rad", 2.0 * lag);
         }
     }
 }
@@ -112,7 +112,8 @@ fn a_direct_drive_follows_without_backlash() {
         drive.gear.turns_per_turn = 1.0;
         drive.gear.stiffness_n_m_rad = 4e6;
         drive.gear.backlash_half_width_urad = 0.0;
-        // A torque motor's rotor is most of what turns, so its own speed loop need not wait for the table.
+        // The rotor of a torque motor is most of the inertia, so its speed loop need not wait for
+        // the table.
         drive.motor.inertia_kg_m2 = 0.6;
         drive.table.inertia_kg_m2 = 0.4;
         drive.motor.counts_per_turn = 16_777_216.0;
@@ -161,7 +162,7 @@ fn a_still_axis_stays_still_far_from_zero() {
     let run = simulated(&spec, quiet()).run_full(&still).unwrap();
     for column in run.table.columns() {
         let moved = column.iter().fold(0.0_f64, |m, angle| m.max((angle - column[0]).abs()));
-        // The integrator ends what the approach left over.
+        // The integrator removes the remaining error of the approach.
         assert!(moved < 1e-5 && (column[0] - 300.0).abs() < 2e-4, "{moved} rad, {}", column[0] - 300.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Machine files: read, written, refused.
+//! Machine files: reading, writing, errors.
 
 use machine::{
     AxisSpec, BUILTIN_MACHINES, KinematicsSpec, MachineError, MachineSpec, Mount, ProgramWords, RotaryPreslidingSpec,
@@ -41,7 +41,7 @@ fn built_in_machines_read_write_and_read_again() {
 }
 
 #[test]
-fn own_values_go_before_common_ones() {
+fn axis_values_override_common_ones() {
     let spec = MachineSpec::from_toml(BALLSCREW).unwrap();
     let leads: Vec<f64> = spec.axes.iter().filter_map(|a| a.drive()).map(|d| d.screw.lead_mm).collect();
     assert_eq!(leads, [5.0; 3]);
@@ -140,7 +140,7 @@ fn five_axis_machines_read_as_written() {
 }
 
 #[test]
-fn unsound_rotary_axes_are_refused_in_their_own_words() {
+fn invalid_rotary_axes_are_refused_with_rotary_keys() {
     let cases: [(&str, &str, &[&str]); 26] = [
         ("turns_per_turn = 90.0", "turns_per_turn = 0.0", &["axes.b.drive.gear.turns_per_turn", "is 0", "positive"]),
         ("turns_per_turn = 90.0", "ratio = 90.0", &["ratio", "turns_per_turn"]),
@@ -190,7 +190,7 @@ fn unsound_rotary_axes_are_refused_in_their_own_words() {
     assert!(error.contains("3 axes") && error.contains("one or two"), "{error}");
     let none = format!("{REAL}\n[kinematics]\nkind = \"five-axis\"\ntool_length_mm = 0.0\n");
     assert!(MachineSpec::from_toml(&none).unwrap_err().to_string().contains("linear axis `y`"));
-    // Left over from another kind, they would silently do nothing.
+    // Keys of another kind would have no effect without an error.
     let upright = format!("{REAL}\n[kinematics]\nkind = \"cartesian\"\ntool_length_mm = 80.0\n");
     assert!(MachineSpec::from_toml(&upright).unwrap_err().to_string().contains("tool_length_mm"));
     let error = MachineSpec::from_toml(&format!("rotary_drive = 3\n{REAL}")).unwrap_err().to_string();
@@ -231,7 +231,7 @@ fn a_rotary_axis_needs_a_drive_to_be_simulated() {
     }
     let error = SimulatedMachine::new(&spec, 0).unwrap_err().to_string();
     assert!(error.contains("axis `b` has no `drive`") && error.contains("[axes.drive]"), "{error}");
-    // Without the common values the axes' own ones are not enough.
+    // Without the common values those of the axes are incomplete.
     let error = MachineSpec::from_toml(&format!("{}{}", &BC[..start], &BC[end..])).unwrap_err().to_string();
     assert!(error.contains("missing field"), "{error}");
 }
@@ -254,7 +254,7 @@ fn rotary_friction_has_patches_and_maxwell_elements() {
     }
 }
 
-/// Every place of a number in a TOML value, as its keys and indices.
+/// Path of every number in a TOML value, as keys and indices.
 fn numbers(value: &toml::Value, at: &[String], found: &mut Vec<Vec<String>>) {
     let below = |name: String| at.iter().cloned().chain([name]).collect::<Vec<_>>();
     match value {
@@ -284,22 +284,22 @@ fn set(value: &mut toml::Value, at: &[String], number: f64) {
 fn no_number_is_taken_out_of_its_range() {
     let mut refused = 0;
     for (machine, _) in BUILTIN_MACHINES {
-        // With every axis's drive written out, and the optional keys stated.
+        // With the complete drive of every axis and the optional keys.
         let text = MachineSpec::builtin(machine).unwrap().to_toml().unwrap();
         let whole: toml::Value = toml::from_str(&text).unwrap();
-        let mut places = Vec::new();
-        numbers(&whole, &[], &mut places);
-        for (place, number) in
-            places.iter().flat_map(|place| [1e300, 1e-300, -1.0, 0.0, f64::NAN, f64::INFINITY].map(|n| (place, n)))
+        let mut paths = Vec::new();
+        numbers(&whole, &[], &mut paths);
+        for (key_path, number) in
+            paths.iter().flat_map(|key_path| [1e300, 1e-300, -1.0, 0.0, f64::NAN, f64::INFINITY].map(|n| (key_path, n)))
         {
             let mut changed = whole.clone();
-            set(&mut changed, place, number);
-            let key = place.iter().rfind(|part| part.parse::<usize>().is_err()).unwrap();
+            set(&mut changed, key_path, number);
+            let key = key_path.iter().rfind(|part| part.parse::<usize>().is_err()).unwrap();
             match MachineSpec::from_toml(&toml::to_string(&changed).unwrap()) {
-                // Zero, and what is as good as zero, mean something for some.
-                Ok(_) => assert!(number.abs() <= 1.0, "{machine}: {place:?} = {number}"),
+                // Some values may be zero or nearly zero.
+                Ok(_) => assert!(number.abs() <= 1.0, "{machine}: {key_path:?} = {number}"),
                 Err(error) => {
-                    assert!(error.to_string().contains(key.as_str()), "{machine}: {place:?} = {number}: {error}");
+                    assert!(error.to_string().contains(key.as_str()), "{machine}: {key_path:?} = {number}: {error}");
                     refused += 1;
                 }
             }

@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use super::reference::Command;
 use crate::spec::LoopSpec;
 
-/// Position loop `v* = K_pp (e + ∫e dt / T_i) + k_d ė + k_ff ṙ` with `e = r − x`, whose output may come some periods late; in the units of
-/// its arguments. Without integral time and derivative gain it is the P loop of a cascade.
+/// Position loop `v* = K_pp (e + ∫e dt / T_i) + k_d ė + k_ff ṙ` with `e = r − x`, in the units of
+/// its arguments. Its output may be delayed by some periods. Without integral time and derivative
+/// gain it is the P loop of a cascade.
 #[derive(Debug, Clone)]
 pub(super) struct PositionLoop {
     gain: f64,
@@ -14,10 +15,10 @@ pub(super) struct PositionLoop {
     /// Integral per period and unit of error, 1/s; 0 for none.
     integral_gain_step: f64,
     integral: f64,
-    /// Speed per change of the error from period to period, 1/s; 0 for none.
+    /// Speed per change of the error between periods, 1/s; 0 for none.
     derivative_gain: f64,
     before: Option<f64>,
-    /// Outputs on their way.
+    /// Delayed outputs.
     late: VecDeque<f64>,
 }
 
@@ -55,7 +56,8 @@ impl PositionLoop {
     }
 }
 
-/// Velocity loop: PI with a torque limit; its integrator stands still while it would push further into the limit.
+/// Velocity loop: PI with a torque limit. The integrator stops while it would drive the torque
+/// further into the limit.
 #[derive(Debug, Clone)]
 pub(super) struct VelocityLoop {
     gain: f64,
@@ -75,7 +77,7 @@ impl VelocityLoop {
         }
     }
 
-    /// Commanded torque, N·m, for a speed error in rad/s and torque fed forward, N·m.
+    /// Commanded torque, N·m, for a speed error in rad/s and a feed-forward torque, N·m.
     pub(super) fn step(&mut self, error_rad_s: f64, feed_torque: f64) -> f64 {
         let increment = self.integral_gain_step * error_rad_s;
         let torque = self.gain * error_rad_s + self.integral + increment + feed_torque;
@@ -134,12 +136,13 @@ mod tests {
         for _ in 0..10_000 {
             assert!(velocity_loop.step(50.0, 0.0) <= 8.0);
         }
-        // Without anti-windup the integrator would hold thousands of N·m and keep the limit for seconds.
+        // Without anti-windup the integrator would hold thousands of N·m and stay at the limit for
+        // seconds.
         assert!(velocity_loop.step(-25.0, 0.0) < 0.0);
     }
 
     #[test]
-    fn the_position_loop_integrates_differentiates_and_comes_late() {
+    fn the_position_loop_integrates_differentiates_and_delays() {
         let ramp = |t: f64| Command { position: 2.0 * t, slope: 2.0, acceleration: 0.0 };
         let all = |spec: &LoopSpec| {
             let mut position_loop = PositionLoop::new(spec);

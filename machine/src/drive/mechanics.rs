@@ -1,8 +1,8 @@
-//! Motor and table, joined by an elastic screw with backlash.
+//! Motor and table, connected by an elastic screw with backlash.
 
 use super::plant::Plant;
 
-/// The state of the two masses; SI, the table's position in m (rad for a rotary axis).
+/// State of the two masses in SI units. The table position is in m (rad for a rotary axis).
 #[derive(Debug, Clone)]
 pub(super) struct TwoMass {
     /// Angle of the motor, rad.
@@ -15,7 +15,7 @@ pub(super) struct TwoMass {
     pub velocity: f64,
 }
 
-/// Torque and forces on the two masses during a step; friction as it opposes positive motion.
+/// Torque and forces on the two masses during a step. Friction opposes positive motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Loads {
     pub torque: f64,
@@ -25,18 +25,18 @@ pub(super) struct Loads {
 }
 
 impl TwoMass {
-    /// At rest at `position`, in the middle of the backlash.
+    /// At standstill at `position`, in the middle of the backlash.
     pub(super) fn at_rest(position: f64, plant: &Plant) -> Self {
         Self { angle: position / plant.per_rad, speed: 0.0, position, velocity: 0.0 }
     }
 
-    /// First half of a semi-implicit step: positions with the present speeds.
+    /// First half of a semi-implicit step: positions from the present speeds.
     pub(super) fn drift(&mut self, step_s: f64) {
         self.angle += step_s * self.speed;
         self.position += step_s * self.velocity;
     }
 
-    /// Second half: speeds with the forces at the new positions.
+    /// Second half: speeds from the forces at the new positions.
     pub(super) fn kick(&mut self, plant: &Plant, loads: Loads, step_s: f64) {
         if plant.rigid {
             let motor_force = (loads.torque - plant.motor_viscous * self.speed) / plant.per_rad - loads.motor_friction;
@@ -56,7 +56,7 @@ impl TwoMass {
     fn transmitted(&self, plant: &Plant) -> f64 {
         let twist = self.angle * plant.per_rad - self.position;
         let beyond = twist.abs() - plant.half_width;
-        // Equality closes the contact where there is no backlash.
+        // Equality closes the contact without backlash.
         if beyond > 0.0 || plant.half_width == 0.0 {
             plant.stiffness * beyond.copysign(twist) + plant.damping * (self.speed * plant.per_rad - self.velocity)
         } else {

@@ -1,6 +1,7 @@
-//! One simulated drive: the controller's loops, the motor, the mechanics and their friction.
+//! One simulated drive: the loops of the controller, the motor, the mechanics and their friction.
 //!
-//! Lengths are called mm and m; a rotary drive runs on the same code with mrad and rad, forces then being torques.
+//! Lengths are named mm and m. A rotary drive uses the same code with mrad and rad; forces are then
+//! torques.
 
 mod friction;
 mod loops;
@@ -21,21 +22,21 @@ use rand_chacha::ChaCha8Rng;
 use crate::options::{Sensor, SimulationOptions};
 use crate::spec::{DriveSpec, Rates};
 
-/// What both sensors of an axis read.
+/// Readings of both sensors of an axis.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Readings {
-    /// Motor encoder, mm of the table, one a sample.
+    /// Motor encoder, mm of the table, one per sample.
     pub motor: Vec<f64>,
-    /// Table scale, mm, one a sample.
+    /// Table scale, mm, one per sample.
     pub table: Vec<f64>,
 }
 
-/// In which state a drive begins.
+/// Initial state of a drive.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Start {
-    /// Where it rests, mm.
+    /// Initial position at standstill, mm.
     pub position_mm: f64,
-    /// For how long the machine has run before, s.
+    /// Running time of the machine before the run, s.
     pub elapsed_s: f64,
 }
 
@@ -63,7 +64,7 @@ pub(crate) struct Drive<'a> {
     rng: ChaCha8Rng,
 }
 
-/// Torque, forces and friction level that hold during one period of the velocity loop.
+/// Torque, forces and friction level, constant during one period of the velocity loop.
 #[derive(Debug, Clone, Copy)]
 struct Held {
     command: f64,
@@ -74,7 +75,7 @@ struct Held {
 }
 
 impl<'a> Drive<'a> {
-    /// A drive at rest; all of the run's noise is drawn from `rng`.
+    /// A drive at standstill. All noise of the run is drawn from `rng`.
     pub(crate) fn at_rest(
         spec: &'a DriveSpec,
         rates: Rates,
@@ -115,7 +116,7 @@ impl<'a> Drive<'a> {
     pub(crate) fn follow(mut self, reference_mm: &[f64], period_s: f64) -> Readings {
         let mut readings = Readings::default();
         let commands = reference::commands(reference_mm, &self.spec.loops, self.rates, period_s, self.options.interpolation);
-        // Of both masses as one, in N·m per mm/s².
+        // Both masses as one, in N·m per mm/s².
         let mass = self.plant.table_inertia * self.plant.per_rad + self.plant.motor_inertia / self.plant.per_rad;
         let torque_per_rate = self.spec.loops.acceleration_feed_forward * mass * 1e-3;
         for k in 0..reference_mm.len() {
@@ -141,18 +142,19 @@ impl<'a> Drive<'a> {
         readings
     }
 
-    /// One period of the velocity loop at the commanded motor speed, rad/s, with torque fed forward, N·m.
+    /// One period of the velocity loop at the commanded motor speed, rad/s, with a feed-forward
+    /// torque, N·m.
     fn velocity_period(&mut self, commanded: f64, feed_torque: f64) {
         let command = self.velocity_loop.step(commanded - self.masses.speed, feed_torque);
         let (ripple, cogging) = self.ripple.at(self.masses.angle);
-        let place = self.level.at(self.masses.position * 1e3, self.masses.angle);
+        let level_here = self.level.at(self.masses.position * 1e3, self.masses.angle);
         let held = Held {
             command,
             ripple,
             extra_torque: cogging + self.torque_noise.step(&mut self.rng),
             disturbance: self.force_noise.step(&mut self.rng),
-            // Noise scaled far up must not turn friction into a motor.
-            level: place * (self.run_level * self.warmth.step() * (1.0 + self.drift.step(&mut self.rng))).max(0.0),
+            // Amplified noise must not change the sign of friction.
+            level: level_here * (self.run_level * self.warmth.step() * (1.0 + self.drift.step(&mut self.rng))).max(0.0),
         };
         let step_s = self.spec.loops.integration_step_us * 1e-6;
         for _ in 0..self.rates.steps_per_velocity {
@@ -171,13 +173,13 @@ impl<'a> Drive<'a> {
         self.masses.kick(&self.plant, loads, step_s);
     }
 
-    /// Reading of the motor's encoder, mm of the table.
+    /// Reading of the motor encoder, mm of the table.
     fn motor_mm(&self) -> f64 {
         let count = std::f64::consts::TAU / self.spec.motor.counts_per_turn;
         self.quantised(self.masses.angle, count) * self.plant.per_rad * 1e3
     }
 
-    /// Reading of the table's scale, mm.
+    /// Reading of the table scale, mm.
     fn table_mm(&self) -> f64 {
         self.quantised(self.masses.position * 1e3, self.spec.table.scale_resolution_um * 1e-3)
     }

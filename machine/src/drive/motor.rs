@@ -1,4 +1,4 @@
-//! Torque that depends on the motor's angle.
+//! Torque that depends on the motor angle.
 
 use crate::spec::{Harmonic, MotorSpec, TorqueHarmonic};
 
@@ -14,7 +14,7 @@ impl Ripple {
         Self { ripple: spec.ripple.clone(), cogging: spec.cogging.clone() }
     }
 
-    /// Factor on the motor's torque, and cogging torque in N·m, at `angle` in rad.
+    /// Factor on the motor torque, and cogging torque in N·m, at `angle` in rad.
     pub(super) fn at(&self, angle: f64) -> (f64, f64) {
         let ripple = self.ripple.iter().map(|wave| wave.amplitude * (wave.per_turn * angle + wave.phase_rad).sin());
         let cogging = self.cogging.iter().map(|wave| wave.amplitude_n_m * (wave.per_turn * angle + wave.phase_rad).sin());

@@ -12,7 +12,8 @@ pub(super) struct Coloured {
 }
 
 impl Coloured {
-    /// A process of standard deviation `std`, started in its stationary state; silent, and without a draw, where `std` is 0.
+    /// A process of standard deviation `std`, started in its stationary state. Zero, and without a
+    /// draw, if `std` is 0.
     pub(super) fn new(std: f64, time_s: f64, step_s: f64, rng: &mut ChaCha8Rng) -> Self {
         let keep = (-step_s / time_s).exp();
         Self { value: if std > 0.0 { std * normal(rng) } else { 0.0 }, keep, kick: std * (1.0 - keep * keep).sqrt() }
@@ -27,7 +28,7 @@ impl Coloured {
     }
 }
 
-/// A draw from N(0, 1).
+/// A sample of N(0, 1).
 pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
@@ -38,7 +39,7 @@ mod tests {
     use rand_chacha::rand_core::SeedableRng;
 
     #[test]
-    fn spread_and_correlation_time_are_as_asked() {
+    fn spread_and_correlation_time_match_the_settings() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let (std, steps) = (2.0, 400_000);
         let mut process = Coloured::new(std, 0.010, 0.001, &mut rng);

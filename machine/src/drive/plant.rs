@@ -14,7 +14,7 @@ pub(super) struct Plant {
     pub stiffness: f64,
     pub damping: f64,
     pub half_width: f64,
-    /// Motor and table are one mass.
+    /// Motor and table form one mass.
     pub rigid: bool,
 }
 

@@ -3,7 +3,7 @@
 use crate::options::Interpolation;
 use crate::spec::{LoopSpec, Rates};
 
-/// What the position loop is given in one of its periods.
+/// Command of the position loop in one of its periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Command {
     /// Position, mm.
@@ -14,7 +14,8 @@ pub(super) struct Command {
     pub acceleration: f64,
 }
 
-/// The commands of every period of the position loop up to the last sample, smoothed as the control smooths them.
+/// The commands of every period of the position loop up to the last sample, with the command
+/// smoothing of the control.
 pub(super) fn commands(
     samples: &[f64],
     loops: &LoopSpec,
@@ -39,7 +40,8 @@ pub(super) fn commands(
         lag(&mut commands, 1.0 - (-loops.position_period_ms / loops.command_lag_ms).exp());
     }
     if loops.acceleration_feed_forward > 0.0 {
-        // Over a sampling period: the slope of straight lines between samples changes only from one to the next.
+        // Over a sampling period: the slope of a linear reference only changes from sample to
+        // sample.
         for i in (per_sample..periods).rev() {
             commands[i].acceleration = (commands[i].slope - commands[i - per_sample].slope) / period_s;
         }
@@ -47,11 +49,11 @@ pub(super) fn commands(
     commands
 }
 
-/// Mean of the last `window` commands; rest before the first.
+/// Mean of the last `window` commands. Standstill before the first.
 fn average(commands: &mut [Command], window: usize) {
     let Some(first) = commands.first().copied() else { return };
     let given = commands.to_vec();
-    // Offsets from the first position, so that long sums lose nothing.
+    // Offsets from the first position, so that long sums keep their accuracy.
     let (mut position, mut slope) = (0.0, 0.0);
     for (i, command) in commands.iter_mut().enumerate() {
         position += given[i].position - first.position;
@@ -65,7 +67,8 @@ fn average(commands: &mut [Command], window: usize) {
     }
 }
 
-/// First-order lag that closes `approach` of the distance in a period; at rest on the first command.
+/// First-order lag that reduces the distance by the fraction `approach` per period. Starts at
+/// standstill on the first command.
 fn lag(commands: &mut [Command], approach: f64) {
     let Some(first) = commands.first() else { return };
     let (mut position, mut slope) = (first.position, 0.0);
@@ -76,7 +79,8 @@ fn lag(commands: &mut [Command], approach: f64) {
     }
 }
 
-/// Position and velocity at `fraction` of the way from sample `k` to the next; at rest past the last sample.
+/// Position and velocity at `fraction` between sample `k` and the next. At standstill past the last
+/// sample.
 ///
 /// Linear: the chord and its slope. Cubic: the Hermite segment with central-difference slopes (Catmull-Rom).
 pub(super) fn at(samples: &[f64], k: usize, fraction: f64, period_s: f64, interpolation: Interpolation) -> (f64, f64) {
@@ -113,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reference_rests_after_its_last_sample() {
+    fn the_reference_is_constant_after_its_last_sample() {
         for kind in [Interpolation::Linear, Interpolation::Cubic] {
             assert_eq!(at(&[1.0, 2.0], 9, 0.3, 1.0, kind), (2.0, 0.0));
         }

@@ -1,4 +1,4 @@
-//! One axis, drawn at random.
+//! One random axis.
 
 use std::f64::consts::TAU;
 
@@ -9,13 +9,13 @@ use crate::spec::{
     Wave,
 };
 
-/// An axis in the making.
+/// Draws of one axis.
 pub(super) struct AxisDraw<'a> {
     pub common: Common,
     pub draw: &'a mut Draw,
 }
 
-/// Masses, forces and loops of an axis, at the table.
+/// Masses, forces and loops of an axis, referred to the table.
 struct Masses {
     lead_mm: f64,
     table_kg: f64,
@@ -37,13 +37,13 @@ impl Masses {
     }
 }
 
-/// Lead of a linear motor: 1 m a radian, so that torque is force and inertia is mass.
+/// Lead of a linear motor: 1 m per radian, so that torque is force and inertia is mass.
 const LINEAR_LEAD_MM: f64 = 1e3 * TAU;
 /// Period of the velocity loop, ms.
 const VELOCITY_PERIOD_MS: f64 = 0.25;
-/// "No integral": an integral time of a million seconds, ms.
+/// Integral time for "no integral": a million seconds, ms.
 const NO_INTEGRAL_MS: f64 = 1e9;
-/// Viscous friction of motor and table, each, at the table, N·s/m.
+/// Viscous friction of motor and of table, referred to the table, N·s/m.
 const VISCOUS_N_S_M: [f64; 2] = [10.0, 500.0];
 /// Correlation time of force noise, ms, as in the built-in machines.
 const NOISE_MS: f64 = 10.0;
@@ -83,7 +83,7 @@ impl AxisDraw<'_> {
         let total_kg = table_kg + motor_kg;
         let position_gain_1_s = self.common.position_gain_1_s * self.draw.uniform(0.99, 1.01);
         let bandwidth_1_s = position_gain_1_s * self.common.bandwidth_ratio * self.draw.uniform(0.95, 1.05);
-        // The deflection of the loops without their integrators.
+        // Deflection of the loops without their integrators.
         let stiffness_n_m = total_kg * bandwidth_1_s * position_gain_1_s;
         let coulomb_n = stiffness_n_m * self.draw.log_uniform(1.0, 20.0) * 1e-6;
         let above = match self.common.friction {
@@ -127,9 +127,9 @@ impl AxisDraw<'_> {
     fn motor(&mut self, masses: &Masses) -> MotorSpec {
         let per_rad = masses.per_rad();
         let force_n = masses.total_kg() * self.common.acceleration_mm_s2 * 1e-3;
-        // Of motor and table at the largest speed, at the most.
+        // Upper bound, of motor and table at the largest speed.
         let viscous_n = 2.0 * VISCOUS_N_S_M[1] * self.common.velocity_mm_s * 1e-3;
-        // Ripple every 30 mm and cogging every 15 mm of a linear motor's magnets.
+        // Ripple every 30 mm and cogging every 15 mm from the magnets of a linear motor.
         let linear = self.common.train == Train::LinearMotor;
         let per_turn = if linear { [masses.lead_mm / 30.0, masses.lead_mm / 15.0] } else { [6.0, 12.0] };
         let mut phase = || self.draw.uniform(0.0, TAU);
@@ -137,7 +137,7 @@ impl AxisDraw<'_> {
         MotorSpec {
             inertia_kg_m2: masses.motor_kg * per_rad * per_rad,
             viscous_n_m_s_rad: self.draw.log_uniform(VISCOUS_N_S_M[0], VISCOUS_N_S_M[1]) * per_rad * per_rad,
-            // Four times what acceleration and friction need: saturation is another subject.
+            // Four times the demand of acceleration and friction: saturation is excluded.
             torque_limit_n_m: 4.0 * (force_n + 2.0 * masses.static_n + viscous_n) * per_rad,
             counts_per_turn: masses.lead_mm / (self.common.encoder_step_um * 1e-3),
             ripple: vec![Harmonic { amplitude: self.draw.uniform(0.0, 0.01), per_turn: per_turn[0], phase_rad: phases[0] }],
@@ -209,7 +209,8 @@ impl AxisDraw<'_> {
     fn presliding(&mut self, masses: &Masses, motor_share: f64, stribeck_mm_s: f64) -> PreslidingSpec {
         let weaker_n = masses.coulomb_n * motor_share.min(1.0 - motor_share);
         let damping_ratio = self.draw.uniform(0.02, 0.15);
-        // Below half of the damping up to which the models are passive with the weaker side's friction.
+        // Below half of the damping up to which the models are passive with the friction of the
+        // weaker side.
         let damping_n_s_m = |stiffness_n_m: f64| {
             (2.0 * damping_ratio * (stiffness_n_m * masses.table_kg).sqrt()).min(4.0 * weaker_n / (stribeck_mm_s * 1e-3))
         };

@@ -1,4 +1,4 @@
-//! What all axes of a random machine have in common.
+//! Parameters common to all axes of a random machine.
 
 use super::draw::Draw;
 
@@ -12,7 +12,7 @@ pub(super) enum Structure {
     Pid,
 }
 
-/// From motor to table.
+/// Drive train.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Train {
     ElasticScrew,
@@ -20,7 +20,7 @@ pub(super) enum Train {
     LinearMotor,
 }
 
-/// How the command is smoothed, ms.
+/// Command smoothing, ms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Smoothing {
     None,
@@ -28,7 +28,7 @@ pub(super) enum Smoothing {
     Lag(f64),
 }
 
-/// Kind of friction.
+/// Friction model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FrictionKind {
     LuGre,
@@ -37,7 +37,7 @@ pub(super) enum FrictionKind {
     Stribeck,
 }
 
-/// What all axes of a machine have in common.
+/// Parameters common to all axes of a machine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Common {
     pub structure: Structure,
@@ -103,7 +103,7 @@ impl FrictionKind {
 }
 
 impl Common {
-    /// Drawn as the table of the module states, in this order.
+    /// Draws in the order of the table of the module.
     pub(super) fn of(draw: &mut Draw) -> Self {
         let structure = if draw.chance(0.6) { Structure::Cascade } else { Structure::Pid };
         let position_gain_1_s = draw.log_uniform(POSITION_GAIN_1_S[0], POSITION_GAIN_1_S[1]);
@@ -114,7 +114,8 @@ impl Common {
         let share = |draw: &mut Draw, none: f64| if draw.chance(none) { 0.0 } else { draw.uniform(0.0, 1.0) };
         let feed_forward = match structure {
             Structure::Cascade => share(draw, 0.25),
-            // Without it the integrator winds up on every curve: nobody runs a PID so.
+            // Without feed-forward the integrator winds up on every curve. No PID is used in this
+            // way.
             Structure::Pid => draw.uniform(0.8, 1.0),
         };
         let acceleration_feed_forward = share(draw, 0.5);
@@ -126,9 +127,11 @@ impl Common {
         let warming = (draw.uniform(0.02, 0.08), draw.log_uniform(100.0, 1500.0));
         let warming = if draw.chance(0.5) { None } else { Some(warming) };
         let lag_mm = draw.log_uniform(0.01, 0.06);
-        // On a circle a lag takes `a/2` times its squared time constant off the radius; the velocity loop's is about a fifth of the position loop's.
+        // On a circle a lag reduces the radius by `a/2` times its squared time constant. The lag of
+        // the velocity loop is about a fifth of that of the position loop.
         let loop_s2 = (1.04 - feed_forward * feed_forward) / position_gain_1_s.powi(2);
-        // A PID's tracking error is the acceleration, less what is fed forward, over its integral gain.
+        // The tracking error of a PID is the acceleration without its feed-forward part, divided by
+        // the integral gain.
         let wound_s2 = 2.0 * (1.0 - feed_forward) * position_integral_ms * 1e-3 / position_gain_1_s;
         let lag_s2 = smoothing.squared_time_s2() + if structure == Structure::Pid { loop_s2.max(wound_s2) } else { loop_s2 };
         let acceleration_mm_s2 = (2.0 * lag_mm / lag_s2).clamp(100.0, 2500.0);

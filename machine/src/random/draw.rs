@@ -3,7 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A stream of draws: the same on every platform and with every version of the crates that offer distributions.
+/// A random stream: identical on every platform and with every version of the crates that offer
+/// distributions.
 #[derive(Debug)]
 pub(super) struct Draw(ChaCha8Rng);
 
@@ -32,7 +33,7 @@ impl Draw {
         self.uniform(0.0, 1.0) < probability
     }
 
-    /// One of `all`, which must not be empty, equally.
+    /// One of `all`, with equal probability. `all` must not be empty.
     pub(super) fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         &all[((self.uniform(0.0, 1.0) * all.len() as f64) as usize).min(all.len() - 1)]
     }

@@ -1,4 +1,4 @@
-//! Whether a drawn axis is one that somebody would run.
+//! Stability test of a drawn axis.
 
 use motion::Trajectory;
 
@@ -7,19 +7,23 @@ use crate::options::{Sensor, SimulationOptions};
 use crate::simulated::SimulatedMachine;
 use crate::spec::{AxisSpec, LinearAxis, MachineSpec};
 
-/// Factor on the position gain with which an axis has to be stable as well: a gain margin of 2.5 dB at the least.
+/// Factor on the position gain with which an axis must be stable too: a gain margin of at least 2.5
+/// dB.
 const MARGIN: f64 = 4.0 / 3.0;
-/// Standstill after each motion, s, besides so many integral times of the position loop; and its last part, in which nothing may move.
+/// Standstill after each motion, s, in addition to this many integral times of the position loop,
+/// and its last part, without motion.
 const REST_S: f64 = 1.5;
 const REST_INTEGRALS: f64 = 5.0;
 const STILL_S: f64 = 0.5;
-/// Movement at standstill up to which an axis stands, µm, besides two counts of its encoder.
+/// Largest movement at standstill, µm, in addition to two counts of the encoder.
 const STILL_UM: f64 = 0.5;
-/// Tracking error that a motion may have, as a multiple of what the lag of a P loop, the smoothing and the delay leave.
+/// Largest tracking error of a motion, as a multiple of the error by the lag of a P loop, the
+/// smoothing and the delay.
 const ERRORS: f64 = 2.0;
 
-/// Whether the axis follows a there-and-back motion at its limits, without noise, with an error in proportion to its lag, and stands still after it:
-/// with its own position gain and a third more.
+/// Whether the axis follows a there-and-back motion at its limits, without noise, with an error in
+/// proportion to its lag, and stands still after it, with its own position gain and with a third
+/// more.
 pub(super) fn is_stable(machine: &MachineSpec, axis: &LinearAxis) -> Result<bool, MachineError> {
     for factor in [1.0, MARGIN] {
         let mut axis = axis.clone();
@@ -67,18 +71,19 @@ fn follows(machine: &MachineSpec, axis: LinearAxis) -> Result<bool, MachineError
     Ok(bounded && moves.into_iter().all(stands))
 }
 
-/// A motion to and fro at the axis's limits with a rest after each way; with the samples at which the rests end.
+/// A there-and-back motion at the limits of the axis with a standstill after each half, and the
+/// samples at which the standstills end.
 fn there_and_back(axis: &LinearAxis, period_s: f64, rest_s: f64) -> ([usize; 2], Vec<f64>) {
-    // A way of half-cosine speed with this peak acceleration and speed.
+    // Half-cosine speed with this peak acceleration and speed.
     let accelerating_s = std::f64::consts::FRAC_PI_2 * axis.velocity_mm_s / axis.acceleration_mm_s2;
     let duration_s = 2.0 * accelerating_s.max(0.05);
-    let way_mm = 0.5 * axis.velocity_mm_s * duration_s;
+    let travel_mm = 0.5 * axis.velocity_mm_s * duration_s;
     let (moving, resting) = ((duration_s / period_s).ceil() as usize, (rest_s / period_s).ceil() as usize);
     let at = |k: usize| {
         let share = k.min(moving) as f64 / moving as f64;
-        way_mm * (share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU)
+        travel_mm * (share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU)
     };
     let there = (0..moving + resting).map(at);
-    let back = (0..moving + resting).map(|k| way_mm - at(k));
+    let back = (0..moving + resting).map(|k| travel_mm - at(k));
     ([moving + resting, 2 * (moving + resting)], there.chain(back).collect())
 }

@@ -1,4 +1,4 @@
-//! An axis as it stands in a machine file.
+//! Axes in a machine file.
 
 use motion::{Axis, AxisKind, AxisLimits};
 use serde::{Deserialize, Serialize};
@@ -8,20 +8,20 @@ use super::rotary_drive::MRAD;
 use super::{DriveSpec, RotaryDriveSpec};
 use crate::MachineError;
 
-/// Shortest travel, mm or degrees: a shorter one is a typing error.
+/// Shortest travel, mm or degrees. Shorter values are typing errors.
 const SHORTEST_TRAVEL: f64 = 1e-3;
 
 /// An axis: `kind = "linear"` or `"rotary"`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum AxisSpec {
-    /// Moves along a line.
+    /// Linear axis.
     Linear(LinearAxis),
-    /// Turns.
+    /// Rotary axis.
     Rotary(RotaryAxis),
 }
 
-/// An axis that moves along a line.
+/// A linear axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinearAxis {
@@ -33,15 +33,15 @@ pub struct LinearAxis {
     pub acceleration_mm_s2: f64,
     /// Largest jerk, mm/s³.
     pub jerk_mm_s3: f64,
-    /// Lowest and highest position, mm; unlimited where there is none.
+    /// Lowest and highest position, mm. Unlimited if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel_mm: Option<[f64; 2]>,
-    /// The drive of a simulated axis; a real machine has none here.
+    /// Drive of a simulated axis. A real machine has none here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Box<DriveSpec>>,
 }
 
-/// An axis that turns.
+/// A rotary axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryAxis {
@@ -53,10 +53,10 @@ pub struct RotaryAxis {
     pub acceleration_rad_s2: f64,
     /// Largest jerk, rad/s³.
     pub jerk_rad_s3: f64,
-    /// Lowest and highest position, degrees; unlimited where there is none.
+    /// Lowest and highest position, degrees. Unlimited if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel_deg: Option<[f64; 2]>,
-    /// The drive of a simulated axis; a real machine has none here.
+    /// Drive of a simulated axis. A real machine has none here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Box<RotaryDriveSpec>>,
 }
@@ -94,7 +94,7 @@ impl AxisSpec {
         }
     }
 
-    /// Lowest and highest position, mm or rad, where they are limited.
+    /// Lowest and highest position, mm or rad, if limited.
     #[must_use]
     pub fn travel(&self) -> Option<[f64; 2]> {
         match self {
@@ -103,7 +103,7 @@ impl AxisSpec {
         }
     }
 
-    /// The drive of a linear axis, where it is a simulated one.
+    /// Drive of a linear axis, if simulated.
     #[must_use]
     pub fn drive(&self) -> Option<&DriveSpec> {
         match self {
@@ -112,7 +112,7 @@ impl AxisSpec {
         }
     }
 
-    /// The drive of a rotary axis, where it is a simulated one.
+    /// Drive of a rotary axis, if simulated.
     #[must_use]
     pub fn rotary_drive(&self) -> Option<&RotaryDriveSpec> {
         match self {
@@ -121,7 +121,7 @@ impl AxisSpec {
         }
     }
 
-    /// The drive to simulate, in mm or mrad, with how many of these are one unit (mm, rad) of a trajectory.
+    /// The drive to simulate, in mm or mrad, and the number of these per trajectory unit (mm, rad).
     pub(crate) fn simulated(&self) -> Option<(DriveSpec, f64)> {
         match self {
             Self::Linear(axis) => axis.drive.as_deref().map(|drive| (drive.clone(), 1.0)),

@@ -1,9 +1,9 @@
-//! Machines and controller profiles that come with the crate.
+//! Built-in machines and controller profiles.
 
 use super::{ControllerSpec, MachineSpec};
 use crate::MachineError;
 
-/// Name and description of every built-in machine; the first is the default.
+/// Name and description of every built-in machine. The first is the default.
 pub const BUILTIN_MACHINES: [(&str, &str); 5] = [
     ("ballscrew", include_str!("../../machines/ballscrew.toml")),
     ("maxwell", include_str!("../../machines/maxwell.toml")),
@@ -25,7 +25,7 @@ impl ControllerSpec {
     /// Reads a controller profile: the keys of a machine file's `[controller]`, at top level.
     ///
     /// # Errors
-    /// When the text is not TOML, a key is unknown or missing, or a value is out of range.
+    /// If the text is not TOML, a key is unknown or missing, or a value is out of range.
     pub fn from_toml(text: &str) -> Result<Self, MachineError> {
         let spec: Self = toml::from_str(text).map_err(|error| MachineError::BadDescription(error.to_string()))?;
         spec.check()?;
@@ -35,7 +35,7 @@ impl ControllerSpec {
     /// The built-in profile called `name`.
     ///
     /// # Errors
-    /// When there is none of that name; the error lists the names.
+    /// If there is none of that name. The error lists the names.
     pub fn builtin(name: &str) -> Result<Self, MachineError> {
         Self::from_toml(text_of("controller", &BUILTIN_CONTROLLERS, name)?)
     }
@@ -45,13 +45,13 @@ impl MachineSpec {
     /// The built-in machine called `name`.
     ///
     /// # Errors
-    /// When there is none of that name; the error lists the names.
+    /// If there is none of that name. The error lists the names.
     pub fn builtin(name: &str) -> Result<Self, MachineError> {
         Self::from_toml(text_of("machine", &BUILTIN_MACHINES, name)?)
     }
 }
 
-/// The text that is called `name` among the built-in ones of a kind.
+/// The text called `name` among the built-in ones of a kind.
 fn text_of<'a>(kind: &str, all: &[(&str, &'a str)], name: &str) -> Result<&'a str, MachineError> {
     let found = all.iter().find(|(other, _)| *other == name);
     found.map(|(_, text)| *text).ok_or_else(|| {

@@ -1,9 +1,10 @@
-//! Range checks that name the key and the remedy.
+//! Range checks. Errors name the key and the remedy.
 
 use super::ranges::range_of;
 use crate::MachineError;
 
-/// What a file calls the values of a drive, as pairs of a linear drive's key and the key in its place; keys that are the same are left out.
+/// Key names of a drive in the file, as pairs of a linear drive's key and its replacement. Equal
+/// keys are omitted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Names(pub(super) &'static [(&'static str, &'static str)]);
 
@@ -11,7 +12,7 @@ impl Names {
     /// The keys of a linear drive.
     pub(super) const LINEAR: Self = Self(&[]);
 
-    /// The file's key for `key`.
+    /// Key in the file for `key`.
     pub(super) fn of(self, key: &str) -> &str {
         self.0.iter().find(|(linear, _)| *linear == key).map_or(key, |(_, own)| own)
     }
@@ -42,7 +43,7 @@ fn ranged(key: &str, value: f64, holds: bool, remedy: &str) -> Result<(), Machin
     }
 }
 
-/// A bound as it is read best.
+/// A bound in readable form.
 fn shown(bound: f64) -> String {
     if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) { bound.to_string() } else { format!("{bound:e}") }
 }
@@ -61,7 +62,7 @@ pub(super) fn within(key: &str, value: f64, holds: bool, remedy: &str) -> Result
     }
 }
 
-/// How often `part` goes into `whole`, refused unless a whole number, at least 1.
+/// Number of times that `part` goes into `whole`. Refused unless a whole number, at least 1.
 pub(super) fn multiple(whole_key: &str, whole: f64, part_key: &str, part: f64) -> Result<usize, MachineError> {
     let ratio = whole / part;
     let count = ratio.round();

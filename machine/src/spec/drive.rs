@@ -1,4 +1,4 @@
-//! A simulated drive as it stands in a machine file.
+//! Simulated linear drives in a machine file.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub struct DriveSpec {
     pub loops: LoopSpec,
     /// The motor and its encoder.
     pub motor: MotorSpec,
-    /// From the motor to the table.
+    /// Screw between motor and table.
     pub screw: ScrewSpec,
     /// The table and its scale.
     pub table: TableSpec,
@@ -29,7 +29,7 @@ pub struct DriveSpec {
 pub struct LoopSpec {
     /// Position gain `K_pp`, 1/s.
     pub position_gain_1_s: f64,
-    /// Share `k_ff` of the reference's velocity that is fed forward.
+    /// Feed-forward `k_ff` of the reference velocity, as a fraction.
     pub feed_forward: f64,
     /// Proportional gain of the velocity loop, N·m·s/rad.
     pub velocity_gain_n_m_s_rad: f64,
@@ -39,17 +39,18 @@ pub struct LoopSpec {
     pub current_lag_ms: f64,
     /// Period of the position loop, ms.
     pub position_period_ms: f64,
-    /// Period of the velocity loop, ms; ripple, noise and friction levels are renewed at this rate.
+    /// Period of the velocity loop, ms. Ripple, noise and friction levels are updated at this rate.
     pub velocity_period_ms: f64,
     /// Integration step of the mechanics, µs.
     pub integration_step_us: f64,
-    /// Integral time of the position loop, ms: with it the loop is PI or PID; none where left out.
+    /// Integral time of the position loop, ms, for PI or PID. Absent: no integral.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_integral_ms: Option<f64>,
     /// Derivative gain of the position loop: speed per rate of the tracking error, no unit.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub position_derivative: f64,
-    /// Share of the torque for the reference's acceleration that is fed forward, of motor and table as one mass.
+    /// Feed-forward of the torque for the reference acceleration, as a fraction, with motor and
+    /// table as one mass.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub acceleration_feed_forward: f64,
     /// Moving average over the reference before the position loop, ms.
@@ -58,7 +59,7 @@ pub struct LoopSpec {
     /// Time constant of a first-order lag on the reference before the position loop, ms.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub command_lag_ms: f64,
-    /// Periods of the position loop by which its output reaches the velocity loop late.
+    /// Delay of the position loop output, periods of the position loop.
     #[serde(default, skip_serializing_if = "is_none")]
     pub delay_periods: u8,
 }
@@ -77,7 +78,7 @@ fn is_none(count: &u8) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotorSpec {
-    /// Inertia of the motor and of what turns with it (screw, worm), kg·m².
+    /// Inertia of the motor and of the parts on its shaft (screw, worm), kg·m².
     pub inertia_kg_m2: f64,
     /// Viscous friction, N·m·s/rad.
     pub viscous_n_m_s_rad: f64,
@@ -85,7 +86,7 @@ pub struct MotorSpec {
     pub torque_limit_n_m: f64,
     /// Encoder counts per turn.
     pub counts_per_turn: f64,
-    /// Ripple, as a share of the torque.
+    /// Ripple, as a fraction of the torque.
     pub ripple: Vec<Harmonic>,
     /// Cogging torque.
     pub cogging: Vec<TorqueHarmonic>,
@@ -107,8 +108,8 @@ pub struct ScrewSpec {
     pub damping_n_s_m: f64,
     /// Half the width of the dead zone, µm.
     pub backlash_half_width_um: f64,
-    /// Whether motor and table are one mass: a linear motor (a lead of 2000π mm, 1 m a radian), or a screw far stiffer than the loops.
-    /// Stiffness, damping and backlash then have no effect.
+    /// Whether motor and table form one mass: a linear motor (a lead of 2000π mm, 1 m per radian),
+    /// or a screw far stiffer than the loops. Stiffness, damping and backlash then have no effect.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub rigid: bool,
 }
@@ -129,19 +130,20 @@ pub struct TableSpec {
     pub scale_resolution_um: f64,
 }
 
-/// How the drive's rates divide one another.
+/// Ratios of the rates of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Rates {
-    /// Position loops in a sampling period of the reference.
+    /// Position loop periods per sampling period of the reference.
     pub position_per_sample: usize,
-    /// Velocity loops in a position loop.
+    /// Velocity loop periods per position loop period.
     pub velocity_per_position: usize,
-    /// Integration steps in a velocity loop.
+    /// Integration steps per velocity loop period.
     pub steps_per_velocity: usize,
 }
 
 impl DriveSpec {
-    /// Refuses values out of range; `at` is the drive's place in the file, `names` what its keys are called there.
+    /// Refuses values out of range. `at` is the path of the drive in the file, `names` its key
+    /// names.
     pub(super) fn check(&self, at: &str, names: Names, sampling_period_ms: f64) -> Result<(), MachineError> {
         let key = |name: &str| format!("{at}.{}", names.of(name));
         let (loops, motor, screw, table) = (&self.loops, &self.motor, &self.screw, &self.table);
@@ -196,7 +198,7 @@ impl DriveSpec {
         self.check_step(&key("loops.integration_step_us"))
     }
 
-    /// How the rates divide one another, refused unless by whole numbers.
+    /// Ratios of the rates. Refused unless whole numbers.
     pub(crate) fn rates(&self, at: &str, sampling_period_ms: f64) -> Result<Rates, MachineError> {
         let position = format!("{at}.loops.position_period_ms");
         let velocity = format!("{at}.loops.velocity_period_ms");
@@ -209,14 +211,14 @@ impl DriveSpec {
         })
     }
 
-    /// Largest integration step for these stiffnesses, damping and masses, s: the semi-implicit integration holds for `ω dt < 2`; far less keeps
-    /// it accurate.
+    /// Largest integration step for these stiffnesses, damping and masses, s. The semi-implicit
+    /// integration is stable for `ω dt < 2`. A far smaller step keeps it accurate.
     pub(crate) fn largest_step_s(&self) -> f64 {
         let radius = self.screw.lead_mm * 1e-3 / std::f64::consts::TAU;
         let motor = self.motor.inertia_kg_m2 / (radius * radius);
         let presliding = self.friction.presliding_stiffness_n_m();
         let (mass, stiffness, damping) = if self.screw.rigid {
-            // The friction of both sides acts on the one mass.
+            // The friction of both sides acts on the single mass.
             (motor + self.table.mass_kg, 2.0 * presliding, self.table.viscous_n_s_m)
         } else {
             let damping = self.screw.damping_n_s_m + self.table.viscous_n_s_m;

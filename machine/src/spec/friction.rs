@@ -1,4 +1,4 @@
-//! Friction as it stands in a machine file.
+//! Friction in a machine file.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,11 @@ use super::check::{finite, not_negative, positive, share, within};
 use super::waves::{Harmonic, Wave};
 use crate::MachineError;
 
-/// Friction of an axis, split between the motor's and the table's side.
+/// Friction of an axis, divided between the motor side and the table side.
 ///
 /// On each side the level is scaled by `(1 ± direction_asymmetry)` with the sign of the speed, by
-/// `1 + Σ waves + Σ screw_waves + Σ patches` with place, by `1 + run_level·N(0,1)` once a run and by `1 + drift(t)`.
+/// `1 + Σ waves + Σ screw_waves + Σ patches` with position, by `1 + run_level·N(0,1)` per run and
+/// by `1 + drift(t)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionSpec {
@@ -19,26 +20,26 @@ pub struct FrictionSpec {
     pub static_n: f64,
     /// Stribeck velocity `v_s`, mm/s.
     pub stribeck_mm_s: f64,
-    /// Share of the friction that acts on the motor's side.
+    /// Fraction of the friction that acts on the motor side.
     pub motor_share: f64,
     /// Relative difference of the two directions from their mean.
     pub direction_asymmetry: f64,
-    /// Relative standard deviation of the level drawn once a run.
+    /// Relative standard deviation of the level per run.
     pub run_level: f64,
     /// Relative standard deviation of the slow drift.
     pub drift: f64,
     /// Correlation time of the drift, s.
     pub drift_time_s: f64,
-    /// How the friction builds up before sliding.
+    /// Presliding model.
     pub presliding: PreslidingSpec,
     /// Waves along the axis.
     pub waves: Vec<Wave>,
-    /// Waves over the screw's turn.
+    /// Waves over the screw turn.
     pub screw_waves: Vec<Harmonic>,
-    /// Worn or tight places.
+    /// Worn or tight spots.
     #[serde(default)]
     pub patches: Vec<Patch>,
-    /// How the level falls while the machine warms up; constant where left out.
+    /// Decrease of the level while the machine warms up. Absent: constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warming: Option<Warming>,
 }
@@ -47,7 +48,7 @@ pub struct FrictionSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Warming {
-    /// How far the cold machine lies above the mean level, and the warm one below.
+    /// Excess of the cold machine over the mean level, and deficit of the warm one, relative.
     pub share: f64,
     /// Time constant, s.
     pub time_s: f64,
@@ -61,25 +62,25 @@ pub enum PreslidingSpec {
     Lugre {
         /// Bristle stiffness `σ0` of each side, N/m.
         stiffness_n_m: f64,
-        /// Bristle damping `σ1` of each side, N·s/m; fades with the Stribeck curve.
+        /// Bristle damping `σ1` of each side, N·s/m. Fades with the Stribeck curve.
         damping_n_s_m: f64,
     },
     /// Maxwell-slip: elastic elements in parallel, each with a slip limit.
     Maxwell {
-        /// Share of the friction force that each element carries; they sum to 1.
+        /// Fraction of the friction force per element. The sum is 1.
         shares: Vec<f64>,
-        /// Displacement at which each element slips, at Coulomb level, µm.
+        /// Slip displacement of each element at Coulomb level, µm.
         slip_um: Vec<f64>,
-        /// Damping while sticking, N·s/m of each side; fades with the Stribeck curve.
+        /// Damping while sticking, N·s/m of each side. Fades with the Stribeck curve.
         damping_n_s_m: f64,
     },
 }
 
-/// A worn or tight place: `amplitude · exp(−((x − centre)/width)²)`.
+/// A worn or tight spot: `amplitude · exp(−((x − centre)/width)²)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Amplitude as a share; negative where friction is lower.
+    /// Relative amplitude. Negative for lower friction.
     pub amplitude: f64,
     /// Centre, mm.
     pub centre_mm: f64,
@@ -88,7 +89,7 @@ pub struct Patch {
 }
 
 impl FrictionSpec {
-    /// Refuses values out of range; `key` makes the full key of a value from its name.
+    /// Refuses values out of range. `key` makes the full key of a value from its name.
     pub(super) fn check(&self, key: &dyn Fn(&str) -> String) -> Result<(), MachineError> {
         not_negative(&key("coulomb_n"), self.coulomb_n)?;
         not_negative(&key("static_n"), self.static_n)?;

@@ -1,4 +1,4 @@
-//! How the axes place the tool, as it stands in a machine file.
+//! Kinematics in a machine file.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -6,7 +6,7 @@ use super::AxisSpec;
 use super::check::{finite, not_negative};
 use crate::MachineError;
 
-/// How the axes place the tool: `kind = "cartesian"` or `"five-axis"`.
+/// Kinematics: `kind = "cartesian"` or `"five-axis"`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum KinematicsSpec {
@@ -14,7 +14,8 @@ pub enum KinematicsSpec {
     #[default]
     #[serde(deserialize_with = "nothing_more")]
     Cartesian,
-    /// Linear axes `x`, `y`, `z` and one or two rotary axes that tilt the tool against the workpiece.
+    /// Linear axes `x`, `y`, `z` and one or two rotary axes that tilt the tool relative to the
+    /// workpiece.
     FiveAxis(FiveAxisSpec),
 }
 
@@ -24,43 +25,44 @@ pub enum KinematicsSpec {
 pub struct FiveAxisSpec {
     /// From the spindle nose to the tool tip, mm.
     pub tool_length_mm: f64,
-    /// What the words of a program mean while no G43.4 is active.
+    /// Meaning of program words without G43.4.
     #[serde(default)]
     pub programs: ProgramWords,
-    /// The rotary axes, from the bed outwards: of two in the table the first carries the second, likewise in the head.
+    /// The rotary axes, from the bed outwards: of two in the table the first carries the second,
+    /// likewise in the head.
     #[serde(default)]
     pub rotary: Vec<RotaryJointSpec>,
 }
 
-/// What the words of a program mean while no G43.4 is active.
+/// Meaning of program words without G43.4.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ProgramWords {
     /// Positions of the axes.
     #[default]
     Axes,
-    /// Tool tip in the workpiece, and positions of the rotary axes.
+    /// Tool tip in the workpiece frame, and positions of the rotary axes.
     Tip,
 }
 
-/// How a rotary axis is mounted.
+/// Mounting of a rotary axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryJointSpec {
     /// Name of a rotary axis of the machine.
     pub axis: String,
-    /// What the axis turns.
+    /// Mounting side.
     pub mount: Mount,
-    /// Direction of the axis in the machine frame, all rotary axes at 0; its length does not matter. A positive angle turns the tool
-    /// right-handed about it as the workpiece sees it (ISO 841), so a table itself turns left-handed; reverse it for a control that
-    /// counts the other way.
+    /// Direction of the axis in the machine frame, all rotary axes at 0, any length. A positive
+    /// angle rotates the tool right-handed about it as seen from the workpiece (ISO 841), so a
+    /// table itself rotates left-handed. Reverse it for a control with the opposite sign.
     pub direction: [f64; 3],
-    /// A point on the axis, all rotary axes at 0, machine frame, mm: of a table's axis from workpiece zero, of a head's from the spindle
-    /// nose.
+    /// A point on the axis, all rotary axes at 0, machine frame, mm: from workpiece zero for a
+    /// table axis, from the spindle nose for a head axis.
     pub pivot_mm: [f64; 3],
 }
 
-/// What a rotary axis turns.
+/// Mounting side of a rotary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mount {
@@ -70,7 +72,8 @@ pub enum Mount {
     Head,
 }
 
-/// Refuses every key: on its own `deny_unknown_fields` lets a variant without fields pass over those of another.
+/// Refuses every key: `deny_unknown_fields` alone accepts the keys of other variants for a variant
+/// without fields.
 fn nothing_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
@@ -79,7 +82,7 @@ fn nothing_more<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Err
 }
 
 impl KinematicsSpec {
-    /// Refuses what does not fit `axes`.
+    /// Refuses kinematics that do not match `axes`.
     pub(super) fn check(&self, axes: &[AxisSpec]) -> Result<(), MachineError> {
         match self {
             Self::Cartesian => Ok(()),

@@ -1,4 +1,4 @@
-//! A machine as a TOML file describes it.
+//! Machine files in TOML.
 
 mod axis;
 mod builtin;
@@ -31,33 +31,34 @@ use serde::{Deserialize, Serialize};
 use crate::{MachineError, Sensor};
 use check::{not_negative, positive, within};
 
-/// A machine: axes, limits, kinematics, controller, and the drives of a simulated one.
+/// A machine: axes, limits, kinematics, controller, and the drives of a simulated machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineSpec {
-    /// What the machine is called.
+    /// Name of the machine.
     pub name: String,
     /// Sampling period of the reference, ms.
     pub sampling_period_ms: f64,
-    /// Where its position loops and logs take positions from.
+    /// Position sensor of the position loops and logs.
     #[serde(default, skip_serializing_if = "Sensor::is_motor")]
     pub sensor: Sensor,
     /// Limits along the path.
     pub path: PathSpec,
-    /// How the axes place the tool.
+    /// Kinematics.
     #[serde(default)]
     pub kinematics: KinematicsSpec,
-    /// What the controller reads.
+    /// Controller profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<ControllerSpec>,
-    /// Machine minus program coordinates X, Y, Z by work coordinate system ([`WORK_SYSTEMS`]), mm, where they are known.
+    /// Machine minus program coordinates X, Y, Z by work coordinate system ([`WORK_SYSTEMS`]), mm,
+    /// if known.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub work_offsets: BTreeMap<String, [f64; 3]>,
     /// The axes, in the order of every trajectory.
     pub axes: Vec<AxisSpec>,
 }
 
-/// Names of the work coordinate systems, in the order of their numbers.
+/// Names of the work coordinate systems, in numerical order.
 pub const WORK_SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
 /// Limits along the path.
@@ -72,10 +73,12 @@ pub struct PathSpec {
     pub jerk_mm_s3: f64,
     /// Largest acceleration across the path, mm/s².
     pub centripetal_mm_s2: f64,
-    /// Time over which a change of acceleration is smoothed besides the jerk limit, ms; 0 for a control that knows no jerk limit.
+    /// Time over which the control smooths a change of acceleration, in addition to the jerk limit,
+    /// ms. 0 for a control without jerk limit.
     #[serde(default = "smoothing_ms")]
     pub smoothing_ms: f64,
-    /// Share of the acceleration that the control uses along lines too short for the blends of their corners.
+    /// Fraction of the acceleration that the control uses along lines too short for the blends of
+    /// their corners.
     #[serde(default = "whole")]
     pub short_line_acceleration: f64,
 }
@@ -88,29 +91,30 @@ fn whole() -> f64 {
     PlanSettings::default().short_line_acceleration
 }
 
-/// What a controller reads: how a compensated program is written for it.
+/// Controller profile: the output form of a compensated program.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSpec {
     /// Decimals of a coordinate in mm.
     pub decimals: u8,
-    /// How a point carries its time.
+    /// Time encoding of the points.
     pub carrier: Carrier,
-    /// Time between the points of a program, or between rows, ms.
+    /// Time between points or setpoints, ms.
     pub point_spacing_ms: f64,
-    /// What its programs are written in; found from each program where not stated.
+    /// Dialect of its programs. Absent: detected from each program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dialect: Option<ProgramDialect>,
-    /// Path tolerance under which compensated stretches run, mm; the program's own where not stated. LinuxCNC: `G64 P… Q0`.
+    /// Path tolerance of compensated segments, mm. Absent: that of the program. LinuxCNC: `G64 P…
+    /// Q0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path_tolerance_mm: Option<f64>,
 }
 
-/// What a control's programs are written in.
+/// Program dialect of a control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ProgramDialect {
-    /// Fanuc and what follows it.
+    /// Fanuc and compatible controls.
     Fanuc,
     /// LinuxCNC.
     LinuxCnc,
@@ -130,19 +134,20 @@ impl ControllerSpec {
     }
 }
 
-/// How a point of a program carries its time.
+/// Time encoding of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Carrier {
-    /// Inverse time: `F` is one over the block's minutes.
+    /// Inverse time: `F` is one over the duration of the block in minutes.
     G93,
     /// Feed per minute on every block.
     G94,
-    /// The program's own feed words: the control plans speed and acceleration as it did before.
+    /// Feed words of the program: the control plans speed and acceleration as before.
     Keep,
-    /// No program but rows of axis positions, for a control that interpolates between them in straight lines.
+    /// Setpoint table of axis positions instead of a program, for a control with linear
+    /// interpolation.
     Table,
-    /// Rows of axis positions and velocities, for a control that interpolates by cubics.
+    /// Setpoint table of axis positions and velocities, for a control with cubic interpolation.
     Pvt,
 }
 
@@ -171,7 +176,7 @@ impl MachineSpec {
         }
     }
 
-    /// How its control plans a program, corners aside.
+    /// Planner settings of the control, except corners.
     #[must_use]
     pub fn plan_settings(&self) -> PlanSettings {
         PlanSettings {
@@ -182,10 +187,10 @@ impl MachineSpec {
         }
     }
 
-    /// How the axes place the tool.
+    /// Kinematics of the machine.
     ///
     /// # Errors
-    /// When the rotary axes cannot turn the tool in two ways.
+    /// If the rotary axes give the tool fewer than two degrees of rotational freedom.
     pub fn kinematics(&self) -> Result<Arc<dyn Kinematics>, MachineError> {
         Ok(match &self.kinematics {
             KinematicsSpec::Cartesian => Arc::new(Cartesian::new(self.motion_axes())),
@@ -209,7 +214,7 @@ impl MachineSpec {
             .map_err(|error| MachineError::BadDescription(format!("`kinematics`: {error}")))
     }
 
-    /// What the words of a program mean while it does not say so itself.
+    /// Meaning of program words if the program does not state it.
     #[must_use]
     pub fn program_words(&self) -> ProgramWords {
         match &self.kinematics {
@@ -221,7 +226,7 @@ impl MachineSpec {
     /// Refuses values out of range.
     ///
     /// # Errors
-    /// Names the key and what it has to be.
+    /// Names the key and the requirement.
     pub fn check(&self) -> Result<(), MachineError> {
         positive("sampling_period_ms", self.sampling_period_ms)?;
         for (key, value) in [
@@ -268,7 +273,7 @@ impl MachineSpec {
 }
 
 impl Default for ControllerSpec {
-    /// Six decimals, inverse time, a point every 4 ms: what LinuxCNC follows.
+    /// Six decimals, inverse time, a point every 4 ms: within the capability of LinuxCNC.
     fn default() -> Self {
         Self { decimals: 6, carrier: Carrier::G93, point_spacing_ms: 4.0, dialect: None, path_tolerance_mm: None }
     }

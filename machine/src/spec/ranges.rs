@@ -1,9 +1,11 @@
-//! Between which values every number of a machine file may lie.
+//! Ranges of all numbers of a machine file.
 //!
-//! Each range leaves a factor of a hundred or more to what machines from watchmaking to shipbuilding have. It keeps out typing errors and
-//! wrong units, and numbers with which planning or simulating would take hours or gigabytes.
+//! Each range leaves a factor of a hundred or more around machines from watchmaking to
+//! shipbuilding. It excludes typing errors, wrong units, and numbers with which planning or
+//! simulation would take hours or gigabytes.
 
-/// Lowest and highest value of every numeric key, by the end of its name. Keys that hold a count, such as `decimals`, are not among them.
+/// Lowest and highest value of every numeric key, by the end of its name. Integer keys such as
+/// `decimals` are not included.
 pub(super) const RANGES: [(&str, f64, f64); 78] = [
     ("sampling_period_ms", 1e-2, 1e3),
     ("path.velocity_mm_s", 1e-2, 1e5),
@@ -85,10 +87,11 @@ pub(super) const RANGES: [(&str, f64, f64); 78] = [
     ("centre_mm", -1e7, 1e7),
 ];
 
-/// Those of the places of friction along an axis, whose rotary form counts mrad for mm.
+/// Ranges of friction positions along an axis, whose rotary form uses mrad for mm.
 const PATCHES: [(&str, f64, f64); 3] = [("centre_rad", -1e4, 1e4), ("width_mm", 1e-2, 1e7), ("width_rad", 1e-5, 1e4)];
 
-/// Lowest and highest value of `key`, with all its tables and indices: of the entry with the longest name that it ends in.
+/// Lowest and highest value of `key`, with all its tables and indices: by the longest entry that it
+/// ends in.
 pub(super) fn range_of(key: &str) -> Option<(f64, f64)> {
     let plain: String = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, after)| after)).collect();
     let fits = |name: &str| plain.strip_suffix(name).is_some_and(|before| before.is_empty() || before.ends_with('.'));

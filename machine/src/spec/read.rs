@@ -1,4 +1,4 @@
-//! Machine files: TOML in and out, with drive values common to all axes.
+//! Machine files: TOML input and output, with drive values common to all axes.
 
 use toml::{Table, Value};
 
@@ -6,11 +6,12 @@ use super::MachineSpec;
 use crate::MachineError;
 
 impl MachineSpec {
-    /// Reads a machine file. A top-level `[drive]` holds values common to all linear axes, `[rotary_drive]` those common to all rotary
-    /// axes; an axis's own `drive` overrides them key by key.
+    /// Reads a machine file. A top-level `[drive]` holds values common to all linear axes,
+    /// `[rotary_drive]` those common to all rotary axes. The `drive` of an axis overrides them key
+    /// by key.
     ///
     /// # Errors
-    /// When the text is not TOML, a key is unknown or missing, or a value is out of range.
+    /// If the text is not TOML, a key is unknown or missing, or a value is out of range.
     pub fn from_toml(text: &str) -> Result<Self, MachineError> {
         let bad = |error: toml::de::Error| MachineError::BadDescription(error.to_string());
         let mut file: Table = text.parse().map_err(bad)?;
@@ -30,16 +31,16 @@ impl MachineSpec {
         Ok(spec)
     }
 
-    /// The machine file, with every axis's drive written out in full.
+    /// The machine file, with the complete drive of every axis.
     ///
     /// # Errors
-    /// When a value has no form in TOML.
+    /// If a value has no form in TOML.
     pub fn to_toml(&self) -> Result<String, MachineError> {
         toml::to_string(self).map_err(|error| MachineError::BadDescription(error.to_string()))
     }
 }
 
-/// Puts the common drive below the own drive of every axis of `kind`.
+/// Merges the common drive into every axis of `kind`. The values of the axis have priority.
 fn share_out(common: &Table, kind: &str, file: &mut Table) {
     let axes = file.get_mut("axes").and_then(Value::as_array_mut);
     for axis in axes.into_iter().flatten().filter_map(Value::as_table_mut) {

@@ -1,4 +1,4 @@
-//! A simulated rotary drive as it stands in a machine file.
+//! Simulated rotary drives in a machine file.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,8 @@ use crate::MachineError;
 
 /// A simulated rotary drive: loops, motor, gear, table and friction.
 ///
-/// It has the equations of the linear drive, with rad for m, N·m for N and kg·m² for kg; forces become torques about the table's axis.
+/// The equations are those of the linear drive, with rad for m, N·m for N and kg·m² for kg. Forces
+/// become torques about the table axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryDriveSpec {
@@ -16,11 +17,11 @@ pub struct RotaryDriveSpec {
     pub loops: LoopSpec,
     /// The motor and its encoder.
     pub motor: MotorSpec,
-    /// From the motor to the table.
+    /// Gear between motor and table.
     pub gear: GearSpec,
     /// The table and its scale.
     pub table: RotaryTableSpec,
-    /// Friction on both sides of the gear, as torques about the table's axis.
+    /// Friction on both sides of the gear, as torques about the table axis.
     pub friction: RotaryFrictionSpec,
 }
 
@@ -54,7 +55,8 @@ pub struct RotaryTableSpec {
     pub scale_resolution_urad: f64,
 }
 
-/// Friction of a rotary axis, split between the motor's and the table's side; scaled as a [`FrictionSpec`] is.
+/// Friction of a rotary axis, divided between the motor side and the table side. Scaled as a
+/// [`FrictionSpec`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryFrictionSpec {
@@ -64,23 +66,23 @@ pub struct RotaryFrictionSpec {
     pub static_n_m: f64,
     /// Stribeck velocity of the table, rad/s.
     pub stribeck_rad_s: f64,
-    /// Share of the friction that acts on the motor's side.
+    /// Fraction of the friction that acts on the motor side.
     pub motor_share: f64,
     /// Relative difference of the two directions from their mean.
     pub direction_asymmetry: f64,
-    /// Relative standard deviation of the level drawn once a run.
+    /// Relative standard deviation of the level per run.
     pub run_level: f64,
     /// Relative standard deviation of the slow drift.
     pub drift: f64,
     /// Correlation time of the drift, s.
     pub drift_time_s: f64,
-    /// How the friction builds up before sliding.
+    /// Presliding model.
     pub presliding: RotaryPreslidingSpec,
-    /// Waves over the table's turn.
+    /// Waves over the table turn.
     pub waves: Vec<RotaryWave>,
-    /// Waves over the motor's turn: the worm's.
+    /// Waves over the motor (worm) turn.
     pub motor_waves: Vec<Harmonic>,
-    /// Worn or tight places.
+    /// Worn or tight spots.
     #[serde(default)]
     pub patches: Vec<RotaryPatch>,
 }
@@ -93,16 +95,16 @@ pub enum RotaryPreslidingSpec {
     Lugre {
         /// Bristle stiffness `σ0` of each side, N·m/rad.
         stiffness_n_m_rad: f64,
-        /// Bristle damping `σ1` of each side, N·m·s/rad; fades with the Stribeck curve.
+        /// Bristle damping `σ1` of each side, N·m·s/rad. Fades with the Stribeck curve.
         damping_n_m_s_rad: f64,
     },
     /// Maxwell-slip: elastic elements in parallel, each with a slip limit.
     Maxwell {
-        /// Share of the friction torque that each element carries; they sum to 1.
+        /// Fraction of the friction torque per element. The sum is 1.
         shares: Vec<f64>,
-        /// Angle at which each element slips, at Coulomb level, µrad.
+        /// Slip angle of each element at Coulomb level, µrad.
         slip_urad: Vec<f64>,
-        /// Damping while sticking, N·m·s/rad of each side; fades with the Stribeck curve.
+        /// Damping while sticking, N·m·s/rad of each side. Fades with the Stribeck curve.
         damping_n_m_s_rad: f64,
     },
 }
@@ -111,19 +113,19 @@ pub enum RotaryPreslidingSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryWave {
-    /// Amplitude as a share.
+    /// Relative amplitude.
     pub amplitude: f64,
-    /// Length of the wave, rad of the table.
+    /// Wavelength, rad of the table.
     pub period_rad: f64,
     /// Phase, rad.
     pub phase_rad: f64,
 }
 
-/// A worn or tight place of a rotary axis: `amplitude · exp(−((φ − centre)/width)²)`.
+/// A worn or tight spot of a rotary axis: `amplitude · exp(−((φ − centre)/width)²)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotaryPatch {
-    /// Amplitude as a share; negative where friction is lower.
+    /// Relative amplitude. Negative for lower friction.
     pub amplitude: f64,
     /// Centre, rad.
     pub centre_rad: f64,
@@ -131,11 +133,12 @@ pub struct RotaryPatch {
     pub width_rad: f64,
 }
 
-/// Milliradians in a radian: the linear drive counts mm, so the same drive turned counts mrad.
+/// Milliradians per radian: the linear drive uses mm, so its rotary form uses mrad.
 pub(crate) const MRAD: f64 = 1e3;
 
-/// A rotary drive's own keys for what [`DriveSpec::check`] looks at. Values whose unit differs by more than the word are checked in
-/// [`RotaryDriveSpec::check_angles`] first, so that no refusal shows a converted number.
+/// Keys of a rotary drive for the checks of [`DriveSpec::check`]. Values with another unit prefix
+/// are checked in [`RotaryDriveSpec::check_angles`] first, so that no error displays a converted
+/// number.
 const NAMES: Names = Names(&[
     ("screw.stiffness_n_m", "gear.stiffness_n_m_rad"),
     ("screw.damping_n_s_m", "gear.damping_n_m_s_rad"),
@@ -153,7 +156,7 @@ const NAMES: Names = Names(&[
 ]);
 
 impl RotaryDriveSpec {
-    /// Refuses values out of range; `at` is the drive's place in the file.
+    /// Refuses values out of range. `at` is the path of the drive in the file.
     pub(super) fn check(&self, at: &str, sampling_period_ms: f64) -> Result<(), MachineError> {
         self.check_angles(at)?;
         self.in_mrad().check(at, NAMES, sampling_period_ms)
@@ -172,7 +175,7 @@ impl RotaryDriveSpec {
         Ok(())
     }
 
-    /// The same drive as a linear one that counts mrad for mm, N·m for N and kg·m² for kg.
+    /// The same drive as a linear one with mrad for mm, N·m for N and kg·m² for kg.
     pub(crate) fn in_mrad(&self) -> DriveSpec {
         let (gear, table, friction) = (&self.gear, &self.table, &self.friction);
         DriveSpec {

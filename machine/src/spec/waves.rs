@@ -1,15 +1,15 @@
-//! Waves over the motor's turn and along an axis.
+//! Waves over the motor turn and along an axis.
 
 use serde::{Deserialize, Serialize};
 
 use super::check::{finite, positive};
 use crate::MachineError;
 
-/// A wave over the motor's turn: `amplitude · sin(per_turn · θ + phase)`.
+/// A wave over the motor turn: `amplitude · sin(per_turn · θ + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Harmonic {
-    /// Amplitude as a share.
+    /// Relative amplitude.
     pub amplitude: f64,
     /// Waves per turn of the motor.
     pub per_turn: f64,
@@ -17,7 +17,7 @@ pub struct Harmonic {
     pub phase_rad: f64,
 }
 
-/// A torque over the motor's turn: `amplitude_n_m · sin(per_turn · θ + phase)`.
+/// A torque over the motor turn: `amplitude_n_m · sin(per_turn · θ + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueHarmonic {
@@ -33,9 +33,9 @@ pub struct TorqueHarmonic {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wave {
-    /// Amplitude as a share.
+    /// Relative amplitude.
     pub amplitude: f64,
-    /// Length of the wave, mm.
+    /// Wavelength, mm.
     pub period_mm: f64,
     /// Phase, rad.
     pub phase_rad: f64,

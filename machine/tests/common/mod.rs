@@ -1,4 +1,4 @@
-//! A small planner and contour error of the tests' own: they must not depend on the code that they help to judge.
+//! An independent planner and contour error: the tests must not depend on the code under test.
 #![allow(dead_code, reason = "every test file uses some of these")]
 
 use motion::{Axis, Limits, Trajectory, Vec3};
@@ -35,7 +35,7 @@ impl Dense {
         self.length[self.length.len() - 1]
     }
 
-    /// Largest speed on a grid of `step` mm, from curvature and the ends' rests.
+    /// Largest speed on a grid of `step` mm, from curvature and the standstill at both ends.
     fn speeds(&self, step: f64, limits: &Limits) -> Vec<f64> {
         let feed = limits.path_velocity_mm_s;
         let acceleration = limits.path_acceleration_mm_s2;
@@ -57,7 +57,7 @@ impl Dense {
         speed
     }
 
-    /// The curve within `limits`, jerk-limited by two 20 ms moving averages, with rests of 0.1 s.
+    /// The curve within `limits`, jerk-limited by two 20 ms moving averages, with dwells of 0.1 s.
     pub fn plan(&self, limits: &Limits) -> Trajectory {
         let step = 0.01;
         let speed = self.speeds(step, limits);
@@ -67,7 +67,7 @@ impl Dense {
         }
         let (rest, end) = (0.1, times[times.len() - 1]);
         let samples = ((end + 2.0 * rest) / PERIOD_S) as usize;
-        let mut way: Vec<f64> = (0..samples)
+        let mut arc_lengths: Vec<f64> = (0..samples)
             .map(|k| {
                 let t = (k as f64 * PERIOD_S - rest).clamp(0.0, end);
                 let i = times.partition_point(|x| *x <= t).clamp(1, times.len() - 1);
@@ -75,19 +75,20 @@ impl Dense {
             })
             .collect();
         for _ in 0..2 {
-            way = moving_average(&way, 10);
+            arc_lengths = moving_average(&arc_lengths, 10);
         }
-        let points: Vec<Vec3> = way.iter().map(|s| self.at(*s)).collect();
+        let points: Vec<Vec3> = arc_lengths.iter().map(|s| self.at(*s)).collect();
         trajectory((0..3).map(|a| points.iter().map(|p| p[a]).collect()).collect())
     }
 
-    /// Distance of every actual sample from the curve, mm; the foot point is searched near the last one.
+    /// Distance of every actual sample from the curve, mm. The foot point is searched near the last
+    /// one.
     pub fn contour_error(&self, reference: &Trajectory, actual: &Trajectory) -> Vec<f64> {
         let mut near = 0;
         (0..actual.len())
             .map(|k| {
                 let point = point(actual, k);
-                // The reference sample lies on the curve: walk to it, then search around it.
+                // The reference sample lies on the curve: advance to it, then search around it.
                 let commanded = self::point(reference, k);
                 while near + 1 < self.points.len()
                     && (self.points[near + 1] - commanded).norm() <= (self.points[near] - commanded).norm()
@@ -174,16 +175,16 @@ pub fn random_spline(seed: u64) -> Dense {
     let pieces: Vec<[Vec3; 6]> = (0..19)
         .map(|i| {
             let (v0, v1, a0, a1) = (slope(i), slope(i + 1), bend(i), bend(i + 1));
-            let way = knot(i + 1) - knot(i) - v0 - 0.5 * a0;
+            let delta = knot(i + 1) - knot(i) - v0 - 0.5 * a0;
             let speed = v1 - v0 - a0;
             let turn = a1 - a0;
             [
                 knot(i),
                 v0,
                 0.5 * a0,
-                10.0 * way - 4.0 * speed + 0.5 * turn,
-                -15.0 * way + 7.0 * speed - turn,
-                6.0 * way - 3.0 * speed + 0.5 * turn,
+                10.0 * delta - 4.0 * speed + 0.5 * turn,
+                -15.0 * delta + 7.0 * speed - turn,
+                6.0 * delta - 3.0 * speed + 0.5 * turn,
             ]
         })
         .collect();

@@ -1,10 +1,10 @@
-//! How friction varies with place.
+//! Variation of friction with position and time.
 
 use std::f64::consts::TAU;
 
 use crate::spec::{FrictionSpec, Warming};
 
-/// Friction relative to its mean, over the axis and the screw's turn.
+/// Friction relative to its mean, over the axis and over the screw turn.
 #[derive(Debug, Clone)]
 pub(crate) struct Level {
     spec: FrictionSpec,
@@ -28,23 +28,23 @@ impl Level {
     }
 }
 
-/// How the level falls while the machine warms up, relative to its mean.
+/// Decrease of the level while the machine warms up, relative to its mean.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Warmth {
     share: f64,
-    /// `exp(−t/time)` now, and its factor from period to period.
+    /// Present value of `exp(−t/time)`, and its factor from period to period.
     left: f64,
     keep: f64,
 }
 
 impl Warmth {
-    /// After `elapsed_s` of running, stepped every `tick_s`; none at a noise of zero.
+    /// State after `elapsed_s` of running, stepped every `tick_s`. No warming at a noise of zero.
     pub(crate) fn new(warming: Option<Warming>, noise: f64, elapsed_s: f64, tick_s: f64) -> Self {
         let Warming { share, time_s } = warming.unwrap_or(Warming { share: 0.0, time_s: 1.0 });
         Self { share: noise * share, left: (-elapsed_s / time_s).exp(), keep: (-tick_s / time_s).exp() }
     }
 
-    /// `1 + share·(2·exp(−t/time) − 1)`, and on to the next period.
+    /// `1 + share·(2·exp(−t/time) − 1)`, then advances one period.
     pub(crate) fn step(&mut self) -> f64 {
         let level = 1.0 + self.share * (2.0 * self.left - 1.0);
         self.left *= self.keep;

@@ -4,7 +4,8 @@ use super::sliding::Sliding;
 
 /// `ż = v − |v|/g(v)·z`, `g = (F_c + (F_s − F_c)·exp(−(v/v_s)²))/σ0`, `F = σ0 z + σ1·exp(−(v/v_s)²)·ż`.
 ///
-/// The bristle damping fades with the Stribeck curve, which keeps the model passive where `σ1 v_s ≤ 9 F_c`.
+/// The bristle damping fades with the Stribeck curve. The model is therefore passive if `σ1 v_s ≤ 9
+/// F_c`.
 #[derive(Debug, Clone)]
 pub(super) struct LuGre {
     stiffness: f64,

@@ -2,10 +2,11 @@
 
 use super::sliding::Sliding;
 
-/// Elastic elements in parallel. Element `i` follows the motion with stiffness `k_i` until its force reaches its share of the sliding
-/// force `F_c + (F_s − F_c)·exp(−(v/v_s)²)`, then slips; as the speed grows the slipping elements weaken.
+/// Elastic elements in parallel. Element `i` follows the motion with stiffness `k_i` until its
+/// force reaches its share of the sliding force `F_c + (F_s − F_c)·exp(−(v/v_s)²)`, then slips.
+/// Slipping elements weaken with speed.
 ///
-/// Passive: an element stores `k δ²/2` and loses energy whenever it is clipped.
+/// Passive: an element stores `k δ²/2` and dissipates energy whenever it is clipped.
 #[derive(Debug, Clone)]
 pub(super) struct MaxwellSlip {
     elements: Vec<Element>,

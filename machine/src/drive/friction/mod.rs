@@ -1,4 +1,4 @@
-//! Friction of one side of a screw.
+//! Friction on one side of a screw.
 
 mod level;
 mod lugre;
@@ -12,14 +12,14 @@ use sliding::Sliding;
 
 use crate::spec::{FrictionSpec, PreslidingSpec};
 
-/// One side's friction; an enum, so that the inner loop has no indirect call.
+/// Friction model of one side. An enum avoids an indirect call in the inner loop.
 #[derive(Debug, Clone)]
 enum Model {
     LuGre(LuGre),
     Maxwell(MaxwellSlip),
 }
 
-/// Friction of one side: its model, its share of the axis's levels, and the Stribeck curve.
+/// Friction of one side: its model, its share of the axis levels, and the Stribeck curve.
 #[derive(Debug, Clone)]
 pub(super) struct Friction {
     model: Model,
@@ -30,7 +30,7 @@ pub(super) struct Friction {
 }
 
 impl Friction {
-    /// The side that carries `share` of the friction.
+    /// The side with the fraction `share` of the friction.
     pub(super) fn new(spec: &FrictionSpec, share: f64) -> Self {
         let model = match &spec.presliding {
             PreslidingSpec::Lugre { stiffness_n_m, damping_n_s_m } => Model::LuGre(LuGre::new(*stiffness_n_m, *damping_n_s_m)),
@@ -47,12 +47,13 @@ impl Friction {
         }
     }
 
-    /// Force that opposes positive motion, N, after a step of `step_s` at `velocity` (m/s), at `level` times the mean friction.
+    /// Force opposing positive motion, N, after a step of `step_s` at `velocity` (m/s), at `level`
+    /// times the mean friction.
     pub(super) fn step(&mut self, velocity: f64, level: f64, step_s: f64) -> f64 {
         let level = level * (1.0 + self.asymmetry * velocity.signum());
         let ratio = velocity * self.per_stribeck_s_m;
         let square = ratio * ratio;
-        // exp(−40) of the static friction is far below the encoder's reach.
+        // exp(−40) of the static friction is far below the encoder resolution.
         let stribeck = if square < 40.0 { (-square).exp() } else { 0.0 };
         let sliding = Sliding { coulomb: self.coulomb_n * level, breakaway: self.static_n * level, stribeck };
         match &mut self.model {

@@ -1,6 +1,6 @@
-//! The force of sliding that every friction model shares.
+//! Sliding force, common to all friction models.
 
-/// Sliding friction of one side at the present place, direction and time; levels in N.
+/// Sliding friction of one side at the present position, direction and time. Levels in N.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
     pub coulomb: f64,

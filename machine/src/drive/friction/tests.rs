@@ -14,7 +14,7 @@ fn both() -> [(&'static str, Friction); 2] {
     })
 }
 
-/// Work put into friction along a closed motion, J, cycle by cycle; and the forces of each cycle.
+/// Energy dissipated by friction along a closed motion, J, per cycle, and the forces of each cycle.
 fn cycles(friction: &mut Friction, amplitude: f64, frequency: f64, count: usize) -> Vec<(f64, Vec<f64>)> {
     let steps = (1.0 / (frequency * STEP_S)).round() as usize;
     let position = |k: usize| amplitude * (std::f64::consts::TAU * k as f64 / steps as f64).sin();
@@ -40,7 +40,7 @@ fn closed_cycles_dissipate_from_presliding_to_fast_sliding() {
         for (amplitude, frequency) in [(2e-7, 20.0), (2e-6, 5.0), (2e-5, 10.0), (1e-3, 5.0), (1e-2, 1.0)] {
             let last = cycles(&mut friction.clone(), amplitude, frequency, 6).pop().unwrap().0;
             assert!(last > 0.0, "{name}: {last} J at amplitude {amplitude} m");
-            // Never more than breakaway force all the way.
+            // Never above the breakaway force.
             assert!(last <= 4.0 * amplitude * friction.static_n * 1.1, "{name} {last}");
         }
     }
@@ -60,7 +60,7 @@ fn random_motion_never_draws_energy_beyond_what_was_stored() {
                 work += friction.step(velocity, 1.0, STEP_S) * velocity * STEP_S;
                 lowest = lowest.min(work);
             }
-            // Starting unloaded, passivity says the work never goes below 0; rounding only.
+            // Starting unloaded, a passive model never returns net energy, rounding aside.
             assert!(lowest > -1e-9 && work > 0.0, "{name}, seed {seed}: {lowest} J");
         }
     }
@@ -90,7 +90,7 @@ fn steady_sliding_follows_the_stribeck_curve() {
                 let fade = (-(speed * friction.per_stribeck_s_m).powi(2)).exp();
                 let steady = friction.coulomb_n + (friction.static_n - friction.coulomb_n) * fade;
                 let expected = sign * steady * (1.0 + sign * friction.asymmetry);
-                // The Maxwell model's sticking damping is the only force on top.
+                // The sticking damping of the Maxwell model is the only additional force.
                 assert!((force / expected - 1.0).abs() < 0.03, "{name} at {speed}: {force}, {expected}");
             }
         }
