@@ -209,7 +209,7 @@ pub enum LawArg {
 impl From<LawArg> for LawName {
     fn from(law: LawArg) -> Self {
         match law {
-            LawArg::ModelBased => Self::Virtual,
+            LawArg::ModelBased => Self::ModelBased,
             LawArg::OneShot => Self::OneShot,
             LawArg::Tracking => Self::Tracking,
             LawArg::NormOptimal => Self::NormOptimal,

@@ -7,6 +7,7 @@ use motion::{Cartesian, DesiredPath, Kinematics, Limits, Trajectory, plan_curve_
 
 use crate::error::{Error, Result};
 use crate::part::Part;
+use crate::refit::marked_line;
 use crate::setup::Setup;
 use crate::statistics::{self, Figures};
 
@@ -137,6 +138,17 @@ impl Input {
     /// When the samples or axes of `actual` are not those of the path.
     pub fn figures(&self, actual: &Trajectory) -> Result<Figures> {
         statistics::figures(self.desired(), self.part(), actual)
+    }
+
+    /// Refuses a program that states that it was compensated before.
+    ///
+    /// # Errors
+    /// [`Error::AlreadyCompensated`] with the line of the statement.
+    pub fn check_original(&self) -> Result<()> {
+        match self.part().and_then(|part| Some((part.name.clone(), marked_line(&part.program)?))) {
+            Some((name, line)) => Err(Error::AlreadyCompensated { name, line }),
+            None => Ok(()),
+        }
     }
 
     /// Largest axis difference between `reference` and the path, mm or rad.

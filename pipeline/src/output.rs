@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::input::Input;
 use crate::part::Part;
-use crate::refit::{DECIMALS, RefitSettings, TimeEncoding, write_program};
+use crate::refit::{DECIMALS, Mark, RefitSettings, TimeEncoding, write_program};
 use crate::setpoints::{SetpointKind, SetpointSettings, SetpointsWritten, write_setpoints};
 use crate::setup::Setup;
 
@@ -52,10 +52,12 @@ impl OutputFormat {
 }
 
 /// Settings of the output: the caller's values, else those of the control profile.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct OutputSettings {
     /// Output format.
     pub format: OutputFormat,
+    /// Comment at the head of a changed program; none when `None`.
+    pub mark: Option<Mark>,
     decimals: Option<usize>,
     spacing_ms: Option<f64>,
     controller: Option<ControllerSpec>,
@@ -69,7 +71,13 @@ impl OutputSettings {
         // Measured with the planner of this project in place of the control: G93 lengthens the cycle by up to 13 %, the
         // program's own feeds do not lengthen it.
         let own = setup.controller.map_or(OutputFormat::Program(TimeEncoding::Keep), |profile| profile.carrier.into());
-        Self { format: format.unwrap_or(own), decimals, spacing_ms, controller: setup.controller }
+        Self { format: format.unwrap_or(own), mark: None, decimals, spacing_ms, controller: setup.controller }
+    }
+
+    /// The same, with this comment at the head of a changed program.
+    #[must_use]
+    pub fn marked(self, mark: Mark) -> Self {
+        Self { mark: Some(mark), ..self }
     }
 
     /// Settings for writing a program; `None` where the output is setpoints.
@@ -134,7 +142,8 @@ impl Input {
                 Ok(Output { content: text.into(), largest_shift_mm: largest_shift_mm(), format, setpoints })
             }
             (OutputFormat::Program(_), Some(part)) => {
-                let (content, largest_shift_mm) = write_program(part, reference, &settings.refit(), max_shift_mm)?;
+                let (content, largest_shift_mm) =
+                    write_program(part, reference, &settings.refit(), max_shift_mm, settings.mark.as_ref())?;
                 Ok(Output { content, largest_shift_mm, format: Some(settings.format), setpoints: None })
             }
             (OutputFormat::Program(_), None) => {

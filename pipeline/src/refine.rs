@@ -71,6 +71,7 @@ pub struct Refined {
 /// # Errors
 /// When the runs do not match the path, or a setting is out of range.
 pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settings: &RefineSettings) -> Result<Refined> {
+    input.check_original()?;
     let desired = input.desired();
     let before = input.figures(actual)?;
     let low_pass = LowPass::new(settings.low_pass_hz, input.trajectory().period_s())?;

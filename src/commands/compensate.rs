@@ -10,7 +10,7 @@ use models::Bundle;
 use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
-use pipeline::refit::TimeEncoding;
+use pipeline::refit::{Mark, TimeEncoding};
 use pipeline::units::um;
 use pipeline::{
     Expectation, Input, Output, OutputFormat, OutputSettings, PositionTerms, as_recorded, machine_for, model_based_ilc,
@@ -105,7 +105,7 @@ impl Compensate {
         let (model, source) = rayon::join(|| read::model(&self.model), || Source::open(&self.input));
         let (model, source) = (model?, source?);
         let setup = self.output.setup(&self.machine(&model)?)?;
-        let mut format = self.output.settings(&setup);
+        let mut format = self.output.settings(&setup).marked(Mark::of_model(&model)?);
         let input = source.on(&setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
         let (input, readback) = self.recorded(input, &format, &printer)?;

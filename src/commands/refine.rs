@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
 use pipeline::refine::{LOW_PASS_HZ, RefineLaw, RefineSettings, refine_from_log};
+use pipeline::refit::Mark;
 use pipeline::units::um;
 use pipeline::{Input, Setup};
 use serde_json::json;
@@ -91,7 +92,7 @@ impl Refine {
         let printer = Printer::new(self.common.json.as_deref());
         let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
         let setup = Setup { period_s: log.period_s(), ..self.setup(&printer)? };
-        let format = self.output.settings(&setup);
+        let format = self.output.settings(&setup).marked(Mark::of_run(self.run));
         let mut input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
         if let Some(part) = input.part_mut() {

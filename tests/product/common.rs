@@ -140,3 +140,9 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     println!("skipped: ../shared is not there");
     None
 }
+
+/// A compensated program without the comment at its head.
+pub fn without_mark(program: &str) -> String {
+    let of_mark = |line: &&str| line.contains("PRECOMP ") || line.contains("ORIGINAL SHA256");
+    program.split_inclusive('\n').filter(|line| !of_mark(line)).collect()
+}

@@ -8,6 +8,7 @@ mod dwells;
 mod feeds;
 mod files;
 mod five_axis;
+mod marked;
 mod measure;
 mod modes;
 mod placed;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Folder, text};
+use crate::common::{Folder, text, without_mark};
 
 const PART: &str = "G21 G90 G17 G61\nG0 X0 Y0 Z0\nG4 P0.2\nG94 G1 X2 F1800\nX20\nG94\nG3 X20 Y20 I0 J10\nG61 G1 X0\nG1 X0\n\
 M8 G64 P0.1\nG1 Y0\nG0 Z5\nM2\n";
@@ -17,7 +17,7 @@ fn folder_with(program: &str) -> Folder {
 /// Compensates `modes.ngc` with these options; the program that comes out, and the figures.
 fn compensate(folder: &Folder, options: &[&str]) -> (String, Value) {
     let figures = folder.figures(&[&["compensate", "modes.ngc", "-m", "machine.model", "-o", "out.ngc"][..], options].concat());
-    (folder.read("out.ngc"), figures)
+    (without_mark(&folder.read("out.ngc")), figures)
 }
 
 #[test]

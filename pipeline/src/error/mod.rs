@@ -47,6 +47,14 @@ pub enum Error {
         /// Axes of the machine.
         axes: Vec<String>,
     },
+    /// The program was compensated before: its points are no longer those that the part needs.
+    #[error("{name}: line {line} states that precomp compensated this program; give the original program instead")]
+    AlreadyCompensated {
+        /// Name of the program.
+        name: String,
+        /// Line of the comment, from 1.
+        line: usize,
+    },
     /// A tool length is given for a machine with rotary axes, whose description holds it.
     #[error(
         "--tool-length is for machines that do not turn tool or part; here the machine file says it (kinematics.tool_length_mm), \

@@ -18,7 +18,7 @@ pub const RESPONSE_S: f64 = 0.2;
 pub(super) fn law(settings: &Settings, path: &Trajectory, machine: &mut dyn Machine) -> Result<Box<dyn CompensationLaw>> {
     let low_pass = LowPass::new(settings.low_pass_hz, path.period_s())?;
     Ok(match settings.law {
-        LawName::Virtual => Box::new(spatial(settings.gain, low_pass)?),
+        LawName::ModelBased => Box::new(spatial(settings.gain, low_pass)?),
         LawName::OneShot => Box::new(OneShot::default()),
         LawName::Tracking => Box::new(TrackingIlc::new(Gain::Constant(settings.gain), low_pass)),
         LawName::NormOptimal => Box::new(norm_optimal(0.0, ImpulseResponse::probe(machine, path, PROBE, RESPONSE_S)?)?),

@@ -82,6 +82,7 @@ pub fn on_learned_machine(
     floor_mm: f64,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
+    input.check_original()?;
     let (weights, outside) = prepare(input, machine, coverage);
     let mut control = ControlledMachine::learned(machine, input.part());
     let max_shift = bound_of(settings, &mut control, input)?;
@@ -147,7 +148,7 @@ fn learn_on_reference(
     input: &Input,
     settings: &Settings,
 ) -> Result<OnReference> {
-    if settings.law == LawName::Virtual {
+    if settings.law == LawName::ModelBased {
         let (runs, ended) = task.descend(control, settings.iterations)?;
         return Ok(OnReference { runs, ended });
     }
@@ -194,7 +195,7 @@ fn relearn_on_program(
     let figures = task.figures(&seen)?;
     let measure = cost(&figures);
     // The papers' laws are not iterated again; only their forecast is that of the replanned program.
-    let run = if settings.law == LawName::Virtual && (measure / ideal.measure - 1.0).abs() > SAME_FORECAST {
+    let run = if settings.law == LawName::ModelBased && (measure / ideal.measure - 1.0).abs() > SAME_FORECAST {
         let mut law = spatial(REPLANNED_GAIN, LowPass::new(REPLANNED_LOW_PASS_HZ, path.period_s())?)?;
         let affordable = (REPLANNED_SAMPLES / path.len().max(1)).max(LEAST_REPLANNED);
         let most_updates = affordable.min(REPLANNED_UPDATES * settings.iterations);

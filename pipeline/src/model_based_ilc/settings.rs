@@ -10,7 +10,7 @@ use crate::refit::RefitSettings;
 #[serde(rename_all = "kebab-case")]
 pub enum LawName {
     /// The contour error itself, minimised on the model: spatial learning, then Gauss-Newton steps (default)
-    Virtual,
+    ModelBased,
     /// One shift by the predicted contour error (Paper D)
     OneShot,
     /// Every axis driven to its desired position at its time, iterated on the model
@@ -47,7 +47,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            law: LawName::Virtual,
+            law: LawName::ModelBased,
             iterations: 4,
             gain: 0.9,
             low_pass_hz: 100.0,

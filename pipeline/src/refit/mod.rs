@@ -5,6 +5,7 @@
 //! unchanged. [`write_program`] refits and verifies.
 
 mod block_writer;
+mod mark;
 mod modes;
 mod refitted;
 mod segment;
@@ -21,6 +22,7 @@ use crate::part::{Part, stated};
 use modes::rounds_less;
 use segment::{Segment, piece_is_shiftable};
 
+pub use mark::{Mark, marked_line};
 pub use refitted::Refitted;
 pub use settings::{DECIMALS, RefitSettings, TimeEncoding};
 pub use verify::verify;
@@ -90,13 +92,22 @@ fn shifts(part: &Part, reference: &Trajectory) -> Result<Vec<Vec6>> {
     Ok((0..reference.len()).into_par_iter().with_min_len(SHARE).map_init(Vec::new, shift).collect())
 }
 
-/// Program `part` with the points of `reference`, read back and verified. Also returns the largest correction of a
-/// point, mm.
+/// Program `part` with the points of `reference` and, where anything changed, the comment `mark`; read back and verified. Also returns the
+/// largest correction of a point, mm.
 ///
 /// # Errors
 /// When the program cannot be written, or fails verification.
-pub fn write_program(part: &Part, reference: &Trajectory, settings: &RefitSettings, max_shift_mm: f64) -> Result<(Vec<u8>, f64)> {
-    let refitted = refit(part, reference, settings)?;
+pub fn write_program(
+    part: &Part,
+    reference: &Trajectory,
+    settings: &RefitSettings,
+    max_shift_mm: f64,
+    mark: Option<&Mark>,
+) -> Result<(Vec<u8>, f64)> {
+    let mut refitted = refit(part, reference, settings)?;
+    if let Some(mark) = mark.filter(|_| !refitted.edits.is_empty()) {
+        mark.write(&part.program, refitted.largest_shift_mm, &mut refitted.edits)?;
+    }
     let bytes = edit(&part.program, &refitted.edits)?;
     verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)?;
     Ok((bytes, refitted.largest_shift_mm))
