@@ -1,4 +1,4 @@
-//! Recurrent layers beside burn's own, with the sizes of `benches/pytorch/recurrent.py`.
+//! Recurrent layers compared with burn's own, with the sizes of `benches/pytorch/recurrent.py`.
 
 use std::{hint::black_box, time::Duration};
 

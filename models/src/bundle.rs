@@ -36,23 +36,25 @@ pub struct HeldOut {
     pub linear_rms: f64,
     /// Root mean square of the tracking error itself.
     pub raw_rms: f64,
-    /// Share of the errors within the 95 % band, on runs that the band was not fitted to.
+    /// Coverage probability of the 95 % interval, on runs that it was not fitted to.
     pub band_held: f64,
-    /// Folds of the cross-fit that these figures come from: each fitted and chosen without the rows that judge it. Zero where unknown.
+    /// Number of folds of the cross-validation behind these figures. Each fold is predicted by a
+    /// model fitted and chosen without it. Zero if unknown.
     #[serde(default)]
     pub folds: usize,
-    /// Largest RMS error over two seconds of these runs, over [`Self::rms`]: how unevenly errors fall. Zero where unknown.
+    /// Largest RMS error over two seconds of these runs, as a ratio to [`Self::rms`]: the
+    /// unevenness of the errors. Zero if unknown.
     #[serde(default)]
     pub worst_window: f64,
 }
 
-/// Everything that a bundle says of one axis.
+/// Description of one axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisManifest {
     /// Name of the axis.
     pub name: String,
-    /// Whether it turns: positions in rad rather than mm.
+    /// Whether the axis is rotary: positions in rad instead of mm.
     pub rotary: bool,
     /// Kind of its predictor.
     pub predictor: String,
@@ -60,23 +62,23 @@ pub struct AxisManifest {
     pub settings: serde_json::Value,
     /// Errors on held-out runs.
     pub held_out: HeldOut,
-    /// What it was trained on.
+    /// Operating range of the training data.
     pub coverage: OperatingRange,
-    /// Error bars.
+    /// Prediction interval.
     pub band: PredictionInterval,
 }
 
-/// Everything that a bundle says of itself.
+/// Description of the bundle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Format of the bundle.
     pub format: u32,
-    /// Version of the product that wrote it.
+    /// Version of the program that wrote it.
     pub version: String,
     /// Sampling period, s.
     pub period_s: f64,
-    /// Seed of everything random in training.
+    /// Seed of all random draws in training.
     pub seed: u64,
     /// SHA-256 of the training data, hexadecimal.
     pub data_sha256: String,
@@ -84,25 +86,26 @@ pub struct Manifest {
     pub common_delay_s: f64,
     /// Description of the machine as TOML: limits, kinematics, controller.
     pub machine_toml: String,
-    /// Whether the limits in it were taken from what the log reached.
+    /// Whether its limits were estimated from the log.
     pub limits_from_log: bool,
     /// The axes, in order.
     pub axes: Vec<AxisManifest>,
 }
 
-/// A model: what is known of it, and its predictors.
+/// A model: manifest and predictors.
 #[derive(Debug)]
 pub struct Bundle {
-    /// What is known of the model.
+    /// Description of the model.
     pub manifest: Manifest,
     predictors: Vec<SavedPredictor>,
 }
 
 impl Bundle {
-    /// A bundle of one predictor for every axis of the manifest, whose predictor fields are set from them.
+    /// A bundle of one predictor per axis of the manifest. Sets the predictor fields of the
+    /// manifest.
     ///
     /// # Errors
-    /// When there is not one predictor for every axis.
+    /// When the number of predictors is not the number of axes.
     pub fn new(mut manifest: Manifest, predictors: &[Box<dyn AxisPredictor>]) -> Result<Self, ModelError> {
         if manifest.axes.len() != predictors.len() {
             return Err(ModelError::Misfit(format!("{} predictors for {} axes", predictors.len(), manifest.axes.len())));
@@ -125,13 +128,13 @@ impl Bundle {
             .collect()
     }
 
-    /// OperatingRange of every axis.
+    /// Operating range of every axis.
     #[must_use]
     pub fn coverage(&self) -> Vec<OperatingRange> {
         self.manifest.axes.iter().map(|axis| axis.coverage).collect()
     }
 
-    /// The predictors, rebuilt.
+    /// Rebuilds the predictors.
     ///
     /// # Errors
     /// When a predictor's settings or arrays are not usable.
@@ -139,7 +142,7 @@ impl Bundle {
         self.predictors.iter().map(load_predictor).collect()
     }
 
-    /// The machine that the predictors stand for.
+    /// The machine with these predictors.
     ///
     /// # Errors
     /// When a predictor's settings or arrays are not usable.
@@ -147,7 +150,7 @@ impl Bundle {
         LearnedMachine::new(self.manifest.period_s, self.axes(), self.predictors()?)
     }
 
-    /// The bundle as bytes: the same for the same model.
+    /// The bundle as bytes; the same model gives the same bytes.
     ///
     /// # Errors
     /// When the parts cannot be serialised.
@@ -169,10 +172,11 @@ impl Bundle {
         Ok(bytes)
     }
 
-    /// The bundle in `bytes`.
+    /// Reads a bundle from `bytes`.
     ///
     /// # Errors
-    /// When a byte was changed, the format is another one, or a part is missing or not usable; says which.
+    /// When a byte was changed, the format is another one, or a part is missing or invalid; the
+    /// message names it.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
         let damaged = |why: &str| ModelError::Damaged(why.into());
         let (body, checksum) = bytes

@@ -1,4 +1,4 @@
-//! What can go wrong with a model.
+//! Errors of a model.
 
 use thiserror::Error;
 
@@ -8,7 +8,7 @@ pub enum ModelError {
     /// A saved predictor lacks an array or a setting, or one has the wrong shape.
     #[error("the model's {part} is not usable: {why}")]
     Malformed {
-        /// Which part.
+        /// Name of the part.
         part: String,
         /// What is wrong with it.
         why: String,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::AxisSignal;
 
-/// Which features a network sees (Paper D, table II).
+/// Feature set of a network (Paper D, table II).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FeatureSet {
@@ -17,14 +17,15 @@ pub enum FeatureSet {
 }
 
 impl FeatureSet {
-    /// Whether the set tells one place from another.
+    /// Whether the set depends on the position.
     #[must_use]
-    pub fn sees_place(self) -> bool {
+    pub fn depends_on_position(self) -> bool {
         self == Self::Ii
     }
 }
 
-/// How far the velocity window of sets i and iii reaches, samples: a cascaded drive's tracking error is of sixth order.
+/// Reach of the velocity window of sets i and iii, samples: a cascaded drive's tracking error is of
+/// sixth order.
 const REACH: isize = 6;
 
 /// A feature set with the windows of its flags.
@@ -35,9 +36,9 @@ pub struct FeatureSpec {
     pub set: FeatureSet,
     /// `n1`: samples that the backlash flag lasts after a reversal.
     pub backlash_window: usize,
-    /// `n2`: samples that the motor-start flag lasts after a rest.
+    /// `n2`: samples that the motor-start flag lasts after a standstill.
     pub start_window: usize,
-    /// `a_max` of eq. 12, mm/s² or rad/s²: the largest reference acceleration that was trained on.
+    /// `a_max` of eq. 12, mm/s² or rad/s²: the largest reference acceleration in the training data.
     pub acceleration_max: f64,
 }
 
@@ -52,8 +53,9 @@ impl FeatureSpec {
         }
     }
 
-    /// The feature rows of a signal, row-major, [`FeatureSpec::width`] values a sample. Velocities are backward differences; the
-    /// axis rests before the first and after the last sample.
+    /// The feature rows of a signal, row-major, [`FeatureSpec::width`] values per sample.
+    /// Velocities are backward differences. The axis stands still before the first and after the
+    /// last sample.
     #[must_use]
     pub fn rows(&self, signal: &AxisSignal<'_>) -> Vec<f32> {
         let v = velocity(signal.reference, signal.period_s);
@@ -120,12 +122,12 @@ pub fn velocity(positions: &[f64], period_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What happened to an axis.
+/// Kind of event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
-    /// Its velocity changed sign without a rest.
+    /// The velocity changed sign without a standstill.
     Reversal,
-    /// It left a rest.
+    /// The axis started from a standstill.
     Start,
 }
 
@@ -134,13 +136,14 @@ pub enum EventKind {
 pub struct Event {
     /// Last sample before the new direction.
     pub sample: usize,
-    /// Which of the two.
+    /// Kind of the event.
     pub kind: EventKind,
     /// New direction, `+1` or `−1`.
     pub sign: f64,
 }
 
-/// Reversals and starts in a velocity signal. Slower than a millionth of the largest speed counts as rest.
+/// Reversals and starts in a velocity signal. Speeds below a millionth of the largest speed count
+/// as standstill.
 #[must_use]
 pub fn events(velocity: &[f64]) -> Vec<Event> {
     let still = 1e-6 * velocity.iter().fold(0.0_f64, |top, v| top.max(v.abs()));
@@ -168,7 +171,7 @@ mod tests {
         FeatureSpec { set, backlash_window: 3, start_window: 2, acceleration_max: 1000.0 }
     }
 
-    /// Rest, forward at 1 mm/s, back.
+    /// Standstill, forward at 1 mm/s, back.
     fn positions() -> Vec<f64> {
         let mut x = vec![0.0; 5];
         x.extend((1..=10).map(|k| f64::from(k) * 0.01));
@@ -179,11 +182,12 @@ mod tests {
     #[test]
     fn flags_follow_equations_11_and_12() {
         let (backlash, start) = spec(FeatureSet::Iii).flags(&positions(), 0.01);
-        // Leaves rest between samples 4 and 5: flagged from 4 for two more samples; gently, so strength 1.
+        // Starts between samples 4 and 5: flagged from 4 for two more samples; low acceleration, so
+        // strength 1.
         assert_eq!(&start[3..8], [0.0, 1.0, 1.0, 1.0, 0.0]);
-        // Turns back between samples 14 and 15.
+        // Reverses between samples 14 and 15.
         assert_eq!(&backlash[13..19], [0.0, -1.0, -1.0, -1.0, -1.0, 0.0]);
-        // Started more sharply than a quarter of the largest acceleration.
+        // Starts with more than a quarter of the largest acceleration.
         let sharp = FeatureSpec { acceleration_max: 10.0, ..spec(FeatureSet::Iii) };
         assert_eq!(sharp.flags(&positions(), 0.01).1[4], 2.0);
     }

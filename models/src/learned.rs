@@ -1,4 +1,4 @@
-//! A model of a machine, used in its place.
+//! A model in place of a machine.
 
 use machine::{Machine, MachineError};
 use motion::{Axis, AxisKind, Trajectory};
@@ -13,15 +13,15 @@ pub struct LearnedMachine {
     axes: Vec<Axis>,
     predictors: Vec<Box<dyn AxisPredictor>>,
     desired: Option<Trajectory>,
-    /// Whether the linear axes' positions are the machine's.
+    /// Whether the positions of the linear axes are in machine coordinates.
     placed: bool,
 }
 
 impl LearnedMachine {
-    /// The machine with one predictor an axis.
+    /// The machine with one predictor per axis.
     ///
     /// # Errors
-    /// When there is not one predictor for every axis.
+    /// When the number of predictors is not the number of axes.
     pub fn new(period_s: f64, axes: Vec<Axis>, predictors: Vec<Box<dyn AxisPredictor>>) -> Result<Self, ModelError> {
         if axes.len() != predictors.len() || axes.is_empty() {
             return Err(ModelError::Misfit(format!("{} predictors for {} axes", predictors.len(), axes.len())));
@@ -29,17 +29,20 @@ impl LearnedMachine {
         Ok(Self { period_s, axes, predictors, desired: None, placed: true })
     }
 
-    /// Takes reversal and start flags from `desired` in all runs to come, so that small shifts near rest do not toggle them.
+    /// Takes the reversal and start flags of all following runs from `desired`, so that small
+    /// shifts near a standstill do not toggle them.
     pub fn freeze_flags(&mut self, desired: &Trajectory) {
         self.desired = Some(desired.clone());
     }
 
-    /// From here on the linear axes run paths whose work offset is not known: what depends on their position is left out.
+    /// The linear axes of all following runs have an unknown work offset: position-dependent terms
+    /// are left out.
     pub fn leave_out_position(&mut self) {
         self.placed = false;
     }
 
-    /// Whether the positions of the axis with this index are the machine's. A work offset leaves rotary axes alone.
+    /// Whether the positions of the axis with this index are in machine coordinates. A work offset
+    /// does not apply to rotary axes.
     #[must_use]
     pub fn is_placed(&self, axis: usize) -> bool {
         self.placed || self.axes.get(axis).is_some_and(|axis| axis.kind == AxisKind::Rotary)
@@ -63,7 +66,7 @@ impl LearnedMachine {
         &self.predictors
     }
 
-    /// Predicted tracking error of every axis, mm or rad, one a sample.
+    /// Predicted tracking error of every axis, mm or rad, one value per sample.
     ///
     /// # Errors
     /// When the reference's axes or period are not the model's.

@@ -1,10 +1,8 @@
-//! Predictors of an axis's tracking error, and the model bundle that carries them.
+//! Predictors of an axis's tracking error, and the model bundle that stores them.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
-mod band;
 mod bundle;
-mod coverage;
 mod error;
 pub mod features;
 mod hex;
@@ -13,6 +11,8 @@ mod load;
 mod memory;
 pub mod narx;
 pub mod network;
+mod operating_range;
+mod prediction_interval;
 mod predictor;
 mod quantile;
 pub mod recurrent;
@@ -21,9 +21,7 @@ mod spread;
 pub mod stacked;
 pub mod staged;
 
-pub use band::PredictionInterval;
 pub use bundle::{AxisManifest, Bundle, FORMAT, HeldOut, Manifest};
-pub use coverage::{OperatingRange, Outside, fade};
 pub use error::ModelError;
 pub use features::{FeatureSet, FeatureSpec};
 pub use hex::hex;
@@ -32,6 +30,8 @@ pub use load::load_predictor;
 pub use memory::keep_memory;
 pub use narx::NarxPredictor;
 pub use network::NetworkPredictor;
+pub use operating_range::{OperatingRange, Outside, fade};
+pub use prediction_interval::PredictionInterval;
 pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};
 pub use scaler::Scaler;
 pub use spread::{PEAK_S, Spread};

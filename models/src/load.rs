@@ -1,4 +1,4 @@
-//! From a saved predictor, of whatever kind, back to one that predicts.
+//! Rebuilds a saved predictor of any kind.
 
 use crate::narx::{self, NarxPredictor};
 use crate::network::{self, NetworkPredictor};
@@ -6,10 +6,10 @@ use crate::stacked::{self, StackedPredictor};
 use crate::staged::{self, StagedPredictor};
 use crate::{AxisPredictor, ModelError, SavedPredictor};
 
-/// The predictor that `saved` was taken from.
+/// Rebuilds the predictor that was saved as `saved`.
 ///
 /// # Errors
-/// When its kind is unknown, or its settings or arrays are not usable.
+/// When its kind is unknown, or its settings or arrays are invalid.
 pub fn load_predictor(saved: &SavedPredictor) -> Result<Box<dyn AxisPredictor>, ModelError> {
     match saved.kind.as_str() {
         network::LSTM | network::GRU => Ok(Box::new(NetworkPredictor::from_saved(saved)?)),

@@ -1,17 +1,17 @@
-//! How the allocator is to treat the long series that are made and dropped in every round.
+//! Allocator settings for the long series that are allocated and freed in every iteration.
 
 use std::{hint::black_box, sync::Once};
 
-/// Whether the allocator has seen a large block freed.
-static TAUGHT: Once = Once::new();
-/// Numbers in that block.
-const LESSON: usize = 7 << 20;
+/// Whether a large block was freed before.
+static PRIMED: Once = Once::new();
+/// Length of that block, in `f32`s.
+const BLOCK_LEN: usize = 7 << 20;
 
-/// Keeps the memory of dropped series for the next ones.
+/// Keeps the memory of freed series for the next ones.
 ///
-/// The GNU allocator fetches blocks larger than any that it has seen freed (up to 32 MiB) anew from the system every time, page by page;
-/// having seen one this large, untouched, it keeps the memory: of a training step a quarter of the page faults remain. Other
-/// allocators do not mind.
+/// The GNU allocator requests blocks larger than any freed one (up to 32 MiB) from the system every
+/// time, page by page. Once a block of this size was freed, untouched, it keeps the memory: a
+/// quarter of the page faults of a training step remain. Other allocators are not affected.
 pub fn keep_memory() {
-    TAUGHT.call_once(|| drop(black_box(Vec::<f32>::with_capacity(LESSON))));
+    PRIMED.call_once(|| drop(black_box(Vec::<f32>::with_capacity(BLOCK_LEN))));
 }

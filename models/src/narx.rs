@@ -2,12 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::network::{SETTLING_S, samples, with_rest_before};
+use crate::network::{SETTLING_S, samples, with_standstill_before};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, FeatureSpec, ModelError, SavedPredictor, Scaler};
 
 /// Name of this kind of predictor.
 pub const KIND: &str = "narx";
-/// Past errors `e(k−1…k−6)` that it sees: a cascaded drive's tracking error is of sixth order (Paper D, eq. 8).
+/// Past errors `e(k−1…k−6)` among the inputs: a cascaded drive's tracking error is of sixth order
+/// (Paper D, eq. 8).
 pub const PAST_ERRORS: usize = 6;
 
 /// A dense layer: `y = Wᵀ·x + b`.
@@ -32,8 +33,9 @@ impl Dense {
 
 /// A NARX network that predicts the tracking error of one axis.
 ///
-/// It runs in two modes: *series-parallel*, one step ahead from measured errors ([`NarxPredictor::predict_one_step`]), as it is
-/// trained; and *parallel* on its own past predictions ([`AxisPredictor::predict`]), as a machine that has not run yet demands.
+/// It has two modes: *series-parallel*, one step ahead from measured errors
+/// ([`NarxPredictor::predict_one_step`]), as in training; and *parallel*, on its own past
+/// predictions ([`AxisPredictor::predict`]), for a run without measurements.
 #[derive(Debug, Clone)]
 pub struct NarxPredictor {
     spec: FeatureSpec,
@@ -54,11 +56,12 @@ struct Settings {
 }
 
 impl NarxPredictor {
-    /// A predictor of its parts: `layers` with `tanh` between them take scaled features and, newest first, [`PAST_ERRORS`] scaled
-    /// errors. Scaled predictions are kept within `±bound`, so that a free run cannot run away.
+    /// A predictor from its parts: `layers` with `tanh` between them take scaled features and
+    /// [`PAST_ERRORS`] scaled errors, newest first. Scaled predictions are limited to `±bound`, so
+    /// that the parallel mode cannot diverge.
     ///
     /// # Errors
-    /// When sizes do not fit each other, or a number is not finite.
+    /// When sizes do not match, or a number is not finite.
     pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, bound: f32, layers: Vec<Dense>) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
         inputs.check(spec.width()).and_then(|()| targets.check(1)).map_err(malformed)?;
@@ -86,7 +89,7 @@ impl NarxPredictor {
     /// Rebuilds a predictor from [`AxisPredictor::save`].
     ///
     /// # Errors
-    /// When settings or weights are missing or do not fit together.
+    /// When settings or weights are missing or do not match.
     pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
         if saved.kind != KIND {
@@ -106,7 +109,7 @@ impl NarxPredictor {
     /// Series-parallel mode: the error of each sample from the measured errors of the six before it, mm or rad.
     ///
     /// # Errors
-    /// When there is not one measured error for each sample.
+    /// When the number of measured errors is not the number of samples.
     pub fn predict_one_step(&self, signal: &AxisSignal<'_>, measured_errors: &[f64]) -> Result<Vec<f64>, ModelError> {
         if measured_errors.len() != signal.reference.len() {
             return Err(ModelError::Misfit(format!(
@@ -120,10 +123,10 @@ impl NarxPredictor {
         Ok(self.run(signal, Some(&measured)))
     }
 
-    /// Predictions from the measured (scaled) errors where there are some, else from its own.
+    /// Predictions from the measured (scaled) errors if given, else from its own.
     fn run(&self, signal: &AxisSignal<'_>, measured: Option<&[f32]>) -> Vec<f64> {
-        let rest = samples(SETTLING_S, signal.period_s);
-        let mut rows = with_rest_before(signal, rest, |signal| self.spec.rows(signal));
+        let standstill = samples(SETTLING_S, signal.period_s);
+        let mut rows = with_standstill_before(signal, standstill, |signal| self.spec.rows(signal));
         self.inputs.scale(&mut rows);
         let mut nothing = [0.0];
         self.targets.scale(&mut nothing);
@@ -136,12 +139,12 @@ impl NarxPredictor {
             let predicted = self.forward(&mut x, &mut y);
             past.rotate_right(1);
             past[0] = match measured {
-                // Nothing was measured in the rest before the run; nothing is how much an axis at rest is behind.
-                Some(_) if k < rest => nothing[0],
-                Some(measured) => self.within(measured[k - rest]),
+                // The error before the run is zero: the axis is at a standstill.
+                Some(_) if k < standstill => nothing[0],
+                Some(measured) => self.within(measured[k - standstill]),
                 None => predicted,
             };
-            if k >= rest {
+            if k >= standstill {
                 errors.push(predicted);
             }
         }
@@ -192,7 +195,8 @@ impl AxisPredictor for NarxPredictor {
         });
         SavedPredictor {
             kind: KIND.into(),
-            // Plain structs of numbers always become JSON; were one not to, loading would refuse the empty settings.
+            // Structs of numbers always serialise to JSON; otherwise loading refuses the empty
+            // settings.
             settings: serde_json::to_value(settings).unwrap_or_default(),
             arrays: arrays.collect(),
         }

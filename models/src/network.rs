@@ -5,23 +5,23 @@ use serde::{Deserialize, Serialize};
 use crate::recurrent::{Kind, Recurrent};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, FeatureSpec, ModelError, SavedPredictor, Scaler};
 
-/// Name of an LSTM among the kinds of predictors.
+/// Kind name of an LSTM.
 pub const LSTM: &str = "lstm";
-/// Name of a GRU among the kinds of predictors.
+/// Kind name of a GRU.
 pub const GRU: &str = "gru";
-/// Rest in which the state settles before the first sample, s.
+/// Standstill before the first sample in which the state settles, s.
 pub const SETTLING_S: f64 = 0.2;
-/// Longest signal that is predicted in one go, s.
+/// Longest signal that is predicted in one piece, s.
 const SEQUENTIAL_S: f64 = 30.0;
-/// Pieces in which a longer one is predicted side by side, s.
+/// Length of the pieces of a longer signal, predicted in parallel, s.
 const CHUNK_S: f64 = 5.0;
-/// How much earlier than its piece a prediction starts, s.
+/// Warm-up of each piece, s.
 const WARMUP_S: f64 = 1.5;
 
-/// A recurrent network between scalers: rows of features in their own units to errors in mm or rad.
+/// A recurrent network between scalers: rows of features in their units to errors in mm or rad.
 ///
-/// Signals longer than half a minute are predicted in pieces side by side, each started 1.5 s early: what the network remembers for
-/// longer than that is lost there.
+/// Signals longer than half a minute are predicted in parallel pieces, each with a warm-up of 1.5
+/// s. A longer memory of the network is lost at the cuts.
 #[derive(Debug, Clone)]
 pub struct ScaledNetwork {
     inputs: Scaler,
@@ -33,7 +33,8 @@ impl ScaledNetwork {
     /// A network of `width` features and one error, mm or rad.
     ///
     /// # Errors
-    /// When the network does not have one input a feature and one output, a scaler does not fit, or a weight is not finite.
+    /// When the network does not have one input per feature and one output, a scaler does not
+    /// match, or a weight is not finite.
     pub fn new(width: usize, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: "network".into(), why };
         if network.inputs() != width || network.outputs() != 1 {
@@ -53,7 +54,7 @@ impl ScaledNetwork {
     /// Rebuilds a network from its scalers and [`ScaledNetwork::arrays`].
     ///
     /// # Errors
-    /// When arrays are missing or do not fit together.
+    /// When arrays are missing or do not match.
     pub fn from_arrays<'a>(
         kind: Kind,
         width: usize,
@@ -95,19 +96,21 @@ impl ScaledNetwork {
         &self.network
     }
 
-    /// Errors of the rows that `rows` makes of the signal, mm or rad, one a sample; the axis rests before the first.
+    /// Errors of the rows that `rows` computes from the signal, mm or rad, one per sample. The axis
+    /// stands still before the first.
     pub fn predict(&self, signal: &AxisSignal<'_>, rows: impl FnOnce(&AxisSignal<'_>) -> Vec<f32>) -> Vec<f64> {
         let samples = |seconds: f64| samples(seconds, signal.period_s);
-        let rest = samples(SETTLING_S);
-        let mut rows = with_rest_before(signal, rest, rows);
+        let standstill = samples(SETTLING_S);
+        let mut rows = with_standstill_before(signal, standstill, rows);
         self.inputs.scale(&mut rows);
         let outputs = if signal.reference.len() <= samples(SEQUENTIAL_S) {
             self.network.predict(&rows, &mut self.network.zero_state(1))
         } else {
             self.network.predict_chunked(&rows, samples(CHUNK_S), samples(WARMUP_S))
         };
-        // `rows` are whole steps of the network's inputs and the state is its own, so that nothing is refused.
-        let mut errors: Vec<f32> = outputs.unwrap_or_default().into_iter().skip(rest).collect();
+        // `rows` are whole steps of the network's inputs and the state is its own: no error is
+        // possible.
+        let mut errors: Vec<f32> = outputs.unwrap_or_default().into_iter().skip(standstill).collect();
         self.targets.unscale(&mut errors);
         errors.into_iter().map(f64::from).collect()
     }
@@ -129,10 +132,11 @@ struct Settings {
 }
 
 impl NetworkPredictor {
-    /// A predictor of its parts; `targets` scales the tracking error, mm or rad.
+    /// A predictor from its parts; `targets` scales the tracking error, mm or rad.
     ///
     /// # Errors
-    /// When the network does not have one input a feature and one output, a scaler does not fit, or a weight is not finite.
+    /// When the network does not have one input per feature and one output, a scaler does not
+    /// match, or a weight is not finite.
     pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
         Ok(Self { spec, network: ScaledNetwork::new(spec.width(), inputs, targets, network)? })
     }
@@ -140,7 +144,7 @@ impl NetworkPredictor {
     /// Rebuilds a predictor from [`AxisPredictor::save`].
     ///
     /// # Errors
-    /// When settings or weights are missing or do not fit together.
+    /// When settings or weights are missing or do not match.
     pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: saved.kind.clone(), why };
         let kind = match saved.kind.as_str() {
@@ -154,7 +158,7 @@ impl NetworkPredictor {
         Ok(Self { spec: settings.features, network })
     }
 
-    /// The features that it sees.
+    /// Features of the network.
     #[must_use]
     pub fn spec(&self) -> &FeatureSpec {
         &self.spec
@@ -184,7 +188,7 @@ impl AxisPredictor for NetworkPredictor {
     }
 
     fn holds_beyond_travel(&self) -> bool {
-        !self.spec.set.sees_place()
+        !self.spec.set.depends_on_position()
     }
 
     fn save(&self) -> SavedPredictor {
@@ -192,7 +196,8 @@ impl AxisPredictor for NetworkPredictor {
         let settings = Settings { features: self.spec, inputs: inputs.clone(), targets: targets.clone() };
         SavedPredictor {
             kind: self.kind().into(),
-            // Plain structs of numbers always become JSON; were one not to, loading would refuse the empty settings.
+            // Structs of numbers always serialise to JSON; otherwise loading refuses the empty
+            // settings.
             settings: serde_json::to_value(settings).unwrap_or_default(),
             arrays: self.network.arrays().collect(),
         }
@@ -204,11 +209,15 @@ pub(crate) fn samples(seconds: f64, period_s: f64) -> usize {
     (seconds / period_s).ceil().clamp(1.0, 1e5) as usize
 }
 
-/// What `with` makes of the signal with `rest` samples at its first position put before it.
-pub(crate) fn with_rest_before<T>(signal: &AxisSignal<'_>, rest: usize, with: impl FnOnce(&AxisSignal<'_>) -> T) -> T {
+/// Result of `with` on the signal with `standstill` samples at its first position before it.
+pub(crate) fn with_standstill_before<T>(
+    signal: &AxisSignal<'_>,
+    standstill: usize,
+    with: impl FnOnce(&AxisSignal<'_>) -> T,
+) -> T {
     let longer = |positions: &[f64]| -> Vec<f64> {
         let first = positions.first().copied().unwrap_or_default();
-        std::iter::repeat_n(first, rest).chain(positions.iter().copied()).collect()
+        std::iter::repeat_n(first, standstill).chain(positions.iter().copied()).collect()
     };
     let (reference, desired) = (longer(signal.reference), signal.desired.map(longer));
     with(&AxisSignal { reference: &reference, desired: desired.as_deref(), ..*signal })

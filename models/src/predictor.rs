@@ -1,26 +1,27 @@
-//! The trait behind which every predictor of one axis stands.
+//! The trait of the predictors of one axis.
 
 use std::collections::BTreeMap;
 
 use crate::ModelError;
 
-/// What a predictor sees of one axis.
+/// Inputs of a predictor.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisSignal<'a> {
-    /// Commanded position, mm or rad, one a period.
+    /// Commanded position, mm or rad, one value per period.
     pub reference: &'a [f64],
-    /// The path before any compensation, same length. Reversal and start flags are taken from it where it is given, so that
-    /// shifts of a micrometre near rest do not toggle them; `None` means that the reference is the desired path.
+    /// The path before any compensation, same length. Reversal and start flags are taken from it,
+    /// so that shifts of a micrometre near a standstill do not toggle them. `None`: the reference
+    /// is the desired path.
     pub desired: Option<&'a [f64]>,
     /// Sampling period, s.
     pub period_s: f64,
-    /// Whether the positions are the machine's. Those of a part whose work offset is not known are off by a constant: what depends on position
-    /// is then left out.
+    /// Whether the positions are in machine coordinates. With an unknown work offset they are off
+    /// by a constant: position-dependent terms are then left out.
     pub placed: bool,
 }
 
 impl<'a> AxisSignal<'a> {
-    /// A signal whose reference is its desired path.
+    /// A signal with the desired path as its reference.
     #[must_use]
     pub fn uncompensated(reference: &'a [f64], period_s: f64) -> Self {
         Self { reference, desired: None, period_s, placed: true }
@@ -38,20 +39,21 @@ pub trait AxisPredictor: std::fmt::Debug + Send + Sync {
     /// Short name of the kind, as in `precomp train --predictor`.
     fn kind(&self) -> &'static str;
 
-    /// Tracking error `reference − actual`, mm or rad, one a sample of the reference. The axis rests before the first sample.
+    /// Tracking error `reference − actual`, mm or rad, one value per sample of the reference. The
+    /// axis stands still before the first sample.
     fn predict(&self, signal: &AxisSignal<'_>) -> Vec<f64>;
 
-    /// Whether the prediction is as good beyond the trained positions as within them, but for what it lets fade by itself. A correction
-    /// fades there where it is not.
+    /// Whether the prediction holds beyond the trained positions, apart from terms that taper off
+    /// by themselves. If not, the correction is tapered there.
     fn holds_beyond_travel(&self) -> bool {
         false
     }
 
-    /// Everything needed to rebuild the predictor.
+    /// Settings and arrays from which the predictor can be rebuilt.
     fn save(&self) -> SavedPredictor;
 }
 
-/// A predictor taken apart: settings as JSON, weights as named arrays.
+/// A saved predictor: settings as JSON, weights as named arrays.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SavedPredictor {
     /// The predictor's [`AxisPredictor::kind`].

@@ -1,7 +1,7 @@
 //! Quantiles of samples.
 
-/// The `share` quantile, zero of nothing: the smallest sample whose rank is not below that share, so that a bound is never too narrow. `motion::quantile` takes
-/// the nearest rank.
+/// The `share` quantile; zero for no samples. It is the smallest sample whose rank is not below
+/// that share, so that a bound is never too narrow. `motion::quantile` takes the nearest rank.
 pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;

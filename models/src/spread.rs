@@ -1,4 +1,4 @@
-//! How large the errors of a prediction are, and how far a single run may be from that.
+//! Distribution of the errors of a prediction, and the scatter of single runs.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,49 +6,54 @@ use crate::AxisSignal;
 use crate::features::{events, velocity};
 use crate::quantile::quantile;
 
-/// Time over which errors are summed up to see how they differ from one stretch of motion to the next, s.
+/// Length of the windows whose RMS errors show the scatter between segments of motion, s.
 const WINDOW_S: f64 = 2.0;
-/// Time of which only the largest error counts, s: longer than errors stay alike, shorter than the gaps between reversals of a part.
+/// Length of the windows of which only the largest error counts, s: longer than the correlation of
+/// the errors, shorter than the gaps between reversals of a part.
 pub const PEAK_S: f64 = 0.5;
-/// Windows below which nothing is said of their scatter.
+/// Minimum number of windows for a scatter.
 const FEWEST_WINDOWS: usize = 5;
 /// Steps of the distribution of peaks.
 const STEPS: usize = 20;
 
-/// Times after a reversal or a start that are told apart, s: friction settles in the first, slow position loops in the second.
+/// Limits of the regimes after a reversal or a start, s: friction settles in the first, slow
+/// position loops in the second.
 const SETTLING_S: [f64; 2] = [0.06, 0.25];
-/// Speeds beyond them are told apart in octaves below the trained one.
+/// Number of speed regimes, in octaves below the top speed of the training data.
 const OCTAVES: usize = 3;
-/// Rest, after an event, and one regime an octave of speed.
+/// Standstill, after an event, and one regime per octave of speed.
 const REGIMES: usize = 1 + SETTLING_S.len() + OCTAVES;
-/// Samples of a regime below which it is not told from the others.
+/// Minimum number of samples for a regime of its own.
 const FEWEST: usize = 200;
 
-/// What an axis's prediction errors are like: their size by regime of motion, the scatter of windows around it, and the peaks.
+/// Distribution of an axis's prediction errors: RMS by regime of motion, scatter of windows around
+/// it, and peaks.
 ///
-/// Two figures say how large they are on motions that training never saw. What the kept predictor leaves in the cross-validation within its fit is what is expected:
-/// little was left out of it at a time. Held-out runs are the upper bound: the predictor that they judge lacks a good part of the log, and with it perhaps the only
-/// run of a kind.
+/// Two figures describe the size of the errors on new motions. The expected error is that of the
+/// final predictor in the cross-validation within its fit, which leaves out little at a time. The
+/// upper bound comes from held-out runs: their predictor lacks a good part of the log, and perhaps
+/// the only run of a kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
-    /// Root mean square by regime, mm or rad.
+    /// RMS by regime, mm or rad.
     rms: [f64; REGIMES],
-    /// Speed that the octaves count from, mm/s or rad/s.
+    /// Reference speed of the octaves, mm/s or rad/s.
     top_speed: f64,
-    /// The upper bound as a multiple of it, at least 1.
+    /// The upper bound as a multiple of the RMS, at least 1.
     upper: f64,
-    /// Root mean square over a window as a multiple of what its regimes say: 5 % of the windows stay below the first, 95 % below the second.
+    /// RMS over a window as a multiple of the RMS of its regimes: 5 % quantile and 95 % quantile.
     windows: [f64; 2],
-    /// Largest error over [`PEAK_S`] as a multiple of the largest root mean square of its regimes: every twentieth quantile, smallest to largest.
+    /// Largest error over [`PEAK_S`] as a multiple of the largest RMS of its regimes: every
+    /// twentieth quantile, in ascending order.
     peaks: Vec<f64>,
-    /// Number of them.
+    /// Number of those windows.
     peaks_seen: usize,
 }
 
 impl Spread {
-    /// The spread of errors like those of `runs`, but as large as `expected`, and at most as `upper`: root mean squares, mm or rad. `None` where the runs are too short
-    /// to tell.
+    /// The distribution of the errors of `runs`, scaled to `expected`, with the upper bound
+    /// `upper`: RMS, mm or rad. `None` if the runs are too short.
     #[must_use]
     pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64, expected: f64, upper: f64) -> Option<Self> {
         let regimes: Vec<Vec<usize>> = runs.iter().map(|(signal, _)| regimes(signal, top_speed)).collect();
@@ -92,27 +97,29 @@ impl Spread {
         })
     }
 
-    /// Expected root mean square at every sample of `signal`, mm or rad.
+    /// Expected RMS at every sample of `signal`, mm or rad.
     #[must_use]
     pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
         regimes(signal, self.top_speed).into_iter().map(|regime| self.rms[regime]).collect()
     }
 
-    /// Multiples of [`Self::at`] that a run of a few seconds comes to: nine in ten lie between the first and the last.
+    /// Range of the RMS of a run of a few seconds as multiples of [`Self::at`]: nine in ten lie
+    /// between the first and the last.
     #[must_use]
     pub fn multiples(&self) -> [f64; 3] {
         let [low, high] = self.windows;
         [low, 1.0, high * self.upper]
     }
 
-    /// The upper bound of the errors as a multiple of what is expected, at least 1.
+    /// The upper bound as a multiple of the expected error, at least 1.
     #[must_use]
     pub fn upper(&self) -> f64 {
         self.upper
     }
 
-    /// Share of the stretches of [`PEAK_S`] whose largest error stays below this multiple of the root mean square. Beyond the largest that was seen the share
-    /// that is left falls off exponentially, by as much as the top fifth of the peaks exceeds what is below it on the mean.
+    /// Share of the windows of [`PEAK_S`] whose largest error stays below this multiple of the RMS.
+    /// Beyond the largest observed multiple the remaining share decreases exponentially; the decay
+    /// constant is the mean excess of the top fifth of the peaks.
     #[must_use]
     pub fn below(&self, multiple: f64) -> f64 {
         let Some((&largest, &smallest)) = self.peaks.last().zip(self.peaks.first()) else { return 1.0 };
@@ -169,7 +176,7 @@ mod tests {
         assert!(spread.at(&signal).iter().all(|rms| (rms - 1.0).abs() < 0.1));
         let [low, middle, high] = spread.multiples();
         assert!((0.94..1.0).contains(&low) && middle == 1.0 && (2.0..2.12).contains(&high), "{low} {middle} {high}");
-        // Noise that is even ends at √3 times its root mean square.
+        // Uniform noise ends at √3 times its RMS.
         assert!(spread.below(1.6) < 0.01 && spread.below(1.74) > 0.99);
         let grid: Vec<f64> = (0..400).map(|step| spread.below(f64::from(step) * 0.01)).collect();
         assert!(grid.windows(2).all(|pair| pair[0] <= pair[1]) && grid.iter().all(|share| (0.0..=1.0).contains(share)));

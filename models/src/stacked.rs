@@ -1,4 +1,4 @@
-//! A recurrent network on what the staged predictor leaves: for what no stage has a name for.
+//! A recurrent network on the residual of the staged predictor.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,8 @@ pub const KIND: &str = "staged-network";
 /// Prefix of the network's arrays among those of the staged predictor.
 const NETWORK: &str = "network.";
 
-/// The staged predictor's tracking error plus that of a network, which sees the staged predictor's own non-linear signals.
+/// The staged predictor's tracking error plus that of a network. The network's inputs are the
+/// staged predictor's non-linear signals.
 #[derive(Debug, Clone)]
 pub struct StackedPredictor {
     base: StagedPredictor,
@@ -29,10 +30,11 @@ struct Settings {
 }
 
 impl StackedPredictor {
-    /// `network` on [`StagedPredictor::nonlinear_rows`] of `base`; `targets` scales what the base leaves, mm or rad.
+    /// `network` on [`StagedPredictor::nonlinear_rows`] of `base`; `targets` scales the residual of
+    /// the base, mm or rad.
     ///
     /// # Errors
-    /// When the parts do not fit each other, or a weight is not finite.
+    /// When the parts do not match, or a weight is not finite.
     pub fn new(base: StagedPredictor, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
         let network = ScaledNetwork::new(base.nonlinear_width(), inputs, targets, network)?;
         Ok(Self { base, network })
@@ -41,7 +43,7 @@ impl StackedPredictor {
     /// Rebuilds a predictor from [`AxisPredictor::save`].
     ///
     /// # Errors
-    /// When settings or weights are missing or do not fit together.
+    /// When settings or weights are missing or do not match.
     pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
         let settings = Settings::deserialize(&saved.settings)
             .map_err(|error| ModelError::Malformed { part: KIND.into(), why: format!("settings: {error}") })?;
@@ -66,7 +68,7 @@ impl StackedPredictor {
     /// The same network on another staged predictor of the same signals.
     ///
     /// # Errors
-    /// When the signals are others.
+    /// When the signals differ.
     pub fn with_base(self, base: StagedPredictor) -> Result<Self, ModelError> {
         if base.nonlinear_width() != self.network.network().inputs() {
             return Err(ModelError::Misfit("the network was trained on another staged predictor's signals".into()));
@@ -100,7 +102,8 @@ impl AxisPredictor for StackedPredictor {
         let settings = Settings { base: settings, cell: self.network.kind(), inputs: inputs.clone(), targets: targets.clone() };
         SavedPredictor {
             kind: KIND.into(),
-            // Plain structs of numbers always become JSON; were one not to, loading would refuse the empty settings.
+            // Structs of numbers always serialise to JSON; otherwise loading refuses the empty
+            // settings.
             settings: serde_json::to_value(settings).unwrap_or_default(),
             arrays,
         }

@@ -1,4 +1,5 @@
-//! A model bundle is the same bytes for the same model, comes back whole, and refuses whatever was changed.
+//! The same model gives the same bundle bytes, a bundle is read back unchanged, and any change is
+//! refused.
 
 use std::io::{Cursor, Read, Write};
 
@@ -17,7 +18,7 @@ fn positions() -> Vec<f64> {
     (0..1500).map(|k| 10.0 * (f64::from(k) * 0.01).sin()).collect()
 }
 
-/// Numbers between −0.3 and 0.3, different ones.
+/// Distinct numbers between −0.3 and 0.3.
 fn numbers(count: usize, start: usize) -> Vec<f32> {
     (0..count).map(|i| 0.3 * (((start + i) * 7919) as f32).sin()).collect()
 }
@@ -88,7 +89,7 @@ fn parts(bytes: &[u8]) -> (String, Vec<u8>) {
     (String::from_utf8(part("manifest.json")).expect("text"), part("weights.safetensors"))
 }
 
-/// A bundle of any parts, with a checksum that holds.
+/// A bundle of any parts, with a valid checksum.
 fn packed(parts: &[(&str, &[u8])]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);

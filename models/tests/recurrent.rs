@@ -1,4 +1,5 @@
-//! The recurrent operations and networks against PyTorch's numbers, and prediction against itself.
+//! The recurrent operations and networks compared with PyTorch's numbers, and the ways of
+//! prediction with each other.
 
 use std::collections::HashMap;
 
@@ -57,7 +58,7 @@ fn layers(kind: Kind, case: &Case, sizes: Sizes) -> Vec<LayerWeights> {
         .collect()
 }
 
-/// A bias gradient in PyTorch's two vectors: what is merged here flows to both there.
+/// A bias gradient in PyTorch's two vectors: the merged bias has the gradient of both.
 fn split_bias(kind: Kind, gradient: &[f32], hidden: usize) -> [Vec<f32>; 2] {
     match kind {
         Kind::Lstm => [gradient.to_vec(), gradient.to_vec()],

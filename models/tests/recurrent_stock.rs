@@ -1,4 +1,4 @@
-//! The fused layers against burn's own cells: outputs and all gradients.
+//! The fused layers compared with burn's own cells: outputs and all gradients.
 
 use burn::module::Param;
 use burn::nn::{GateController, GruConfig, Linear, LstmConfig};

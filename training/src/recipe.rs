@@ -1,4 +1,4 @@
-//! Recipes: what a predictor is made of and how it is fitted, one file each.
+//! Recipes: the stages of a predictor and their settings, one file each.
 
 use models::FeatureSet;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use crate::TrainingError;
 use crate::network::NetworkRecipe;
 use crate::staged::StagedRecipe;
 
-/// The recipes that come with this build: name and text.
+/// Built-in recipes: name and text.
 const BUILTIN: [(&str, &str); 7] = [
     ("staged", include_str!("../recipes/staged.toml")),
     ("linear", include_str!("../recipes/linear.toml")),
@@ -18,12 +18,13 @@ const BUILTIN: [(&str, &str); 7] = [
     ("narx", include_str!("../recipes/narx.toml")),
 ];
 
-/// The stages of a predictor. With both, the network learns what the staged predictor leaves, and is kept only where that pays; a
-/// network alone learns the tracking error from the papers' features.
+/// The stages of a predictor. With both, the network is trained on the residual of the staged
+/// predictor and kept only if it lowers the held-out error. A network alone is trained on the
+/// tracking error from the papers' features.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recipe {
-    /// Least squares: linear law, friction, position lines.
+    /// Least squares: linear law, friction, position harmonics.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub staged: Option<StagedRecipe>,
     /// A network.
@@ -32,12 +33,12 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Names of the recipes that come with this build.
+    /// Names of the built-in recipes.
     pub fn names() -> impl Iterator<Item = &'static str> {
         BUILTIN.iter().map(|(name, _)| *name)
     }
 
-    /// The recipe of that name.
+    /// The built-in recipe of that name.
     ///
     /// # Errors
     /// When there is none.
@@ -50,10 +51,10 @@ impl Recipe {
         Self::from_toml(text)
     }
 
-    /// The recipe in a file's text.
+    /// Parses the text of a recipe file.
     ///
     /// # Errors
-    /// When it is no recipe or a setting cannot be used; says where.
+    /// When the text is no recipe or a setting is invalid; the message names the place.
     pub fn from_toml(text: &str) -> Result<Self, TrainingError> {
         let recipe: Self = toml::from_str(text).map_err(|error| TrainingError::Recipe(error.to_string()))?;
         if recipe.staged.is_none() && recipe.network.is_none() {
@@ -63,7 +64,7 @@ impl Recipe {
         Ok(recipe)
     }
 
-    /// The same with these features for a network that stands alone.
+    /// The same recipe with these features, if it has a network only.
     #[must_use]
     pub fn with_features(mut self, features: FeatureSet) -> Self {
         if self.staged.is_none()
@@ -96,6 +97,20 @@ mod tests {
             assert_eq!(Recipe::builtin(name).unwrap(), recipe, "{name}:\n{}", toml::to_string(&recipe).unwrap());
         }
         assert_eq!(Recipe::names().count(), 7);
+    }
+
+    #[test]
+    fn keys_of_earlier_versions_are_read() {
+        let with_keys = |speeds: &str, half_width: &str, passes: &str, harmonics: &str| {
+            let text =
+                format!("[staged]\n{speeds} = [0.2]\n{half_width} = 0.004\n{passes} = 2\n[staged.{harmonics}]\nat_most = 3\n");
+            Recipe::from_toml(&text).unwrap()
+        };
+        let old = with_keys("drag_speeds", "play_half_width", "play_passes", "lines");
+        assert_eq!(old, with_keys("viscous_speeds", "backlash_half_width", "backlash_passes", "harmonics"));
+        let staged = old.staged.unwrap();
+        assert_eq!((staged.viscous_speeds, staged.backlash_half_width, staged.backlash_passes), (vec![0.2], 0.004, 2));
+        assert_eq!(staged.harmonics.at_most, 3);
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! One axis of one recorded run, and the rows of it that may be looked at.
+//! One axis of one recorded run, and the rows available for fitting and scoring.
 
 use std::ops::Range;
 
 /// One axis of one recorded run.
 ///
-/// Signals are always those of the whole run, so that every row has the command history that the machine had. What is held out is
-/// a matter of rows: errors of rows that are not among [`Self::rows`] are neither fitted nor scored.
+/// Signals cover the whole run, so that every row has the command history of the machine. Held-out
+/// data are excluded by row: errors of rows outside [`Self::rows`] are neither fitted nor scored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisRun {
     /// Commanded position, mm or rad, one a period.
@@ -14,12 +14,12 @@ pub struct AxisRun {
     pub actual: Vec<f64>,
     /// Sampling period, s.
     pub period_s: f64,
-    /// Rows whose errors may be fitted and scored, in order and apart.
+    /// Rows whose errors may be fitted and scored, sorted and disjoint.
     pub rows: Vec<Range<usize>>,
 }
 
 impl AxisRun {
-    /// A run with all its rows.
+    /// A run with all rows.
     #[must_use]
     pub fn new(reference: Vec<f64>, actual: Vec<f64>, period_s: f64) -> Self {
         let rows = std::iter::once(0..reference.len()).collect();
@@ -31,7 +31,7 @@ impl AxisRun {
         self.reference.iter().zip(&self.actual).map(|(r, x)| r - x).collect()
     }
 
-    /// The same run with those of its rows that lie in `rows` (in order and apart).
+    /// The same run, restricted to its rows in `rows` (sorted and disjoint).
     #[must_use]
     pub fn only(&self, rows: &[Range<usize>]) -> Self {
         let both = |a: &Range<usize>, b: &Range<usize>| a.start.max(b.start)..a.end.min(b.end);
@@ -39,7 +39,7 @@ impl AxisRun {
         Self { rows: rows.filter(|rows| !rows.is_empty()).collect(), ..self.clone() }
     }
 
-    /// The same run without those of its rows that lie in `rows` (in order and apart).
+    /// The same run without its rows in `rows` (sorted and disjoint).
     #[must_use]
     pub fn without(&self, rows: &[Range<usize>]) -> Self {
         let starts = std::iter::once(0).chain(rows.iter().map(|rows| rows.end));
@@ -48,7 +48,7 @@ impl AxisRun {
         self.only(&rest)
     }
 
-    /// Rows whose errors count: [`Self::rows`], without the start of a log that begins in motion.
+    /// Rows whose errors count: [`Self::rows`] without the start of a log that begins in motion.
     #[must_use]
     pub fn scored(&self) -> Vec<Range<usize>> {
         let whole = datasets::scored(&self.reference, self.period_s);

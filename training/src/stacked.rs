@@ -1,4 +1,5 @@
-//! The network stage: trained on what the staged predictor leaves, kept only if blocks that it never saw say that it pays.
+//! The network stage: trained on the residual of the staged predictor, kept only if it lowers the
+//! error on held-out blocks.
 
 use std::ops::ControlFlow;
 
@@ -8,26 +9,27 @@ use models::staged::StagedPredictor;
 use crate::network::{NetworkRecipe, held_out_error, part_errors, train_on_residual};
 use crate::{AxisRun, TrainingError};
 
-/// Parts that a log is cut into, or that its runs are dealt out to.
+/// Number of parts into which a log is cut or its runs are distributed.
 const PARTS: usize = 8;
-/// Parts that are held out: an uneven choice, so that a log that repeats one cycle does not lose all of a motion.
+/// Held-out parts. The irregular choice avoids that a log which repeats one cycle loses all of one
+/// motion.
 const HELD_OUT: [usize; 3] = [1, 4, 6];
-/// Least gain in RMS, as a share, for which a network is taken.
+/// Minimum RMS gain, as a share, for a network to be accepted.
 const LEAST_GAIN: f64 = 0.05;
 
-/// What became of the network stage.
+/// Result of the trial of the network stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StackReport {
-    /// Root mean square error of the staged predictor on the parts held out, mm or rad.
+    /// RMS error of the staged predictor on the held-out parts, mm or rad.
     pub without: f64,
-    /// The same with the network that was trained on the other parts.
+    /// RMS error with the network trained on the other parts, mm or rad.
     pub with: f64,
-    /// Whether the network pays.
+    /// Whether the network is accepted.
     pub accepted: bool,
 }
 
-/// Whether a network on what `base` leaves of `runs` pays: it has to lower the RMS error on held-out parts by a twentieth, and on most
-/// of them.
+/// Tests whether a network on the residual of `base` is accepted: it must lower the RMS error on
+/// the held-out parts by 5 %, and the error of most parts.
 ///
 /// # Errors
 /// When the runs cannot be used.
@@ -43,7 +45,7 @@ pub fn try_out(
     if fitted.is_empty() || held_out.is_empty() {
         return Ok(report);
     }
-    // A network that is no better half way through will not be at the end.
+    // A network without a gain after half of the epochs is not continued.
     let hopeless = |rms: f64, epoch: usize| 2 * epoch >= recipe.epochs && rms >= without;
     let trial = train_on_residual(base, &fitted, &held_out, recipe, seed, &mut |epoch| match epoch.held_out_rms {
         Some(rms) if hopeless(rms, epoch.epoch) => ControlFlow::Break(()),
@@ -56,7 +58,7 @@ pub fn try_out(
     Ok(report)
 }
 
-/// `base` with a network on what it leaves of all `runs`.
+/// `base` with a network trained on its residual on all `runs`.
 ///
 /// # Errors
 /// When the runs cannot be used.
@@ -70,7 +72,7 @@ pub fn fit(
     Ok(train_on_residual(base, runs, runs, &once, seed, &mut |_| ControlFlow::Continue(()))?.predictor)
 }
 
-/// Runs to learn from and runs to judge by: whole ones where there are enough, else rows of each.
+/// Splits into training and held-out runs: whole runs if there are enough, else rows of each.
 fn split(runs: &[AxisRun]) -> (Vec<AxisRun>, Vec<AxisRun>) {
     if runs.len() >= PARTS {
         let (held_out, fitted): (Vec<_>, Vec<_>) =

@@ -1,4 +1,5 @@
-//! Networks learn a toy axis; the same seed gives the same weights; stopping early and going on change nothing.
+//! Networks learn a toy axis. The same seed gives the same weights. Resuming a training does not
+//! change the result.
 
 mod network_common;
 
@@ -11,7 +12,7 @@ use training::network::{AxisRuns, NetworkKind, NetworkRecipe, held_out_error, tr
 use training::staged::AxisRun;
 
 #[test]
-fn a_tiny_lstm_learns_lag_and_play_better_than_a_linear_law() {
+fn a_tiny_lstm_learns_lag_and_backlash_better_than_a_linear_law() {
     let (runs, held_out, unseen) = (toy_runs(1, 5), toy_runs(50, 2), toy_runs(90, 2));
     let linear = linear_rms(&runs, &unseen);
     for kind in [NetworkKind::Lstm, NetworkKind::Gru] {
@@ -30,7 +31,7 @@ fn the_same_seed_gives_the_same_weights_and_another_one_does_not() {
         let saved = |seed| train(&runs, &held_out, &recipe, seed, &mut |_| ()).expect("the runs are sound").predictor.save();
         assert_eq!(saved(3), saved(3));
         assert_ne!(saved(3), saved(4));
-        // In threads beside other axes too.
+        // In threads beside other axes, too.
         let axis = AxisRuns { training: runs.clone(), held_out: held_out.clone() };
         let axes = train_axes(&[axis.clone(), axis], &recipe, 3, &|_, _| ()).expect("the runs are sound");
         assert_eq!(axes[0].predictor.save(), saved(3));

@@ -1,4 +1,4 @@
-//! Networks on the simulated machine: trained on random motion, judged on planned curves.
+//! Networks on the simulated machine: trained on random motion, tested on planned curves.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use motion::{Curve, PlanSettings, Trajectory, plan_curve};
 use training::network::{AxisRuns, NetworkKind, NetworkRecipe, held_out_error, train, train_axes};
 use training::staged::AxisRun;
 
-/// Excitation to learn from, some more to judge by, and unseen curves, axis by axis.
+/// Excitation for training, more for validation, and unseen curves, axis by axis.
 struct Recorded {
     axes: Vec<AxisRuns>,
     curves: Vec<(&'static str, Vec<AxisRun>)>,
@@ -27,7 +27,8 @@ fn record(seconds: f64) -> Recorded {
     let axes = spec.motion_axes();
     let travel = vec![(-60.0, 60.0); axes.len()];
     let mut recorded = Recorded { axes: vec![AxisRuns::default(); axes.len()], curves: Vec::new() };
-    // Only the axes' own limits: at the path's, random motion in three axes seldom brings each of them to its full speed.
+    // Only the limits of the axes: with path limits, random motion in three axes seldom brings each
+    // axis to its top speed.
     let mut limits = spec.limits();
     limits.path_velocity_mm_s *= 1.8;
     limits.path_acceleration_mm_s2 *= 1.8;

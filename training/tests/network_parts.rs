@@ -1,4 +1,4 @@
-//! Clipping, and the flags' windows.
+//! Gradient clipping and flag windows.
 
 use burn::module::Module;
 use burn::nn::{Linear, LinearConfig};
@@ -50,7 +50,8 @@ fn clipping_shortens_all_gradients_together_and_keeps_their_direction() {
     assert_eq!(flat(&kept, &two), before);
 }
 
-/// Back and forth with rests in between every other time; the error has bumps of known length after reversals and starts.
+/// Back and forth with every other stop a dwell. The error has bumps of known length after
+/// reversals and starts.
 fn with_bumps(reversal_samples: usize, start_samples: usize) -> AxisRun {
     let period_s = 0.002;
     let mut reference = vec![0.0; 100];

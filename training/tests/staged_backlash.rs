@@ -1,13 +1,13 @@
-//! Backlash between the motor and the measured table, on a drive that is known to the last digit.
+//! Backlash between the motor and the measured table, on a drive with known parameters.
 
 use models::AxisPredictor;
 use models::staged::{MotionFactor, StagedPredictor};
-use training::staged::{AxisRun, LineRecipe, StagedRecipe, StagedReport, fit};
+use training::staged::{AxisRun, HarmonicRecipe, StagedRecipe, StagedReport, fit};
 
 const PERIOD_S: f64 = 1e-3;
 
-/// Table of a cascade (P position with feed-forward, PI velocity) with Coulomb friction at the motor and play of `half_width` behind it,
-/// in which it begins off the motor by `start`.
+/// Table of a cascade (P position with feed-forward, PI velocity) with Coulomb friction at the
+/// motor and backlash of `half_width` behind it. The table starts off the motor by `start`.
 fn table(reference: &[f64], half_width: f64, start: f64) -> Vec<f64> {
     let (mut position, mut speed, mut integral) = (reference[0], 0.0, 0.0);
     let (mut command, mut wanted, mut table) = (position, 0.0, position + start);
@@ -26,8 +26,8 @@ fn table(reference: &[f64], half_width: f64, start: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Moves of various lengths and speeds back and forth, some of them with a rest between. Before most of them the table lies on one side
-/// of its play, before a few on the other.
+/// Moves of various lengths and speeds back and forth, some of them with a dwell between. Before
+/// most of them the table lies on one side of the backlash, before a few on the other.
 fn run(seed: u32, half_width: f64) -> AxisRun {
     let mut state = seed;
     let mut random = move || {
@@ -56,17 +56,17 @@ fn run(seed: u32, half_width: f64) -> AxisRun {
 
 fn fitted(half_width: f64) -> (StagedPredictor, StagedReport) {
     let runs: Vec<AxisRun> = (1..7).map(|seed| run(seed, half_width)).collect();
-    // One memory and no search for lines, which the drive has none of: the rest as by default.
+    // One memory and no search for harmonics, which the drive does not have; defaults otherwise.
     let recipe = StagedRecipe { memory_s: vec![0.05], ..StagedRecipe::default() };
-    let lines = LineRecipe { rounds: 0, ..recipe.lines.clone() };
-    fit(&runs, &StagedRecipe { lines, ..recipe }).unwrap()
+    let harmonics = HarmonicRecipe { rounds: 0, ..recipe.harmonics.clone() };
+    fit(&runs, &StagedRecipe { harmonics, ..recipe }).unwrap()
 }
 
-/// RMS in µm of what the prediction leaves on an unseen run: of all, and of its rests.
+/// RMS of the residual on an unseen run, µm: of all samples, and of the standstills.
 fn left(predictor: &StagedPredictor, half_width: f64) -> [f64; 2] {
     let run = run(77, half_width);
     let predicted = predictor.predict(&models::AxisSignal::uncompensated(&run.reference, PERIOD_S));
-    let rests = |k: usize| run.reference[k - 20..k].iter().all(|x| *x == run.reference[k]);
+    let standstill = |k: usize| run.reference[k - 20..k].iter().all(|x| *x == run.reference[k]);
     let rms = |rows: &dyn Fn(usize) -> bool| {
         let squares: Vec<f64> = (400..run.reference.len())
             .filter(|k| rows(*k))
@@ -74,40 +74,40 @@ fn left(predictor: &StagedPredictor, half_width: f64) -> [f64; 2] {
             .collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
     };
-    [rms(&|_| true), rms(&rests)]
+    [rms(&|_| true), rms(&standstill)]
 }
 
-/// Half-width of the play that the last pass takes, µm.
-fn play_of(predictor: &StagedPredictor) -> Option<f64> {
+/// Half-width of the backlash in the last pass, µm.
+fn backlash_of(predictor: &StagedPredictor) -> Option<f64> {
     let features = &predictor.passes().last()?.features;
-    let mut channels = features.groups.iter().flat_map(|group| &group.channels);
-    channels.find_map(|channel| match channel.motion {
+    let mut regressors = features.groups.iter().flat_map(|group| &group.channels);
+    regressors.find_map(|regressor| match regressor.motion {
         MotionFactor::Backlash(stop) => Some(1e3 * features.scales.stop_half_widths[stop]),
         _ => None,
     })
 }
 
 #[test]
-fn the_half_width_of_the_play_is_found_and_the_table_rests_where_the_motor_left_it() {
+fn the_half_width_and_the_standstill_position_of_the_table_are_found() {
     for half_width in [2e-3, 8e-3] {
         let (predictor, report) = fitted(half_width);
-        let [all, rests] = left(&predictor, half_width);
+        let [all, standstill] = left(&predictor, half_width);
         println!(
-            "{}: half-width {:?} of {} µm, left {all:.3} µm, at rest {rests:.3} µm",
+            "{}: half-width {:?} of {} µm, left {all:.3} µm, at standstill {standstill:.3} µm",
             report.chosen,
-            play_of(&predictor),
+            backlash_of(&predictor),
             1e3 * half_width
         );
-        assert!(play_of(&predictor).is_some_and(|found| (found / (1e3 * half_width) - 1.0).abs() < 0.01));
-        assert!(all < 0.1 && rests < 0.15);
+        assert!(backlash_of(&predictor).is_some_and(|found| (found / (1e3 * half_width) - 1.0).abs() < 0.01));
+        assert!(all < 0.1 && standstill < 0.15);
     }
 }
 
 #[test]
-fn without_backlash_no_play_is_found() {
+fn without_backlash_none_is_found() {
     let (predictor, report) = fitted(0.0);
-    let [all, rests] = left(&predictor, 0.0);
-    println!("{}: {:?}, left {all:.3} µm, at rest {rests:.3} µm", report.chosen, play_of(&predictor));
-    assert!(play_of(&predictor).is_none_or(|found| found < 0.3));
-    assert!(all < 0.1 && rests < 0.1);
+    let [all, standstill] = left(&predictor, 0.0);
+    println!("{}: {:?}, left {all:.3} µm, at standstill {standstill:.3} µm", report.chosen, backlash_of(&predictor));
+    assert!(backlash_of(&predictor).is_none_or(|found| found < 0.3));
+    assert!(all < 0.1 && standstill < 0.1);
 }

@@ -1,4 +1,5 @@
-//! The default predictor on EMPS, a real ball-screw axis at 1 kHz (A. Janot, M. Gautier, M. Brunot, 2019), always on what was held out.
+//! The default predictor on EMPS, a real ball-screw axis at 1 kHz (A. Janot, M. Gautier, M. Brunot,
+//! 2019), always tested on held-out data.
 
 mod staged_common;
 
@@ -17,7 +18,7 @@ fn log() -> Option<AxisRun> {
     Some(run_of(&shared_log("emps_train_1kHz.csv")?, 1, 2, PERIOD_S))
 }
 
-/// Plateau (42, 82 or 124 mm/s) of the motion that each sample belongs to, from stop to stop.
+/// Feed level (42, 82 or 124 mm/s) of the motion that each sample belongs to, from stop to stop.
 fn plateaus(reference: &[f64]) -> Vec<u32> {
     let speed = |k: usize| {
         if k == 0 { 0.0 } else { (reference[k] - reference[k - 1]).abs() / PERIOD_S }
@@ -41,7 +42,7 @@ fn plateaus(reference: &[f64]) -> Vec<u32> {
     labels
 }
 
-/// The default predictor, its linear law, and what it is made of.
+/// The default predictor, its linear law, and a description.
 fn trained(runs: &[AxisRun]) -> (Box<dyn AxisPredictor>, StagedPredictor, String) {
     let (staged, report) = fit(runs, &StagedRecipe::default()).unwrap();
     let recipe = NetworkRecipe::residual();
@@ -55,7 +56,8 @@ fn trained(runs: &[AxisRun]) -> (Box<dyn AxisPredictor>, StagedPredictor, String
     }
 }
 
-/// RMS in µm of the predictor and of its first pass on the rows of `plateau`, fitted to all the others.
+/// RMS in µm of the predictor and of its first pass on the rows of `plateau`, fitted to all other
+/// rows.
 fn without_plateau(plateau: u32) -> Option<(f64, f64)> {
     let log = log()?;
     let labels = plateaus(&log.reference);

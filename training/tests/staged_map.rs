@@ -1,4 +1,4 @@
-//! Friction that differs by place: what a map along the axis gains, and what it says of the axis.
+//! Position-dependent friction: the gain of a map along the axis, and its levels.
 
 mod staged_common;
 
@@ -7,12 +7,13 @@ use training::staged::{AxisRun, MapRecipe, StagedRecipe, fit};
 
 const PERIOD_S: f64 = 0.002;
 
-/// Friction level at a place: a worn stretch of 8 mm around 12 mm, tight by half.
+/// Friction level at a position: a worn segment of 8 mm around 12 mm, 1.5 times as high.
 fn level(x: f64) -> f64 {
     1.0 + 0.5 * (-((x - 12.0) / 4.0).powi(2)).exp()
 }
 
-/// There and back over ±30 mm by three waves, from rest; what the axis is late by is its lag and friction through a slow loop.
+/// There and back over ±30 mm by three sine waves, from a standstill. The tracking error is the lag
+/// plus friction through a slow loop.
 fn run(number: usize, samples: usize) -> AxisRun {
     let phase = 0.7 * number as f64;
     let path = |k: usize| {

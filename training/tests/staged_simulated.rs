@@ -1,4 +1,5 @@
-//! The staged predictor on simulated machines, against a noise-free copy of the machine, on a curve that it was not fitted to.
+//! The staged predictor on simulated machines, compared with a noise-free copy of the machine, on a
+//! curve outside the fit.
 
 mod staged_common;
 
@@ -76,7 +77,8 @@ fn a_lugre_machine_is_predicted_nearly_as_well_as_by_its_noise_free_copy() {
     read.settings = serde_json::from_str(&text).unwrap();
     assert_eq!(StagedPredictor::from_saved(&read).unwrap(), predictor);
 
-    // A sister machine whose gains, friction and inertia are all off by a tenth, ten seconds of whose log are known.
+    // A second machine with gains, friction and inertia off by a tenth, of which ten seconds of log
+    // are known.
     let mut sister = spec.clone();
     for axis in &mut sister.axes {
         if let AxisSpec::Linear(axis) = axis

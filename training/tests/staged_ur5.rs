@@ -8,10 +8,11 @@ use training::staged::{AxisRun, StagedRecipe, fit};
 const PERIOD_S: f64 = 0.008;
 /// Rows, 300 ms, at the start of a move that begins in motion.
 const UNSCORED: usize = 38;
-/// Stretches of the log that are left out in turn.
+/// Number of segments of the log that are left out in turn.
 const GROUPS: usize = 3;
 
-/// First and last row of each move; rows in which every command repeats, or every joint reads its command, are rests.
+/// First and last row of each move. Rows in which every command repeats, or every joint equals its
+/// command, are standstills.
 fn moves(rows: &[Vec<f64>]) -> Vec<std::ops::Range<usize>> {
     let resting = |k: usize| {
         (0..6).all(|joint| rows[k][1 + 2 * joint] == rows[k - 1][1 + 2 * joint])
@@ -29,7 +30,7 @@ fn moves(rows: &[Vec<f64>]) -> Vec<std::ops::Range<usize>> {
     moves
 }
 
-/// Held-out RMS of the prediction and of the raw error, millidegrees.
+/// Held-out RMS of the prediction residual and of the raw error, millidegrees.
 fn held_out(rows: &[Vec<f64>], joint: usize) -> (f64, f64) {
     let runs: Vec<AxisRun> =
         moves(rows).into_iter().map(|range| run_of(&rows[range], 2 * joint - 1, 2 * joint, PERIOD_S)).collect();

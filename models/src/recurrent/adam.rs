@@ -6,7 +6,7 @@ use pulp::{Simd, WithSimd};
 
 use super::Level;
 
-/// Adam: the formula and state of burn's own, to the last bit, without a tensor for every operation on the way.
+/// Adam with the formula and state of burn's own, bit by bit, without a tensor for every operation.
 #[derive(Debug, Clone)]
 pub struct Adam {
     beta_1: f32,
@@ -68,7 +68,7 @@ impl Optimizer for Adam {
 struct Update<'a> {
     adam: &'a Adam,
     rate: f32,
-    /// Takes both moments' start from zero out of the step.
+    /// Bias correction: removes the zero initialisation of both moments from the step.
     scale: f32,
     floor: f32,
     values: &'a mut [f32],
@@ -80,7 +80,7 @@ struct Update<'a> {
 impl WithSimd for Update<'_> {
     type Output = ();
 
-    /// Plain code, which the compiler turns into the level's instructions.
+    /// Plain code, vectorised by the compiler for the level.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { rate, scale, floor, values, gradient, moment_1, moment_2, .. } = self;

@@ -1,4 +1,4 @@
-//! Weights to start from.
+//! Initial weights.
 
 use rand::{RngExt, distr::Uniform};
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +9,7 @@ use super::{Kind, LayerWeights};
 /// (1 lets a cell remember from the start). Biases that are a sum of two in PyTorch are drawn as a sum of two here.
 pub(super) fn draw(kind: Kind, input: usize, hidden: usize, forget_bias: Option<f32>, rng: &mut ChaCha8Rng) -> LayerWeights {
     let bound = 1.0 / (hidden.max(1) as f32).sqrt();
-    // The bounds are finite and ordered, so that the distribution exists; zeros are what remains otherwise.
+    // The bounds are finite and ordered, so that the distribution exists. Zeros are the fallback.
     let range = Uniform::new_inclusive(-bound, bound).ok();
     let mut draw = |count: usize| -> Vec<f32> { (0..count).map(|_| range.map_or(0.0, |range| rng.sample(range))).collect() };
     let rows = kind.gates() * hidden;

@@ -27,7 +27,7 @@ use super::{
 };
 use crate::memory::keep_memory;
 
-/// What a backend must offer for recurrent layers; [`lstm`] and [`gru`] are the ways to call it.
+/// Backend requirements of the recurrent layers; call them by [`lstm`] and [`gru`].
 #[backend_extension(Flex, NdArray: cfg(feature = "ndarray"), Autodiff)]
 pub trait RecurrentOps: Backend {
     /// See [`lstm`].
@@ -61,7 +61,7 @@ pub trait RecurrentOps: Backend {
 /// zero if not given. Gradients reach all of them. Values are computed in single precision.
 ///
 /// # Panics
-/// When the shapes do not fit each other, as burn's own operations do.
+/// When the shapes do not match, as in burn's own operations.
 #[must_use]
 pub fn lstm(
     x: Tensor<3>,
@@ -88,7 +88,7 @@ pub fn lstm(
 /// for `r` and `z`, then `b_in`, then `b_hn`.
 ///
 /// # Panics
-/// When the shapes do not fit each other, as burn's own operations do.
+/// When the shapes do not match, as in burn's own operations.
 #[must_use]
 pub fn gru(x: Tensor<3>, weight_ih: Tensor<2>, weight_hh: Tensor<2>, bias: Tensor<1>, h0: Option<Tensor<2>>) -> Tensor<3> {
     let zeros = zero_state(&x, &weight_hh);
@@ -136,7 +136,7 @@ impl<B: Backend, C: CheckpointStrategy> RecurrentOps for Autodiff<B, C> {
     }
 }
 
-/// What the backward pass needs.
+/// Tape of the backward pass.
 #[derive(Debug, Clone)]
 struct Saved<B: Backend> {
     shape: Shape,
@@ -148,21 +148,21 @@ struct Saved<B: Backend> {
     device: B::Device,
 }
 
-/// Large buffers of a layer's passes. They come from a common store and go back there, so that the system need not map and
-/// clear them anew for each layer and step.
+/// Large buffers of a layer's passes, from a shared pool, so that the system does not map and clear
+/// them anew for each layer and step.
 #[derive(Debug, Clone, Default)]
 struct Memory {
     tape: Tape,
     work: Work,
 }
 
-/// Memory that waits to be used again.
+/// Free buffers.
 static STORE: Mutex<Vec<Memory>> = Mutex::new(Vec::new());
-/// More than this many are given back to the system.
+/// Maximum number of free buffers; more are released.
 const STORED: usize = 8;
 
 impl Memory {
-    /// Used memory if there is some.
+    /// A free buffer, if any.
     fn take() -> Self {
         keep_memory();
         STORE.lock().ok().and_then(|mut store| store.pop()).unwrap_or_default()
@@ -214,7 +214,7 @@ fn run<B: Backend, const N: usize>(kind: Kind, inputs: [FloatTensor<B>; N]) -> (
     (saved, output)
 }
 
-/// Runs a layer forward and puts it on autodiff's record if any input is tracked.
+/// Runs a layer forward and records it for autodiff if any input is tracked.
 fn record<B: Backend, C: CheckpointStrategy, const N: usize>(
     kind: Kind,
     inputs: [FloatTensor<Autodiff<B, C>>; N],
@@ -236,7 +236,7 @@ impl<B: Backend, const N: usize> Backward<B, N> for Layer {
         let Saved { shape, x, weight_ih, weight_hh, bias, mut memory, device } = Arc::unwrap_or_clone(ops.state);
         let weights = Weights { kind: self.0, input: &weight_ih, hidden: &weight_hh, bias: &bias };
         let pass = Pass { weights, shape, x: &x, tape: &memory.tape };
-        // An input as wide as an output gets its gradient where that of the output was.
+        // An input as wide as an output gets its gradient in the memory of the output's gradient.
         let size = [shape.steps, shape.batch, shape.input];
         let wanted = ops.parents[0].is_some();
         let over = wanted && shape.input == shape.hidden;
@@ -271,7 +271,7 @@ fn values<B: Backend>(tensor: FloatTensor<B>) -> Values {
     Values(try_read_sync(B::float_into_data(tensor)).and_then(Result::ok).map(|data| data.convert::<f32>()))
 }
 
-/// Values where the backend left them: as a vector of their own they would often have to be copied.
+/// Values in the memory of the backend: a vector of their own would often need a copy.
 #[derive(Debug, Clone, Default)]
 struct Values(Option<TensorData>);
 

@@ -1,4 +1,4 @@
-//! Prediction with plain weights: no tensors, no record.
+//! Prediction with plain weights: no tensors, no autodiff.
 
 use std::collections::HashMap;
 
@@ -25,7 +25,7 @@ pub struct Recurrent {
     packed: Vec<PackedLayer>,
 }
 
-/// What the layers remember between two calls, for a number of sequences side by side.
+/// State of the layers between two calls, for a number of parallel sequences.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Outputs of each layer, `[batch][hidden]`.

@@ -4,15 +4,15 @@ use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
 use super::fir::LagBasis;
-use super::regressor::{MotionFactor, Regressor, Waves};
+use super::regressor::{Harmonics, MotionFactor, Regressor};
 use super::signals::{Scales, Signals};
 
-/// Channels that share a basis; one column for each channel and response.
+/// Regressors that share a basis; one column for each regressor and response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FeatureGroup {
     /// The responses.
     pub basis: LagBasis,
-    /// The channels, each through every response.
+    /// The regressors, each through every response.
     pub channels: Vec<Regressor>,
 }
 
@@ -24,10 +24,10 @@ impl FeatureGroup {
     }
 }
 
-/// All columns of a pass, group after group, channel after channel, response after response.
+/// All columns of a pass, ordered by group, regressor, response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FeatureSet {
-    /// Widths, speeds and lines that the channels refer to.
+    /// Half-widths, speeds and harmonics that the regressors refer to.
     pub scales: Scales,
     /// The groups.
     pub groups: Vec<FeatureGroup>,
@@ -40,7 +40,7 @@ impl FeatureSet {
         self.groups.iter().map(FeatureGroup::columns).sum()
     }
 
-    /// Samples of rest that a run needs at either end.
+    /// Samples of standstill padding that a run needs at either end.
     #[must_use]
     pub fn pad(&self) -> usize {
         self.groups
@@ -54,64 +54,68 @@ impl FeatureSet {
             + 1
     }
 
-    /// Whether every channel refers to an operator, speed and line that there is, and every number is usable.
+    /// Checks that every regressor refers to an existing operator, speed and harmonic, and that all
+    /// numbers are valid.
     ///
     /// # Errors
-    /// Says what is wrong.
+    /// Describes the fault.
     pub(super) fn check(&self) -> Result<(), String> {
         self.scales.check()?;
         for group in &self.groups {
             if group.basis.filters().iter().any(|fir| fir.taps.is_empty() || fir.taps.iter().any(|tap| !tap.is_finite())) {
                 return Err("a response without usable taps".into());
             }
-            if let Some(channel) = group.channels.iter().find(|c| !c.fits(&self.scales)) {
-                return Err(format!("{channel:?} refers to what is not there"));
+            if let Some(regressor) = group.channels.iter().find(|c| !c.fits(&self.scales)) {
+                return Err(format!("{regressor:?} refers to what is not there"));
             }
         }
         Ok(())
     }
 
-    /// Values a sample of [`Self::plain_rows`].
+    /// Values per sample of [`Self::plain_rows`].
     pub(super) fn plain_width(&self) -> usize {
         3 + self.scales.stop_half_widths.len() + 2 * self.scales.lines.len()
     }
 
-    /// Velocity, its increment, direction, operators, cosines and sines of the lines at the run's samples; row-major.
+    /// Velocity, its increment, direction, operators, cosines and sines of the harmonics at the
+    /// run's samples; row-major.
     pub(super) fn plain_rows(&self, signals: &Signals) -> Vec<f32> {
         let rows = signals.pad()..signals.pad() + signals.len();
-        let waves = Waves::new(signals, rows.clone(), &self.scales);
+        let harmonics = Harmonics::new(signals, rows.clone(), &self.scales);
         let mut columns = vec![&signals.velocity()[rows.clone()], &signals.step()[rows.clone()], &signals.sign()[rows.clone()]];
         columns.extend((0..self.scales.stop_half_widths.len()).map(|stop| &signals.stop(stop)[rows.clone()]));
-        for line in 0..self.scales.lines.len() {
-            columns.extend([waves.cos(line, rows.clone()), waves.sin(line, rows.clone())]);
+        for harmonic in 0..self.scales.lines.len() {
+            columns.extend([harmonics.cos(harmonic, rows.clone()), harmonics.sin(harmonic, rows.clone())]);
         }
         (0..signals.len()).flat_map(|k| columns.iter().map(move |column| column[k] as f32)).collect()
     }
 
-    /// Signals of a run, as these features need them. Where there is play, the run starts with the motor off the table by `start`.
+    /// Signals of a run for these features. With backlash, the motor is off the table by `start` at
+    /// the start of the run.
     #[must_use]
     pub fn signals(&self, reference: &[f64], flags: &[f64], expected: &[f64], period_s: f64, start: f64) -> Signals {
-        let mut channels = self.groups.iter().flat_map(|group| &group.channels);
-        let start = if channels.any(|channel| matches!(channel.motion, MotionFactor::Backlash(_))) { start } else { 0.0 };
+        let mut regressors = self.groups.iter().flat_map(|group| &group.channels);
+        let start = if regressors.any(|regressor| matches!(regressor.motion, MotionFactor::Backlash(_))) { start } else { 0.0 };
         Signals::new(reference, flags, expected, period_s, start, self.pad(), &self.scales)
     }
 
-    /// Columns at `rows` samples of a run, `stride` apart from `start` on, followed by `spare` columns of zeros for the caller to fill.
+    /// Columns at `rows` samples of a run, `stride` apart from `start` on, followed by `spare`
+    /// columns of zeros for the caller to fill.
     #[must_use]
     pub fn block(&self, signals: &Signals, start: usize, rows: usize, stride: usize, spare: usize) -> DMatrix<f64> {
         let mut block = DMatrix::zeros(rows, self.columns() + spare);
         let samples = rows.saturating_sub(1) * stride + 1;
-        let waves = self.waves(signals, start, samples);
-        let (mut column, mut room) = (0, Vec::new());
+        let harmonics = self.harmonics(signals, start, samples);
+        let (mut column, mut scratch) = (0, Vec::new());
         let mut phases = vec![Vec::new(); stride];
         for group in &self.groups {
             let (first, _) = group.basis.span();
-            let inputs = channels(group, signals, &waves, start, samples, &mut room);
+            let inputs = regressors(group, signals, &harmonics, start, samples, &mut scratch);
             for input in inputs.column_iter() {
                 for (phase, thinned) in phases.iter_mut().enumerate() {
                     thinned.clear();
                     thinned.extend(input.as_slice().iter().skip(phase).step_by(stride));
-                    // Every phase reaches as far as the longest.
+                    // Every phase has the length of the longest.
                     thinned.resize(input.len().div_ceil(stride), 0.0);
                 }
                 let phases: Vec<&[f64]> = phases.iter().map(Vec::as_slice).collect();
@@ -124,15 +128,16 @@ impl FeatureSet {
         block
     }
 
-    /// What play contributes to the prediction: the part by which the motor is elsewhere than what is measured.
+    /// Contribution of the backlash to the prediction: the offset of the motor from the measured
+    /// position.
     #[must_use]
-    pub fn play(&self, signals: &Signals, weights: &[f64]) -> Option<Vec<f64>> {
+    pub fn backlash(&self, signals: &Signals, weights: &[f64]) -> Option<Vec<f64>> {
         let mut out: Option<Vec<f64>> = None;
         let mut column = 0;
         for group in &self.groups {
             let responses = group.basis.len();
-            for channel in &group.channels {
-                if let MotionFactor::Backlash(stop) = channel.motion {
+            for regressor in &group.channels {
+                if let MotionFactor::Backlash(stop) = regressor.motion {
                     let response = group.basis.combine(&weights[column..column + responses]);
                     let start = (signals.pad() as isize + response.first_lag) as usize;
                     let out = out.get_or_insert_with(|| vec![0.0; signals.len()]);
@@ -145,39 +150,39 @@ impl FeatureSet {
         out
     }
 
-    /// First and last lag that any channel on a line is looked at.
-    fn wave_span(&self) -> (isize, isize) {
-        let on_lines = |group: &&FeatureGroup| group.channels.iter().any(|c| c.line().is_some());
-        self.groups.iter().filter(on_lines).fold((0, 0), |(first, last), group| {
+    /// First and last lag of any regressor on a harmonic.
+    fn harmonic_span(&self) -> (isize, isize) {
+        let on_harmonics = |group: &&FeatureGroup| group.channels.iter().any(|c| c.harmonic().is_some());
+        self.groups.iter().filter(on_harmonics).fold((0, 0), |(first, last), group| {
             let (from, to) = group.basis.span();
             (first.min(from), last.max(to))
         })
     }
 
-    /// Waves of the position lines over a block and the lags around it.
-    fn waves(&self, signals: &Signals, start: usize, rows: usize) -> Waves {
-        let (first, last) = self.wave_span();
+    /// The position harmonics over a block and the lags around it.
+    fn harmonics(&self, signals: &Signals, start: usize, rows: usize) -> Harmonics {
+        let (first, last) = self.harmonic_span();
         let origin = (signals.pad() as isize + start as isize + first) as usize;
         let length = rows + (last - first) as usize;
-        Waves::new(signals, origin..origin + length, &self.scales)
+        Harmonics::new(signals, origin..origin + length, &self.scales)
     }
 }
 
-/// Channels of a group over a block and the lags around it, one a column, written into `room`.
-fn channels<'a>(
+/// Regressors of a group over a block and the lags around it, one per column, written into `scratch`.
+fn regressors<'a>(
     group: &FeatureGroup,
     signals: &Signals,
-    waves: &Waves,
+    harmonics: &Harmonics,
     start: usize,
     rows: usize,
-    room: &'a mut Vec<f64>,
+    scratch: &'a mut Vec<f64>,
 ) -> DMatrixView<'a, f64> {
     let (first, last) = group.basis.span();
     let length = rows + (last - first) as usize;
     let origin = (signals.pad() as isize + start as isize + first) as usize;
-    room.resize(length * group.channels.len(), 0.0);
-    for (channel, column) in group.channels.iter().zip(room.chunks_exact_mut(length)) {
-        channel.fill(signals, waves, origin, column);
+    scratch.resize(length * group.channels.len(), 0.0);
+    for (regressor, column) in group.channels.iter().zip(scratch.chunks_exact_mut(length)) {
+        regressor.fill(signals, harmonics, origin, column);
     }
-    DMatrixView::from_slice(room, length, group.channels.len())
+    DMatrixView::from_slice(scratch, length, group.channels.len())
 }

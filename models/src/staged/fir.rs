@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::taps::{Tap, add_taps};
 
-/// Second differences below this share of the largest tap come of rounding.
+/// Second differences below this share of the largest tap are rounding.
 const ROUNDING: f64 = 1e-11;
 
 /// A finite impulse response, `y(k) = Σ_i taps[i]·u(k + first_lag + i)`; negative lags look back.
@@ -61,7 +61,7 @@ impl Fir {
     }
 }
 
-/// A handful of responses whose weighted sum is the response that is fitted.
+/// Responses whose weighted sum is the fitted response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LagBasis {
     filters: Vec<Fir>,
@@ -86,11 +86,11 @@ impl LagBasis {
         Self::new((first..=last).map(Fir::shift).collect())
     }
 
-    /// Sums over the present and the last `m` samples, the mean of them over the `m` of each group, then each of the `future` samples
-    /// ahead on its own. Groups are not empty.
+    /// Sums over the present and the last `m` samples, averaged over the `m` of each group, then
+    /// each of the `future` samples ahead on its own. Groups are not empty.
     ///
-    /// On velocity increments the sums are `v(k) − v(k − m − 1)`. Groups of one `m` leave the response free at every lag; within a
-    /// longer one it is linear.
+    /// On velocity increments the sums are `v(k) − v(k − m − 1)`. Groups of one `m` leave the
+    /// response free at every lag; within a longer group it is linear.
     #[must_use]
     pub fn sums(groups: &[Range<usize>], future: usize) -> Self {
         let share = |group: &Range<usize>, lag: usize| (group.end - lag.max(group.start)) as f64 / group.len() as f64;
@@ -141,7 +141,7 @@ impl LagBasis {
         self.filters.is_empty()
     }
 
-    /// First and last lag that any response looks at, samples; the present where the basis is empty.
+    /// First and last lag of any response, samples; 0 for an empty basis.
     #[must_use]
     pub fn span(&self) -> (isize, isize) {
         self.filters.iter().fold((0, 0), |(first, last), fir| (first.min(fir.first_lag), last.max(fir.last_lag())))
@@ -265,7 +265,7 @@ mod tests {
         let mut bent = vec![1.0; outputs];
         add_bent([plain[0] - 1.0, plain[1] - 1.0], &bends, &mut bent);
         for (plain, bent) in plain.iter().zip(&bent) {
-            // The rounding of the bends grows with the square of the way.
+            // The rounding of the second differences grows with the square of the distance.
             assert!((plain - bent).abs() < 1e-10, "{plain} {bent}");
         }
     }

@@ -1,18 +1,19 @@
-//! Level of friction along the axis.
+//! Friction level along the axis.
 
 use serde::{Deserialize, Serialize};
 
 /// Least level: friction never helps.
 const LEAST: f64 = 0.05;
 
-/// Level of friction at places along the axis, as a share of what it is elsewhere: one series for each direction of motion.
+/// Friction level at positions along the axis, relative to the level elsewhere: one series for each
+/// direction of motion.
 ///
-/// Between places the level is linear, one spacing beyond the first and the last it is 1.
+/// The level is linear between positions, and 1 from one spacing beyond the first and the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrictionMap {
-    /// First place, from the middle of the trained positions, in the axis's unit.
+    /// First position, from the middle of the trained positions, in the axis's unit.
     pub first: f64,
-    /// Distance from one place to the next.
+    /// Distance of successive positions.
     pub spacing: f64,
     /// Level in motion towards larger positions.
     pub forwards: Vec<f64>,
@@ -21,7 +22,7 @@ pub struct FrictionMap {
 }
 
 impl FrictionMap {
-    /// Levels at one position from the middle, forwards and backwards.
+    /// Levels at a position relative to the middle, forwards and backwards.
     #[must_use]
     pub fn at(&self, position: f64) -> [f64; 2] {
         let (before, share) = self.cell(position);
@@ -32,7 +33,8 @@ impl FrictionMap {
         })
     }
 
-    /// Index of the place before `position`, from −1, and how far on the way to the next one it lies, 0…1.
+    /// Index of the map position before `position`, from −1, and the fraction of the distance to
+    /// the next one, 0…1.
     #[must_use]
     pub fn cell(&self, position: f64) -> (isize, f64) {
         let steps = ((position - self.first) / self.spacing).clamp(-1.0, self.forwards.len() as f64);
@@ -40,7 +42,7 @@ impl FrictionMap {
         (before as isize, steps - before)
     }
 
-    /// Whether there is a place, and every number is usable.
+    /// Checks that there is a position and all numbers are valid.
     pub(super) fn check(&self) -> Result<(), String> {
         let levels = || self.forwards.iter().chain(&self.backwards);
         let usable = self.first.is_finite() && self.spacing.is_finite() && self.spacing > 0.0;

@@ -1,8 +1,9 @@
-//! The staged predictor: linear law, stop operators on the expected position, waves and worn places along the axis; all
-//! least squares.
+//! The grey-box cascade: linear law, stop operators on the expected position, position harmonics
+//! and a friction map along the axis; all least squares.
 //!
-//! Each stage is there because held-out runs asked for it, so that a simple axis keeps a simple predictor. A network on what is left
-//! over can be stacked on it: see [`crate::StackedPredictor`].
+//! A stage is present only if it lowers the error on held-out runs, so that a simple axis has a
+//! simple predictor. A network on the residual can be stacked on it: see
+//! [`crate::StackedPredictor`].
 
 mod features;
 mod fir;
@@ -19,6 +20,6 @@ pub use features::{FeatureGroup, FeatureSet};
 pub use fir::{Fir, LagBasis};
 pub use friction_map::{FrictionMap, Levels};
 pub use predictor::{KIND, Pass, StagedPredictor};
-pub use regressor::{MotionFactor, PositionFactor, Regressor, Waves};
+pub use regressor::{Harmonics, MotionFactor, PositionFactor, Regressor};
 pub use signals::{Scales, Signals};
 pub use stop::run_stops;

@@ -1,4 +1,5 @@
-//! The staged predictor: passes of least-squares models, each on the position that the one before expects.
+//! The staged predictor: passes of least-squares models, each on the expected position of the
+//! previous one.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +7,10 @@ use super::features::FeatureSet;
 use super::signals::Signals;
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, ModelError, SavedPredictor};
 
-/// Name of this kind of predictor.
+/// Kind name of this predictor.
 pub const KIND: &str = "staged";
 
-/// One pass: a linear model whose operators run on the position that the previous pass expects.
+/// One pass: a linear model whose operators run on the expected position of the previous pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
     /// The columns.
@@ -25,26 +26,27 @@ impl Pass {
         self.features.predict(&self.signals(signal, expected), &self.weights)
     }
 
-    /// Position that the drive of a run with these signals is expected to take, where `error` is this pass's prediction: the reference
-    /// less the error, but for play, which the drive does not see.
+    /// Expected motor position of a run with these signals, where `error` is this pass's
+    /// prediction: the reference less the error, without the backlash, which the drive does not
+    /// see.
     #[must_use]
     pub fn position(&self, reference: &[f64], signals: &Signals, error: &[f64]) -> Vec<f64> {
         let mut position: Vec<f64> = reference.iter().zip(error).map(|(r, e)| r - e).collect();
-        if let Some(play) = self.features.play(signals, &self.weights) {
-            position.iter_mut().zip(play).for_each(|(x, play)| *x += play);
+        if let Some(backlash) = self.features.backlash(signals, &self.weights) {
+            position.iter_mut().zip(backlash).for_each(|(x, offset)| *x += offset);
         }
         position
     }
 
-    /// Signals of a run, as this pass sees them.
+    /// Signals of a run for this pass.
     #[must_use]
     pub fn signals(&self, signal: &AxisSignal<'_>, expected: &[f64]) -> Signals {
         self.features.signals(signal.reference, signal.flag_source(), expected, signal.period_s, 0.0).placed(signal.placed)
     }
 }
 
-/// Predicts one axis's tracking error in passes: a linear law first, then hysteresis on the position that it leaves, then waves
-/// along the axis. An axis that did not need more has one pass only, down to a pure delay.
+/// Predicts one axis's tracking error in passes: a linear law, then hysteresis on the resulting
+/// position, then position harmonics. A simple axis has one pass only, down to a pure delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StagedPredictor {
     period_s: f64,
@@ -61,7 +63,8 @@ impl StagedPredictor {
     /// A predictor of the given passes, sampled every `period_s` seconds.
     ///
     /// # Errors
-    /// When there is no pass, a pass lacks weights or refers to an operator or line that it does not have, or a number is not finite.
+    /// When there is no pass, a pass lacks weights or refers to an operator or harmonic that it
+    /// does not have, or a number is not finite.
     pub fn new(period_s: f64, passes: Vec<Pass>) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
         if !(period_s.is_finite() && period_s > 0.0) {
@@ -89,7 +92,7 @@ impl StagedPredictor {
     /// Rebuilds a predictor from [`AxisPredictor::save`].
     ///
     /// # Errors
-    /// When settings or weights are missing or do not fit together.
+    /// When settings or weights are missing or do not match.
     pub fn from_saved(saved: &SavedPredictor) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
         if saved.kind != KIND {
@@ -108,24 +111,24 @@ impl StagedPredictor {
         Self::new(settings.period_s, passes)
     }
 
-    /// Sampling period of the runs that it was fitted to, s; it holds for no other.
+    /// Sampling period of the runs of the fit, s; the predictor holds for no other.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.period_s
     }
 
-    /// The passes, first to last; the last one's prediction counts.
+    /// The passes in order; the prediction is that of the last one.
     #[must_use]
     pub fn passes(&self) -> &[Pass] {
         &self.passes
     }
 
-    /// Prediction, and the expected position on which the last pass ran.
+    /// Prediction, and the expected position of the last pass.
     #[must_use]
     pub fn predict_with_position(&self, signal: &AxisSignal<'_>) -> (Vec<f64>, Vec<f64>) {
         let mut expected = signal.reference.to_vec();
         let mut error = vec![0.0; expected.len()];
-        // The motion is the same in all passes; rest at the ends may be longer than one needs.
+        // The motion is the same in all passes; the padding may be longer than one needs.
         let pad = self.passes.iter().map(|pass| pass.features.pad()).max().unwrap_or(0);
         let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad).placed(signal.placed);
         let mut before: Option<&Pass> = None;
@@ -140,17 +143,18 @@ impl StagedPredictor {
         (error, expected)
     }
 
-    /// What a further stage on the residual can use, row-major, [`Self::nonlinear_width`] values a sample.
+    /// Inputs for a further stage on the residual, row-major, [`Self::nonlinear_width`] values per
+    /// sample.
     ///
-    /// Velocity of the reference, its increment, direction, the outputs of the stop operators, and cosine and sine of the position
-    /// lines, the latter on the position that the last pass expects.
+    /// Velocity of the reference, its increment, direction, the outputs of the stop operators, and
+    /// cosine and sine of the position harmonics at the expected position of the last pass.
     #[must_use]
     pub fn nonlinear_rows(&self, signal: &AxisSignal<'_>) -> Vec<f32> {
         let (_, expected) = self.predict_with_position(signal);
         self.passes.last().map(|pass| pass.features.plain_rows(&pass.signals(signal, &expected))).unwrap_or_default()
     }
 
-    /// Values a sample of [`Self::nonlinear_rows`].
+    /// Values per sample of [`Self::nonlinear_rows`].
     #[must_use]
     pub fn nonlinear_width(&self) -> usize {
         self.passes.last().map_or(0, |pass| pass.features.plain_width())
@@ -170,7 +174,8 @@ impl AxisPredictor for StagedPredictor {
         self.predict_with_position(signal).0
     }
 
-    /// Linear law and operators know of no place; the position lines fade, and are zero where the place is not known.
+    /// Linear law and operators do not depend on the position. The harmonics taper off, and are
+    /// zero without machine coordinates.
     fn holds_beyond_travel(&self) -> bool {
         true
     }
@@ -184,7 +189,8 @@ impl AxisPredictor for StagedPredictor {
         });
         SavedPredictor {
             kind: KIND.into(),
-            // Plain structs of numbers and lists always become JSON; were one not to, loading would refuse the empty settings.
+            // Structs of numbers and lists always serialise to JSON; otherwise loading refuses the
+            // empty settings.
             settings: serde_json::to_value(settings).unwrap_or_default(),
             arrays: arrays.collect(),
         }

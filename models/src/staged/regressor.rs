@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::phase::sin_cos_of;
 use super::signals::{Scales, Signals};
 
-/// The factor of a regressor that follows the motion.
+/// The factor of a regressor that depends on the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotionFactor {
@@ -17,7 +17,7 @@ pub enum MotionFactor {
     Velocity,
     /// Increment of the velocity.
     VelocityStep,
-    /// Direction of motion, times the level of friction where that differs along the axis.
+    /// Direction of motion, times the friction level if that depends on the position.
     Sign,
     /// A stop operator.
     Stop(usize),
@@ -30,31 +30,31 @@ pub enum MotionFactor {
     /// Saturated viscous friction: proportional to the expected velocity up to a speed and constant beyond it, `v/q` within −1…1.
     #[serde(rename = "drag")]
     SaturatedViscous(usize),
-    /// Backlash between the motor and what is measured: a stop operator whose contribution the motor does not feel, so that the next
-    /// pass's expected position is without it.
+    /// Backlash between the motor and the measured position: a stop operator whose contribution the
+    /// motor does not feel, so that the next pass's expected position excludes it.
     #[serde(rename = "play")]
     Backlash(usize),
 }
 
-/// The factor of a regressor that follows the position.
+/// The factor of a regressor that depends on the position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PositionFactor {
-    /// The same everywhere.
+    /// Constant.
     Flat,
-    /// `cos 2πfx` of a position line.
+    /// `cos 2πfx` of a position harmonic.
     Cos(usize),
-    /// `sin 2πfx` of a position line.
+    /// `sin 2πfx` of a position harmonic.
     Sin(usize),
 }
 
-/// A factor of the motion times one of the position.
+/// A motion factor times a position factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Regressor {
-    /// What follows the motion.
+    /// Motion factor.
     #[serde(rename = "carrier")]
     pub motion: MotionFactor,
-    /// What follows the position.
+    /// Position factor.
     #[serde(rename = "wave")]
     pub position: PositionFactor,
 }
@@ -66,22 +66,22 @@ impl From<MotionFactor> for Regressor {
 }
 
 impl Regressor {
-    /// The motion times cosine and sine of `line`.
+    /// The motion factor times cosine and sine of `harmonic`.
     #[must_use]
-    pub fn on_line(motion: MotionFactor, line: usize) -> [Self; 2] {
-        [PositionFactor::Cos(line), PositionFactor::Sin(line)].map(|position| Self { motion, position })
+    pub fn on_harmonic(motion: MotionFactor, harmonic: usize) -> [Self; 2] {
+        [PositionFactor::Cos(harmonic), PositionFactor::Sin(harmonic)].map(|position| Self { motion, position })
     }
 
-    /// The line that this channel follows, if any.
+    /// The harmonic of this regressor, if any.
     #[must_use]
-    pub fn line(&self) -> Option<usize> {
+    pub fn harmonic(&self) -> Option<usize> {
         match self.position {
             PositionFactor::Flat => None,
-            PositionFactor::Cos(line) | PositionFactor::Sin(line) => Some(line),
+            PositionFactor::Cos(harmonic) | PositionFactor::Sin(harmonic) => Some(harmonic),
         }
     }
 
-    /// Whether `scales` has the operator, speed and line that this channel names.
+    /// Whether `scales` has the operator, speed and harmonic of this regressor.
     pub(super) fn fits(&self, scales: &Scales) -> bool {
         let stops = scales.stop_half_widths.len();
         let motion = match self.motion {
@@ -93,32 +93,32 @@ impl Regressor {
             MotionFactor::SlowStop(stop, speed) => stop < stops && speed < scales.slow_speeds.len(),
             MotionFactor::SaturatedViscous(speed) => speed < scales.drag_speeds.len(),
         };
-        motion && self.line().is_none_or(|line| line < scales.lines.len())
+        motion && self.harmonic().is_none_or(|harmonic| harmonic < scales.lines.len())
     }
 
-    /// The signal that this channel is as it stands, over all padded samples, if it is one.
+    /// The stored signal that equals this regressor over all padded samples, if there is one.
     pub(super) fn signal<'a>(&self, signals: &'a Signals) -> Option<&'a [f64]> {
         match (self.motion, self.position) {
             (MotionFactor::Velocity, PositionFactor::Flat) => Some(signals.velocity()),
             (MotionFactor::VelocityStep, PositionFactor::Flat) => Some(signals.step()),
-            (MotionFactor::Sign, PositionFactor::Flat) => Some(signals.push()),
+            (MotionFactor::Sign, PositionFactor::Flat) => Some(signals.friction_sign()),
             (MotionFactor::Stop(stop) | MotionFactor::Backlash(stop), PositionFactor::Flat) => Some(signals.stop(stop)),
-            (MotionFactor::SaturatedViscous(speed), PositionFactor::Flat) => Some(signals.drag(speed)),
+            (MotionFactor::SaturatedViscous(speed), PositionFactor::Flat) => Some(signals.saturated_viscous(speed)),
             _ => None,
         }
     }
 
-    /// Writes the channel's values at the padded samples `start..start + out.len()` to `out`.
-    pub fn fill(&self, signals: &Signals, waves: &Waves, start: usize, out: &mut [f64]) {
+    /// Writes the regressor's values at the padded samples `start..start + out.len()` to `out`.
+    pub fn fill(&self, signals: &Signals, harmonics: &Harmonics, start: usize, out: &mut [f64]) {
         let rows = start..start + out.len();
         match self.motion {
             MotionFactor::One => out.fill(1.0),
             MotionFactor::Velocity => out.copy_from_slice(&signals.velocity()[rows.clone()]),
             MotionFactor::VelocityStep => out.copy_from_slice(&signals.step()[rows.clone()]),
-            MotionFactor::Sign => out.copy_from_slice(&signals.push()[rows.clone()]),
+            MotionFactor::Sign => out.copy_from_slice(&signals.friction_sign()[rows.clone()]),
             MotionFactor::Stop(stop) | MotionFactor::Backlash(stop) => out.copy_from_slice(&signals.stop(stop)[rows.clone()]),
             MotionFactor::StopLessSign(stop) => {
-                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.push()[rows.clone()]);
+                let stops = signals.stop(stop)[rows.clone()].iter().zip(&signals.friction_sign()[rows.clone()]);
                 for (y, (z, sign)) in out.iter_mut().zip(stops) {
                     *y = z - sign;
                 }
@@ -129,7 +129,7 @@ impl Regressor {
                     *y = z * slow;
                 }
             }
-            MotionFactor::SaturatedViscous(speed) => out.copy_from_slice(&signals.drag(speed)[rows.clone()]),
+            MotionFactor::SaturatedViscous(speed) => out.copy_from_slice(&signals.saturated_viscous(speed)[rows.clone()]),
             MotionFactor::StopMagnitude(stop) => {
                 for (y, z) in out.iter_mut().zip(&signals.stop(stop)[rows.clone()]) {
                     *y = z.abs();
@@ -138,8 +138,8 @@ impl Regressor {
         }
         let position = match self.position {
             PositionFactor::Flat => return,
-            PositionFactor::Cos(line) => waves.cos(line, rows),
-            PositionFactor::Sin(line) => waves.sin(line, rows),
+            PositionFactor::Cos(harmonic) => harmonics.cos(harmonic, rows),
+            PositionFactor::Sin(harmonic) => harmonics.sin(harmonic, rows),
         };
         for (y, w) in out.iter_mut().zip(position) {
             *y *= w;
@@ -147,16 +147,17 @@ impl Regressor {
     }
 }
 
-/// Cosine and sine of every position line over a stretch of padded samples.
+/// Cosine and sine of every position harmonic over a range of padded samples.
 #[derive(Debug, Default)]
-pub struct Waves {
+pub struct Harmonics {
     origin: usize,
     cos: Vec<Vec<f64>>,
     sin: Vec<Vec<f64>>,
 }
 
-impl Waves {
-    /// Waves of all lines at the padded samples `rows`; zero where the positions are not the machine's.
+impl Harmonics {
+    /// All harmonics at the padded samples `rows`; zero if the positions are not in machine
+    /// coordinates.
     #[must_use]
     pub fn new(signals: &Signals, rows: Range<usize>, scales: &Scales) -> Self {
         let (position, origin) = (&signals.position()[rows.clone()], rows.start);
@@ -171,8 +172,8 @@ impl Waves {
         let fades = position.iter().any(|x| x.abs() > scales.half_travel);
         let shares: Vec<f64> = if fades && !scales.lines.is_empty() { position.iter().map(share).collect() } else { Vec::new() };
         let mut turns = vec![0.0; position.len()];
-        let of_line = |line: &f64| {
-            turns.iter_mut().zip(position).for_each(|(turns, x)| *turns = line * x);
+        let of_harmonic = |harmonic: &f64| {
+            turns.iter_mut().zip(position).for_each(|(turns, x)| *turns = harmonic * x);
             let (mut sin, mut cos) = (vec![0.0; turns.len()], vec![0.0; turns.len()]);
             sin_cos_of(&turns, &mut sin, &mut cos);
             for position in [&mut sin, &mut cos] {
@@ -180,19 +181,19 @@ impl Waves {
             }
             (cos, sin)
         };
-        let (cos, sin) = scales.lines.iter().map(of_line).unzip();
+        let (cos, sin) = scales.lines.iter().map(of_harmonic).unzip();
         Self { origin, cos, sin }
     }
 
-    /// Cosine of one line at the padded samples `rows`.
+    /// Cosine of one harmonic at the padded samples `rows`.
     #[must_use]
-    pub fn cos(&self, line: usize, rows: Range<usize>) -> &[f64] {
-        &self.cos[line][rows.start - self.origin..rows.end - self.origin]
+    pub fn cos(&self, harmonic: usize, rows: Range<usize>) -> &[f64] {
+        &self.cos[harmonic][rows.start - self.origin..rows.end - self.origin]
     }
 
-    /// Sine of one line at the padded samples `rows`.
+    /// Sine of one harmonic at the padded samples `rows`.
     #[must_use]
-    pub fn sin(&self, line: usize, rows: Range<usize>) -> &[f64] {
-        &self.sin[line][rows.start - self.origin..rows.end - self.origin]
+    pub fn sin(&self, harmonic: usize, rows: Range<usize>) -> &[f64] {
+        &self.sin[harmonic][rows.start - self.origin..rows.end - self.origin]
     }
 }

@@ -1,4 +1,5 @@
-//! What the features are made of: velocity, its increments, the position that is expected, and stop operators on it.
+//! Signals of the features: velocity, its increments, the expected position, and stop operators on
+//! it.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,27 +11,29 @@ use super::stop::run_stops;
 pub struct Scales {
     /// Half-widths of the stop operators.
     pub stop_half_widths: Vec<f64>,
-    /// Decay speeds of the terms that act in slow motion only, unit/s.
+    /// Decay speeds of the terms that act only in slow motion, unit/s.
     pub slow_speeds: Vec<f64>,
-    /// Whether those fade with the expected velocity; with the reference's, from which a slow loop's differs, in models of earlier versions.
+    /// Whether these terms decay with the expected velocity. In models of earlier versions they
+    /// decay with that of the reference, which differs for a slow loop.
     #[serde(default)]
     pub slow_by_expected: bool,
-    /// Speeds from which on a drag is constant, unit/s.
+    /// Speeds from which on the saturated viscous friction is constant, unit/s.
     #[serde(default)]
     pub drag_speeds: Vec<f64>,
-    /// Middle of the trained positions, from which the position lines count their phase.
+    /// Middle of the trained positions: phase origin of the position harmonics.
     pub centre: f64,
-    /// Half the trained travel. Beyond it the position lines fade over as much again: their phase is known less and less.
+    /// Half the trained travel. Over the same distance beyond it the position harmonics taper off,
+    /// since their phase becomes uncertain.
     pub half_travel: f64,
-    /// Spatial frequency of each position line, 1/unit.
+    /// Spatial frequency of each position harmonic, 1/unit.
     pub lines: Vec<f64>,
-    /// Level of friction along the axis; the same everywhere when `None`.
+    /// Friction level along the axis; constant if `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction_map: Option<FrictionMap>,
 }
 
 impl Scales {
-    /// No operators, no lines: what a linear pass needs.
+    /// No operators, no harmonics: the scales of a linear pass.
     #[must_use]
     pub fn linear() -> Self {
         Self {
@@ -45,7 +48,7 @@ impl Scales {
         }
     }
 
-    /// Whether widths and speeds are positive and everything is finite.
+    /// Checks that widths and speeds are positive and all numbers are finite.
     pub(super) fn check(&self) -> Result<(), String> {
         if let Some(map) = &self.friction_map {
             map.check()?;
@@ -65,7 +68,7 @@ impl Scales {
     }
 }
 
-/// Signals of one run, padded at both ends with rest so that every lag exists.
+/// Signals of one run, padded at both ends with a standstill so that every lag exists.
 #[derive(Debug, Clone)]
 pub struct Signals {
     pad: usize,
@@ -76,22 +79,23 @@ pub struct Signals {
     velocity: Vec<f64>,
     step: Vec<f64>,
     sign: Vec<f64>,
-    /// Direction times the level of friction, where that differs along the axis.
-    push: Option<Vec<f64>>,
+    /// Direction times the friction level, if that depends on the position.
+    friction_sign: Option<Vec<f64>>,
     /// `exp(−|v|/q)` of each decay speed.
     slow: Vec<Vec<f64>>,
     position: Vec<f64>,
     stops: Vec<Vec<f64>>,
-    drag: Vec<Vec<f64>>,
-    /// Whether the positions are the machine's.
+    viscous: Vec<Vec<f64>>,
+    /// Whether the positions are in machine coordinates.
     placed: bool,
 }
 
 impl Signals {
-    /// Signals of a reference with `pad` samples of rest before and after it.
+    /// Signals of a reference with `pad` samples of standstill before and after it.
     ///
-    /// `flags` is the path whose direction of motion counts; `expected` the position that the axis is expected to take, on which the
-    /// operators run, strained by `start` at first. All three have one value a period and the same length.
+    /// `flags` is the path that gives the direction of motion; `expected` the expected position of
+    /// the axis, on which the operators run, with initial strain `start`. All three have one value
+    /// per period and the same length.
     #[must_use]
     pub fn new(
         reference: &[f64],
@@ -107,7 +111,7 @@ impl Signals {
         signals
     }
 
-    /// What does not depend on the position that is expected: [`Signals::expect`] has to follow.
+    /// The signals that do not depend on the expected position; call [`Signals::expect`] next.
     #[must_use]
     pub(super) fn of_motion(reference: &[f64], flags: &[f64], period_s: f64, pad: usize) -> Self {
         let velocity = padded_velocity(reference, period_s, pad);
@@ -116,7 +120,7 @@ impl Signals {
             step[k] = velocity[k] - velocity[k - 1];
         }
         let sign = padded_velocity(flags, period_s, pad).into_iter().map(|v| if v == 0.0 { 0.0 } else { v.signum() }).collect();
-        let (slow, position, stops, drag) = Default::default();
+        let (slow, position, stops, viscous) = Default::default();
         Self {
             pad,
             len: reference.len(),
@@ -125,27 +129,28 @@ impl Signals {
             velocity,
             step,
             sign,
-            push: None,
+            friction_sign: None,
             slow,
             position,
             stops,
-            drag,
+            viscous,
             placed: true,
         }
     }
 
-    /// The same where positions are the machine's only if `placed`; else position lines are zero.
+    /// The same with positions in machine coordinates only if `placed`; else position harmonics are
+    /// zero.
     #[must_use]
     pub(super) fn placed(self, placed: bool) -> Self {
         Self { placed, ..self }
     }
 
-    /// Whether the positions are the machine's.
+    /// Whether the positions are in machine coordinates.
     pub(super) fn is_placed(&self) -> bool {
         self.placed
     }
 
-    /// Takes the position that is expected, seen on these scales.
+    /// Computes the signals of the expected position on these scales.
     pub(super) fn expect(&mut self, expected: &[f64], scales: &Scales) {
         pad_into(expected, self.pad, &mut self.position);
         let slow_by = if scales.slow_by_expected { &velocity_along(&self.position, self.period_s) } else { &self.velocity };
@@ -153,18 +158,19 @@ impl Signals {
         self.slow = scales.slow_speeds.iter().map(decay).collect();
         let map = scales.friction_map.as_ref().filter(|_| self.placed);
         let levels = map.map(|map| Levels::along(map, &self.position, scales.centre));
-        let pushed = |levels: &Levels| self.sign.iter().enumerate().map(|(k, sign)| sign * levels.towards(k, *sign)).collect();
-        self.push = levels.as_ref().map(pushed);
+        let with_level =
+            |levels: &Levels| self.sign.iter().enumerate().map(|(k, sign)| sign * levels.towards(k, *sign)).collect();
+        self.friction_sign = levels.as_ref().map(with_level);
         run_stops(&self.position, &scales.stop_half_widths, self.start, levels.as_ref(), &mut self.stops);
-        self.drag.resize(scales.drag_speeds.len(), Vec::new());
-        for (drag, speed) in self.drag.iter_mut().zip(&scales.drag_speeds) {
+        self.viscous.resize(scales.drag_speeds.len(), Vec::new());
+        for (viscous, speed) in self.viscous.iter_mut().zip(&scales.drag_speeds) {
             let gain = 1.0 / (speed * self.period_s);
-            drag.resize(self.position.len(), 0.0);
-            for (drag, pair) in drag.iter_mut().skip(1).zip(self.position.windows(2)) {
-                *drag = ((pair[1] - pair[0]) * gain).clamp(-1.0, 1.0);
+            viscous.resize(self.position.len(), 0.0);
+            for (viscous, pair) in viscous.iter_mut().skip(1).zip(self.position.windows(2)) {
+                *viscous = ((pair[1] - pair[0]) * gain).clamp(-1.0, 1.0);
             }
             if let Some(levels) = &levels {
-                drag.iter_mut().enumerate().for_each(|(k, drag)| *drag *= levels.towards(k, *drag));
+                viscous.iter_mut().enumerate().for_each(|(k, viscous)| *viscous *= levels.towards(k, *viscous));
             }
         }
         self.position.iter_mut().for_each(|x| *x -= scales.centre);
@@ -182,7 +188,7 @@ impl Signals {
         self.len == 0
     }
 
-    /// Samples of rest at either end.
+    /// Samples of standstill padding at either end.
     #[must_use]
     pub fn pad(&self) -> usize {
         self.pad
@@ -206,13 +212,13 @@ impl Signals {
         &self.sign
     }
 
-    /// Direction of motion times the level of friction at the place, padded.
+    /// Direction of motion times the friction level at the position, padded.
     #[must_use]
-    pub fn push(&self) -> &[f64] {
-        self.push.as_deref().unwrap_or(&self.sign)
+    pub fn friction_sign(&self) -> &[f64] {
+        self.friction_sign.as_deref().unwrap_or(&self.sign)
     }
 
-    /// What is left at its speed of a term that fades with decay speed `index`, padded.
+    /// Factor `exp(−|v|/q)` of the terms with decay speed `index`, padded.
     #[must_use]
     pub fn slow(&self, index: usize) -> &[f64] {
         &self.slow[index]
@@ -230,10 +236,10 @@ impl Signals {
         &self.stops[index]
     }
 
-    /// Drag that is constant from speed `index` on, in −1…1, padded.
+    /// Saturated viscous friction that is constant from speed `index` on, in −1…1, padded.
     #[must_use]
-    pub fn drag(&self, index: usize) -> &[f64] {
-        &self.drag[index]
+    pub fn saturated_viscous(&self, index: usize) -> &[f64] {
+        &self.viscous[index]
     }
 }
 

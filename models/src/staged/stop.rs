@@ -2,13 +2,15 @@
 
 use super::friction_map::Levels;
 
-/// Operators whose recursions run side by side instead of each waiting for itself.
+/// Number of operators evaluated together, since each recursion waits for its previous sample.
 const TOGETHER: usize = 5;
 
-/// Writes the outputs of stop operators along `position` to `outputs`, one series an operator, each normalised to −1…1.
+/// Writes the outputs of stop operators along `position` to `outputs`, one series per operator,
+/// each normalised to −1…1.
 ///
-/// `z(k) = clip(z(k−1) + x(k) − x(k−1), ±w) / w` with half-width `w`, in the unit of `position`; they start strained by `start`. Where friction has
-/// `levels` of its own along the path, `z` saturates at them instead of ±1: its stiffness is the same everywhere.
+/// `z(k) = clip(z(k−1) + x(k) − x(k−1), ±w) / w` with half-width `w`, in the unit of `position`;
+/// the initial strain is `start`. With position-dependent `levels` of friction, `z` saturates at
+/// them instead of ±1; the stiffness is constant.
 pub fn run_stops(position: &[f64], half_widths: &[f64], start: f64, levels: Option<&Levels>, outputs: &mut Vec<Vec<f64>>) {
     match levels {
         None => run_between(position, half_widths, start, |_| [1.0, -1.0], outputs),
@@ -60,7 +62,7 @@ fn run_group<const N: usize>(
         previous = x;
         for i in 0..N {
             let state = states[i] + moved * gains[i];
-            // In this order a comparison is one instruction; `clamp` would look for numbers that are none.
+            // In this order a comparison is one instruction; `clamp` would check for NaN.
             let state = if state < most { state } else { most };
             states[i] = if state > least { state } else { least };
             if let Some(output) = outputs[i].next() {

@@ -20,10 +20,11 @@ pub(super) fn add_taps(taps: &[Tap], inputs: &[&[f64]], out: &mut [f64]) {
     Level::detect().run(Sum { taps, inputs, out });
 }
 
-/// Vectors of outputs that are summed side by side, in registers.
+/// Number of output vectors summed together, in registers.
 const VECTORS: usize = 8;
 
-/// Every output's terms one after the other and each rounded by itself: the same bits at every width of vector.
+/// The terms of each output are added in order and rounded one by one: the same bits at every
+/// vector width.
 struct Sum<'a> {
     taps: &'a [Tap],
     inputs: &'a [&'a [f64]],

@@ -1,4 +1,5 @@
-//! Columns times weights without the columns: every channel through the one response that its weights make of the basis.
+//! Columns times weights without the columns: every regressor through the single response that its
+//! weights give with the basis.
 
 use std::ops::Range;
 
@@ -6,11 +7,11 @@ use rayon::prelude::*;
 
 use super::features::FeatureSet;
 use super::fir::Fir;
-use super::regressor::{Regressor, Waves};
+use super::regressor::{Harmonics, Regressor};
 use super::signals::Signals;
 use super::taps::{Tap, add_bent, add_taps};
 
-/// Rows that are worked on at once: a block's channels stay in the cache, and the lags around it weigh little.
+/// Rows per block: the block's regressors stay in the cache, and the lags around it cost little.
 const BLOCK_ROWS: usize = 2048;
 
 impl FeatureSet {
@@ -24,13 +25,13 @@ impl FeatureSet {
 /// A feature set with its weights, arranged for prediction.
 struct Weighted<'a> {
     features: &'a FeatureSet,
-    channels: Vec<Regressor>,
+    regressors: Vec<Regressor>,
     /// First and last lag of any response.
     first: isize,
     last: isize,
-    /// Taps of responses that are summed as they are.
+    /// Taps of responses that are summed directly.
     straight: Vec<Tap>,
-    /// Taps of the second differences of those that have few corners, and these responses themselves.
+    /// Taps of the second differences of responses with few corners, and these responses.
     bends: Vec<Tap>,
     bent: Vec<(usize, Fir)>,
 }
@@ -40,41 +41,43 @@ impl<'a> Weighted<'a> {
     fn new(features: &'a FeatureSet, weights: &[f64]) -> Self {
         let spans = features.groups.iter().map(|group| group.basis.span());
         let (first, last) = spans.fold((0, 0), |(first, last), span| (first.min(span.0), last.max(span.1)));
-        let (mut channels, mut straight, mut bends, mut bent) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut regressors, mut straight, mut bends, mut bent) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut taken = 0;
         for group in &features.groups {
-            for channel in &group.channels {
+            for regressor in &group.channels {
                 let response = group.basis.combine(&weights[taken..taken + group.basis.len()]);
                 taken += group.basis.len();
-                let input = channels.len();
+                let input = regressors.len();
                 let tap = |lag: isize, weight| Tap { input, offset: (lag - first) as usize, weight };
                 let corners = response.corners();
                 if corners.len() < response.taps.len() {
-                    // The first bend that is needed lies around the second row.
+                    // The first second difference that is needed is around the second row.
                     bends.extend(corners.into_iter().map(|(lag, weight)| tap(lag + 1, weight)));
                     bent.push((input, response));
                 } else {
                     straight.extend((response.first_lag..).zip(&response.taps).map(|(lag, weight)| tap(lag, *weight)));
                 }
-                channels.push(*channel);
+                regressors.push(*regressor);
             }
         }
-        Self { features, channels, first, last, straight, bends, bent }
+        Self { features, regressors, first, last, straight, bends, bent }
     }
 
     /// Prediction at every sample of a run.
     fn predict(&self, signals: &Signals) -> Vec<f64> {
         let mut out = vec![0.0; signals.len()];
         let blocks = out.par_chunks_mut(BLOCK_ROWS).enumerate();
-        blocks.for_each_init(Room::default, |room, (index, rows)| self.predict_block(signals, index * BLOCK_ROWS, rows, room));
+        blocks.for_each_init(Scratch::default, |scratch, (index, rows)| {
+            self.predict_block(signals, index * BLOCK_ROWS, rows, scratch)
+        });
         out
     }
 
-    fn predict_block(&self, signals: &Signals, start: usize, out: &mut [f64], room: &mut Room) {
+    fn predict_block(&self, signals: &Signals, start: usize, out: &mut [f64], scratch: &mut Scratch) {
         let origin = (signals.pad() as isize + start as isize + self.first) as usize;
         let rows = origin..origin + out.len() + (self.last - self.first) as usize;
-        let waves = Waves::new(signals, rows.clone(), &self.features.scales);
-        let inputs = room.inputs(&self.channels, signals, &waves, rows);
+        let harmonics = Harmonics::new(signals, rows.clone(), &self.features.scales);
+        let inputs = scratch.inputs(&self.regressors, signals, &harmonics, rows);
         add_taps(&self.straight, &inputs, out);
         if self.bent.is_empty() {
             return;
@@ -93,29 +96,29 @@ impl<'a> Weighted<'a> {
     }
 }
 
-/// Memory for the channels that are not a signal as it is.
+/// Memory for the regressors that are not stored signals.
 #[derive(Default)]
-struct Room(Vec<f64>);
+struct Scratch(Vec<f64>);
 
-impl Room {
-    /// The channels over the padded samples `rows`.
+impl Scratch {
+    /// The regressors over the padded samples `rows`.
     fn inputs<'a>(
         &'a mut self,
-        channels: &[Regressor],
+        regressors: &[Regressor],
         signals: &'a Signals,
-        waves: &Waves,
+        harmonics: &Harmonics,
         rows: Range<usize>,
     ) -> Vec<&'a [f64]> {
-        let made = channels.iter().filter(|channel| channel.signal(signals).is_none()).count();
+        let made = regressors.iter().filter(|regressor| regressor.signal(signals).is_none()).count();
         self.0.resize(made * rows.len(), 0.0);
         let mut free = self.0.chunks_exact_mut(rows.len());
-        let of = |channel: &Regressor| match channel.signal(signals) {
+        let of = |regressor: &Regressor| match regressor.signal(signals) {
             Some(signal) => &signal[rows.clone()],
             None => free.next().map_or(&[][..], |out| {
-                channel.fill(signals, waves, rows.start, out);
+                regressor.fill(signals, harmonics, rows.start, out);
                 out
             }),
         };
-        channels.iter().map(of).collect()
+        regressors.iter().map(of).collect()
     }
 }

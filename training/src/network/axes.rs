@@ -6,14 +6,15 @@ use crate::{TrainingError, staged::AxisRun};
 /// The runs of one axis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AxisRuns {
-    /// To learn from.
+    /// Runs to train on.
     pub training: Vec<AxisRun>,
-    /// To judge by.
+    /// Runs to validate on.
     pub held_out: Vec<AxisRun>,
 }
 
-/// Trains one network an axis, each in a thread of its own; axis `i` has the seed `seed + i`, so that the result depends on neither
-/// the threads nor the other axes. `on_epoch` is told the axis with each epoch.
+/// Trains one network per axis, each in its own thread. Axis `i` has the seed `seed + i`: the
+/// result does not depend on the threads or the other axes. `on_epoch` receives the axis index with
+/// each epoch.
 ///
 /// # Errors
 /// As [`train`], of the first axis that fails.

@@ -1,4 +1,4 @@
-//! Checkpoints: a training that was stopped goes on as if it had not been.
+//! Checkpoints: an interrupted training resumes with the same result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ const FINISHED: &str = "checkpoint";
 const UNFINISHED: &str = "checkpoint.new";
 const PREVIOUS: &str = "checkpoint.old";
 
-/// How far a training has come; random draws need no state, for each epoch has a stream of its own.
+/// Progress of a training. Random draws need no state: each epoch has its own random stream.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Progress {
@@ -27,9 +27,9 @@ pub struct Progress {
     pub epochs: usize,
     /// Epochs done when the held-out error was least.
     pub best_epoch: usize,
-    /// Least held-out error, mm or rad; none before the first look.
+    /// Least held-out error, mm or rad; `None` before the first validation.
     pub best_rms: Option<f64>,
-    /// Looks since then.
+    /// Validations since then.
     pub failures: usize,
 }
 
@@ -42,7 +42,7 @@ pub struct State {
     pub best: Net,
     /// Adam's moments.
     pub optimizer: ModuleOptimizer,
-    /// How far it has come.
+    /// Progress.
     pub progress: Progress,
 }
 
@@ -64,7 +64,7 @@ pub fn identity(runs: &[AxisRun], held_out: &[AxisRun], recipe: &NetworkRecipe, 
 }
 
 impl State {
-    /// Writes the state to `folder`; until it is complete, the one before stays.
+    /// Writes the state to `folder`. The previous state stays until the new one is complete.
     pub fn save(&self, folder: &Path) -> Result<(), TrainingError> {
         let [finished, unfinished, previous] = [FINISHED, UNFINISHED, PREVIOUS].map(|name| folder.join(name));
         remove(&unfinished)?;
@@ -88,7 +88,7 @@ impl State {
     /// # Errors
     /// When there is one of another training, or it cannot be read.
     pub fn resumed(self, folder: &Path) -> Result<Self, TrainingError> {
-        // A kill between the two renames leaves only the state before.
+        // A process that ends between the two renames leaves only the previous state.
         let Some(found) = [FINISHED, PREVIOUS].map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
             return Ok(self);
         };

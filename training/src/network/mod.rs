@@ -1,11 +1,11 @@
 //! Training of the papers' networks: LSTM, GRU and NARX.
 //!
-//! [`train`] is the whole of it for one axis, [`train_axes`] for a machine; a [`NetworkRecipe`] says how.
+//! [`train`] fits one axis, [`train_axes`] a machine. A [`NetworkRecipe`] holds the settings.
 
 mod axes;
 mod checkpoint;
 mod clip;
-mod corpus;
+mod dataset;
 mod net;
 mod recipe;
 mod train;

@@ -11,12 +11,12 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     NetworkRecipe,
-    corpus::{Scaling, Task},
+    dataset::{Scaling, Task},
 };
 
-/// Bias of an LSTM's forget gates at the start: a cell remembers until it has learned to forget.
+/// Initial bias of an LSTM's forget gates: a cell keeps its state until training changes that.
 const FORGET_BIAS: f32 = 1.0;
-/// A free-running NARX may go this many times beyond the largest error that it was trained on.
+/// Limit of a free-running NARX output, as a multiple of the largest error in the training data.
 const NARX_BOUND: f32 = 3.0;
 
 /// A network in training.
@@ -71,7 +71,7 @@ impl Net {
         }
     }
 
-    /// The network as it predicts.
+    /// The network as a predictor.
     pub fn predictor(&self, scaling: &Scaling) -> Result<Box<dyn AxisPredictor>, ModelError> {
         let (inputs, targets) = (scaling.inputs.clone(), scaling.targets.clone());
         Ok(match (self, &scaling.task) {
@@ -95,10 +95,10 @@ impl Net {
     }
 }
 
-/// Weights and biases from `±1/√inputs`, as PyTorch draws them.
+/// Weights and biases drawn from `±1/√inputs`, as in PyTorch.
 fn linear(inputs: usize, outputs: usize, rng: &mut ChaCha8Rng, device: &Device) -> Linear {
     let bound = 1.0 / (inputs.max(1) as f32).sqrt();
-    // The bounds are finite and ordered, so that the distribution exists; zeros are what remains otherwise.
+    // The bounds are finite and ordered, so that the distribution exists. Zeros are the fallback.
     let range = Uniform::new_inclusive(-bound, bound).ok();
     let mut draw = |count: usize| -> Vec<f32> { (0..count).map(|_| range.map_or(0.0, |range| rng.sample(range))).collect() };
     let mut linear = LinearConfig::new(inputs, outputs).init(device);

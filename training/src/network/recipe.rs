@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainingError;
 
-/// Which network.
+/// Kind of network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NetworkKind {
@@ -34,35 +34,35 @@ impl NetworkKind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkRecipe {
-    /// Which network.
+    /// Kind of network.
     pub kind: NetworkKind,
-    /// What it sees.
+    /// Feature set of the inputs.
     pub features: FeatureSet,
     /// Units of each hidden layer.
     pub hidden: usize,
     /// Hidden layers.
     pub layers: usize,
-    /// Share of the features between layers that a training step drops.
+    /// Dropout: share of the features between layers.
     pub dropout: f64,
-    /// Learning rate of Adam at the start.
+    /// Initial learning rate of Adam.
     pub learning_rate: f64,
-    /// What the learning rate is multiplied by …
+    /// Factor on the learning rate …
     pub drop_factor: f64,
     /// … every so many epochs.
     pub drop_every: usize,
-    /// Largest norm of all gradients together; longer ones are shortened to it.
+    /// Largest global norm of the gradients; larger ones are scaled down to it.
     pub clip_norm: f64,
-    /// Windows of a training step.
+    /// Windows per training step.
     pub batch: usize,
     /// Counted part of a window, s.
     pub window_s: f64,
-    /// Part before it in which the state settles and errors are not counted, s.
+    /// Warm-up before it, s: the state settles and errors do not count.
     pub warmup_s: f64,
-    /// Most epochs.
+    /// Maximum number of epochs.
     pub epochs: usize,
-    /// Epochs between two looks at the held-out runs.
+    /// Epochs between two validations on the held-out runs.
     pub validate_every: usize,
-    /// Looks without a new least error after which training stops.
+    /// Validations without a new least error after which training stops.
     pub patience: usize,
 }
 

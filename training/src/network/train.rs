@@ -12,45 +12,46 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::{Progress, State, identity};
-use super::corpus::{AxisDataset, Task, check_runs};
+use super::dataset::{AxisDataset, Task, check_runs};
 use super::{NetworkRecipe, clip_global_norm, net::Net};
 use crate::{TrainingError, staged::AxisRun};
 
 /// Adam's `ε`.
 const EPSILON: f32 = 1e-8;
 
-/// What an epoch came to.
+/// Result of an epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epoch {
-    /// Its number, from 1 on.
+    /// Number of the epoch, from 1.
     pub epoch: usize,
-    /// Most epochs that there will be.
+    /// Maximum number of epochs.
     pub of: usize,
-    /// Mean squared error of its training steps, of the scaled tracking error.
+    /// Mean squared error of the training steps, on the scaled tracking error.
     pub loss: f64,
-    /// Learning rate that it used.
+    /// Learning rate.
     pub learning_rate: f64,
-    /// Root mean square of the prediction's error on the held-out runs, mm or rad, if it was looked at.
+    /// RMS prediction error on the held-out runs, mm or rad; `None` if the epoch was not validated.
     pub held_out_rms: Option<f64>,
 }
 
 /// A trained network.
 #[derive(Debug)]
 pub struct Trained {
-    /// The network with the least held-out error, as it predicts.
+    /// The network with the least held-out error, as a predictor.
     pub predictor: Box<dyn AxisPredictor>,
-    /// Epochs after which that was.
+    /// Epoch of that network.
     pub best_epoch: usize,
-    /// Epochs done in all.
+    /// Number of epochs run.
     pub epochs: usize,
-    /// Its root mean square of the prediction's error on the held-out runs, mm or rad.
+    /// RMS prediction error of that network on the held-out runs, mm or rad.
     pub held_out_rms: f64,
 }
 
 /// Trains a network on `runs` of one axis and keeps the weights that predict `held_out` best.
 ///
-/// Windows of the runs are shuffled into mini-batches; each step of Adam minimises the mean squared error of the scaled tracking error
-/// over the windows' counted parts. The same runs, recipe and seed give the same weights, bit by bit.
+/// Windows of the runs are shuffled into mini-batches. Each Adam step minimises the mean squared
+/// error of the scaled tracking error over the counted parts of the windows. The same runs, recipe
+/// and seed give the same weights, bit by bit.
 ///
 /// # Errors
 /// When the runs or the recipe cannot be used, or the training diverges.
@@ -67,7 +68,8 @@ pub fn train(
     })
 }
 
-/// As [`train`], on what `base` leaves of the runs' tracking errors; the result adds both. The caller can stop after any epoch.
+/// As [`train`], on the residual of `base`. The result is the sum of both. The caller can stop
+/// after any epoch.
 ///
 /// # Errors
 /// As [`train`]; when the recipe is that of a NARX network.
@@ -82,8 +84,9 @@ pub fn train_on_residual(
     run(Task::Residual(base.clone()), runs, held_out, recipe, seed, None, on_epoch)
 }
 
-/// As [`train`], with a checkpoint in `folder` at each look at the held-out runs and at the end; goes on from the one that is there.
-/// The caller can stop after any epoch; the result then is the best network so far.
+/// As [`train`], with a checkpoint in `folder` at each validation and at the end. Resumes from an
+/// existing checkpoint. The caller can stop after any epoch; the result is then the best network so
+/// far.
 ///
 /// # Errors
 /// As [`train`], and when a checkpoint cannot be written, read, or belongs to another training.
@@ -109,9 +112,9 @@ fn run(
 ) -> Result<Trained, TrainingError> {
     recipe.check()?;
     check_runs(held_out)?;
-    let corpus = AxisDataset::new(runs, task, recipe)?;
+    let dataset = AxisDataset::new(runs, task, recipe)?;
     let device = Device::flex().autodiff();
-    let net = Net::draw(recipe, corpus.scaling.task.width(), &mut rng(seed, 0), &device)?;
+    let net = Net::draw(recipe, dataset.scaling.task.width(), &mut rng(seed, 0), &device)?;
     let progress =
         Progress { of: identity(runs, held_out, recipe, seed)?, epochs: 0, best_epoch: 0, best_rms: None, failures: 0 };
     let optimizer = Adam::new(EPSILON).into();
@@ -121,11 +124,11 @@ fn run(
     }
     while state.progress.epochs < recipe.epochs && state.progress.failures < recipe.patience {
         let learning_rate = recipe.rate(state.progress.epochs);
-        let loss = epoch(&mut state, &corpus, recipe, learning_rate, seed, &device);
+        let loss = epoch(&mut state, &dataset, recipe, learning_rate, seed, &device);
         state.progress.epochs += 1;
         let number = state.progress.epochs;
         let look = number.is_multiple_of(recipe.validate_every) || number == recipe.epochs;
-        let held_out_rms = if look { Some(validate(&mut state, &corpus, held_out)?) } else { None };
+        let held_out_rms = if look { Some(validate(&mut state, &dataset, held_out)?) } else { None };
         let flow = on_epoch(Epoch { epoch: number, of: recipe.epochs, loss, learning_rate, held_out_rms });
         if let Some(folder) = folder.filter(|_| look || flow.is_break()) {
             state.save(folder)?;
@@ -134,24 +137,24 @@ fn run(
             break;
         }
     }
-    let predictor = state.best.predictor(&corpus.scaling)?;
+    let predictor = state.best.predictor(&dataset.scaling)?;
     let held_out_rms = state.progress.best_rms.unwrap_or_else(|| held_out_error(predictor.as_ref(), held_out));
     Ok(Trained { predictor, best_epoch: state.progress.best_epoch, epochs: state.progress.epochs, held_out_rms })
 }
 
-/// Steps over all windows once; the mean loss.
-fn epoch(state: &mut State, corpus: &AxisDataset, recipe: &NetworkRecipe, rate: f64, seed: u64, device: &Device) -> f64 {
+/// One pass over all windows; returns the mean loss.
+fn epoch(state: &mut State, dataset: &AxisDataset, recipe: &NetworkRecipe, rate: f64, seed: u64, device: &Device) -> f64 {
     let mut rng = rng(seed, state.progress.epochs as u64 + 1);
-    let windows = corpus.shuffled(&mut rng);
+    let windows = dataset.shuffled(&mut rng);
     let (mut sum, mut count) = (0.0, 0);
     for windows in windows.chunks(recipe.batch) {
-        let batch = corpus.batch(windows, device);
+        let batch = dataset.batch(windows, device);
         let errors = (state.net.forward(batch.inputs, &mut rng) - batch.targets) * batch.mask;
         let loss = (errors.clone() * errors).sum() / batch.counted as f64;
         sum += loss.clone().into_scalar::<f64>() * batch.counted as f64;
         count += batch.counted;
         let mut gradients = GradientsParams::from_grads(loss.backward(), &state.net);
-        // A step along a gradient that is not a number would spoil all weights for good.
+        // A step along a non-finite gradient would make all weights non-finite.
         if clip_global_norm(&mut gradients, &state.net, recipe.clip_norm).is_finite() {
             state.net = state.optimizer.step(rate, state.net.clone(), gradients);
         }
@@ -159,11 +162,11 @@ fn epoch(state: &mut State, corpus: &AxisDataset, recipe: &NetworkRecipe, rate: 
     sum / count.max(1) as f64
 }
 
-/// Looks at the held-out runs and keeps the network where it predicts them better than before.
-fn validate(state: &mut State, corpus: &AxisDataset, held_out: &[AxisRun]) -> Result<f64, TrainingError> {
-    let rms = match state.net.predictor(&corpus.scaling) {
+/// Validates on the held-out runs and keeps the network if its error is the least so far.
+fn validate(state: &mut State, dataset: &AxisDataset, held_out: &[AxisRun]) -> Result<f64, TrainingError> {
+    let rms = match state.net.predictor(&dataset.scaling) {
         Ok(predictor) => held_out_error(predictor.as_ref(), held_out),
-        // Weights that are not numbers make no predictor.
+        // Non-finite weights give no predictor.
         Err(_) if state.progress.best_rms.is_some() => f64::INFINITY,
         Err(error) => return Err(error.into()),
     };
@@ -177,20 +180,20 @@ fn validate(state: &mut State, corpus: &AxisDataset, held_out: &[AxisRun]) -> Re
     Ok(rms)
 }
 
-/// Root mean square of a prediction's error on `runs`, mm or rad, over the samples that count.
+/// RMS prediction error on `runs`, mm or rad, over the samples that count.
 #[must_use]
 pub fn held_out_error(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> f64 {
     let (squares, count) = runs.iter().flat_map(|run| squares(predictor, run)).fold((0.0, 0), |(a, b), (c, d)| (a + c, b + d));
     (squares / count.max(1) as f64).sqrt()
 }
 
-/// The same of each range of rows by itself, run by run.
+/// As [`held_out_error`], for each range of rows, run by run.
 #[must_use]
 pub fn part_errors(predictor: &dyn AxisPredictor, runs: &[AxisRun]) -> Vec<f64> {
     runs.iter().flat_map(|run| squares(predictor, run)).map(|(squares, count)| (squares / count.max(1) as f64).sqrt()).collect()
 }
 
-/// Sum of the squared errors of a prediction over each range of a run's rows, and its samples.
+/// Sum of the squared prediction errors and number of samples, for each range of rows of a run.
 fn squares(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<(f64, usize)> {
     let predicted = predictor.predict(&AxisSignal::uncompensated(&run.reference, run.period_s));
     let errors = run.tracking_error();
@@ -198,7 +201,7 @@ fn squares(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<(f64, usize)> {
     run.scored().into_iter().map(|rows| (rows.clone().map(square).sum(), rows.len())).collect()
 }
 
-/// Random numbers of an epoch: a stream of the seed for each.
+/// Random generator of an epoch: one stream of the seed per epoch.
 fn rng(seed: u64, epoch: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(epoch);

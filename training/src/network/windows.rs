@@ -1,19 +1,20 @@
-//! How long the flags after reversals and starts last (`n1`, `n2` of Paper D, eq. 11-12), from the runs themselves.
+//! Durations of the flags after reversals and starts (`n1`, `n2` of Paper D, eq. 11-12), identified
+//! from the runs.
 
 use models::features::{EventKind, events, velocity};
 use nalgebra::{DMatrix, DVector};
 
 use crate::AxisRun;
 
-/// Velocities on either side that the linear law sees, samples.
+/// Velocities on either side that the linear law uses, samples.
 const REACH: usize = 25;
 /// Ridge of the linear law, as a share of the mean diagonal.
 const RIDGE: f64 = 1e-6;
 /// Shortest and longest window, s.
 const RANGE_S: (f64, f64) = (0.002, 0.150);
-/// Window where too few events tell, s.
+/// Default window where there are too few events, s.
 const DEFAULT_S: f64 = 0.05;
-/// Fewest events that tell.
+/// Minimum number of events.
 const EVENTS: usize = 8;
 
 /// Lengths of the two flags, samples after the event.
@@ -21,14 +22,15 @@ const EVENTS: usize = 8;
 pub struct FlagWindows {
     /// `n1`, after a reversal.
     pub backlash: usize,
-    /// `n2`, after a start from rest.
+    /// `n2`, after a start from a standstill.
     pub start: usize,
 }
 
 impl FlagWindows {
-    /// The windows that best fit what a linear law of the velocity leaves over after reversals and starts: with `p(m)` the mean
-    /// residual `m` samples after the event, in the new direction, the `n` with the largest `(Σ_{m≤n} p(m))²/(n+1)`, which is what a
-    /// flag of that length takes out of the squared residual. Too few events give 50 ms.
+    /// The windows that best fit the residual of a linear law of the velocity after reversals and
+    /// starts. With `p(m)` the mean residual `m` samples after the event, in the new direction, `n`
+    /// maximises `(Σ_{m≤n} p(m))²/(n+1)`: the reduction of the squared residual by a flag of that
+    /// length. With too few events the window is 50 ms.
     #[must_use]
     pub fn identify(runs: &[AxisRun]) -> Self {
         let period_s = runs.first().map_or(f64::NAN, |run| run.period_s);
@@ -46,7 +48,8 @@ impl FlagWindows {
     }
 }
 
-/// What a linear law on `v(k−25…k+25)` leaves over of each run's error; none where the equations have no solution.
+/// Residual of a linear law on `v(k−25…k+25)` for each run; `None` if the equations have no
+/// solution.
 fn residuals(runs: &[AxisRun]) -> Option<Vec<Vec<f64>>> {
     let columns = 2 * REACH + 2;
     let mut gram = DMatrix::<f64>::zeros(columns, columns);
@@ -73,7 +76,7 @@ fn residuals(runs: &[AxisRun]) -> Option<Vec<Vec<f64>>> {
     Some(cut.iter().map(residual).collect())
 }
 
-/// Velocity with [`REACH`] samples of rest on either side.
+/// Velocity with [`REACH`] samples of standstill on either side.
 fn surrounded(run: &AxisRun) -> Vec<f64> {
     let mut v = vec![0.0; REACH];
     v.extend(velocity(&run.reference, run.period_s));
@@ -81,7 +84,8 @@ fn surrounded(run: &AxisRun) -> Vec<f64> {
     v
 }
 
-/// Mean residual after the events of a kind, in the new direction, each until the next event; none where there are too few.
+/// Mean residual after events of one kind, in the new direction, each up to the next event; `None`
+/// if there are too few.
 fn profile(runs: &[AxisRun], residuals: &[Vec<f64>], kind: EventKind, longest: usize) -> Option<Vec<f64>> {
     let mut sums = vec![(0.0, 0_usize); longest + 1];
     for (run, residual) in runs.iter().zip(residuals) {
@@ -99,7 +103,7 @@ fn profile(runs: &[AxisRun], residuals: &[Vec<f64>], kind: EventKind, longest: u
     (!profile.is_empty()).then_some(profile)
 }
 
-/// The window within `range` that takes the most out of the squared residual.
+/// The window within `range` that reduces the squared residual most.
 fn best(profile: &[f64], range: (usize, usize)) -> Option<usize> {
     let mut sum = 0.0;
     let gains = profile.iter().enumerate().map(|(n, p)| {

@@ -1,21 +1,23 @@
-//! The fit: candidates from a pure delay to waves along the axis, each kept only if held-out blocks say that it pays.
+//! The fit: candidates from a pure delay to position harmonics, each kept only if it lowers the
+//! error on held-out blocks.
 
 use models::staged::StagedPredictor;
 
-use super::backlash::with_drag_and_play;
-use super::corpus::AxisDataset;
+use super::backlash::with_backlash;
+use super::dataset::AxisDataset;
 use super::friction_map::with_friction_map;
 use super::gram::FoldErrors;
+use super::harmonics::{Harmonic, HarmonicBasis, leading_filters};
 use super::linear::{Candidate, LinearLaw, anchored, pure_delays, velocity_acceleration_jerk};
 use super::operators::{Bank, FittedPass, best_ridge, fit_pass, operator_features, penalties};
 use super::recipe::StagedRecipe;
-use super::refine::refined_lines;
+use super::refine::refined_frequencies;
 use super::report::{StageReport, StagedReport};
 use super::search::Search;
-use super::waves::{Line, WaveBasis, leading_filters};
 use crate::{AxisRun, TrainingError};
 
-/// Passes of operators before the last: position from the linear law, then from the operators themselves.
+/// Number of operator passes: the first on the position of the linear law, the last on that of the
+/// operators.
 const OPERATOR_PASSES: usize = 2;
 
 /// Fits a staged predictor to runs of one axis.
@@ -24,78 +26,81 @@ const OPERATOR_PASSES: usize = 2;
 /// When the runs are unusable (lengths, periods, too few samples, no motion), or no linear law can be fitted.
 pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, StagedReport), TrainingError> {
     recipe.map.check()?;
-    let corpus = AxisDataset::new(runs, recipe)?;
-    let (ladder, ridge) = candidates(&corpus, recipe)?;
-    assemble(&corpus, ladder, ridge, recipe)
+    let dataset = AxisDataset::new(runs, recipe)?;
+    let (candidates, ridge) = candidates(&dataset, recipe)?;
+    assemble(&dataset, candidates, ridge, recipe)
 }
 
-/// Every candidate, simplest first, and the ridge of the non-linear columns.
-fn candidates(corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
-    let references = corpus.references();
-    let simple = velocity_acceleration_jerk(corpus, &references, recipe)?;
+/// All candidates, simplest first, and the ridge of the non-linear columns.
+fn candidates(dataset: &AxisDataset<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
+    let references = dataset.references();
+    let simple = velocity_acceleration_jerk(dataset, &references, recipe)?;
     if recipe.stop_half_widths.is_empty() {
-        return Ok((linear_candidates(corpus, &references, simple, recipe)?, None));
+        return Ok((linear_candidates(dataset, &references, simple, recipe)?, None));
     }
-    // The memory is chosen with operators in place: before, friction hides what a longer one would gain.
+    // The memory is chosen with the operators in place: without them friction hides the gain of a
+    // longer one.
     let mut best: Option<(Candidate, LinearLaw, Candidate, f64)> = None;
     for &memory_s in &recipe.memory_s {
-        let (linear, law) = anchored(corpus, &references, recipe, &simple, memory_s)?;
-        let (few, ridge) = with_operators(corpus, &references, &linear, &law, Bank::Anchored, recipe)?;
+        let (linear, law) = anchored(dataset, &references, recipe, &simple, memory_s)?;
+        let (few, ridge) = with_operators(dataset, &references, &linear, &law, Bank::Anchored, recipe)?;
         let better = best.as_ref().is_none_or(|(_, _, rival, _)| few.errors.beats(&rival.errors, recipe.least_gain, 1.0));
         if better {
             best = Some((linear, law, few, ridge));
         }
     }
     let (linear, law, few, ridge) = best.ok_or_else(|| TrainingError::Unusable("the recipe has no memory to try".into()))?;
-    let mut ladder = Vec::from(pure_delays(corpus, &references)?);
-    ladder.extend([simple, linear.clone(), few.clone()]);
+    let mut candidates = Vec::from(pure_delays(dataset, &references)?);
+    candidates.extend([simple, linear.clone(), few.clone()]);
     let mut base = (few, ridge);
     for bank in [Bank::Full, Bank::Shaped] {
-        let (candidate, ridge) = with_operators(corpus, &references, &linear, &law, bank, recipe)?;
-        ladder.push(candidate.clone());
+        let (candidate, ridge) = with_operators(dataset, &references, &linear, &law, bank, recipe)?;
+        candidates.push(candidate.clone());
         if pays(&candidate, &base.0, recipe) {
             base = (candidate, ridge);
         }
     }
-    if let Some((candidate, ridge)) = with_drag_and_play(corpus, &references, &linear, &law, &base.0, recipe)? {
-        ladder.push(candidate.clone());
+    if let Some((candidate, ridge)) = with_backlash(dataset, &references, &linear, &law, &base.0, recipe)? {
+        candidates.push(candidate.clone());
         if pays(&candidate, &base.0, recipe) {
             base = (candidate, ridge);
         }
     }
     let (mut base, ridge) = base;
-    if let Some(candidate) = with_position_lines(corpus, &law, &base, ridge, recipe)? {
-        ladder.push(candidate.clone());
+    if let Some(candidate) = with_harmonics(dataset, &law, &base, ridge, recipe)? {
+        candidates.push(candidate.clone());
         if pays(&candidate, &base, recipe) {
             base = candidate;
         }
     }
-    // Where every motion is like every other, a map can stand for anything: it has to gain at speeds that it was not fitted to as well.
+    // If all motions are alike, a map can fit any effect: it must also gain at speeds outside the
+    // fit.
     let gains_elsewhere = |candidate: &Candidate| match (&candidate.carried, &base.carried) {
         (Some(mine), Some(theirs)) => mine.beats(theirs, recipe.map.least_gain, 0.0),
         _ => false,
     };
-    ladder.extend(with_friction_map(corpus, &law, &base, ridge, recipe)?.filter(gains_elsewhere));
-    Ok((ladder, Some(ridge)))
+    candidates.extend(with_friction_map(dataset, &law, &base, ridge, recipe)?.filter(gains_elsewhere));
+    Ok((candidates, Some(ridge)))
 }
 
 /// The candidates without friction.
 fn linear_candidates(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     references: &[Vec<f64>],
     simple: Candidate,
     recipe: &StagedRecipe,
 ) -> Result<Vec<Candidate>, TrainingError> {
-    let mut ladder = Vec::from(pure_delays(corpus, references)?);
-    let anchored = recipe.memory_s.iter().map(|&memory_s| Ok(anchored(corpus, references, recipe, &simple, memory_s)?.0));
+    let mut candidates = Vec::from(pure_delays(dataset, references)?);
+    let anchored = recipe.memory_s.iter().map(|&memory_s| Ok(anchored(dataset, references, recipe, &simple, memory_s)?.0));
     let anchored = anchored.collect::<Result<Vec<_>, TrainingError>>()?;
-    ladder.push(simple);
-    ladder.extend(anchored);
-    Ok(ladder)
+    candidates.push(simple);
+    candidates.extend(anchored);
+    Ok(candidates)
 }
 
-/// Whether a richer candidate is better than a simpler one on held-out runs and no worse at speeds that it was not fitted to; or as good
-/// on held-out runs and far better at those speeds. The freest columns have to hold at such speeds in their own right.
+/// Whether a richer candidate replaces a simpler one: it is better on held-out runs and no worse at
+/// speeds outside the fit, or as good on held-out runs and far better at those speeds. The freest
+/// columns must also hold at those speeds on their own.
 fn pays(richer: &Candidate, simpler: &Candidate, recipe: &StagedRecipe) -> bool {
     let (mine, theirs) = (richer.errors.mean_square(), simpler.errors.mean_square());
     let carry = match (&richer.carried, &simpler.carried) {
@@ -110,35 +115,36 @@ fn pays(richer: &Candidate, simpler: &Candidate, recipe: &StagedRecipe) -> bool 
     trusted && ((better && carry <= 1.0 + recipe.carry_loss) || (as_good && carry < recipe.carry_gain))
 }
 
-/// Adds one bank of operators to the linear law, and the ridge that held-out blocks prefer for it.
+/// Adds one bank of operators to the linear law, with the ridge that held-out blocks prefer.
 fn with_operators(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     references: &[Vec<f64>],
     linear: &Candidate,
     law: &LinearLaw,
     bank: Bank,
     recipe: &StagedRecipe,
 ) -> Result<(Candidate, f64), TrainingError> {
-    let features = operator_features(law, bank, corpus, recipe);
+    let features = operator_features(law, bank, dataset, recipe);
     let mut passes = linear.passes.clone();
-    let mut expected = corpus.expected_after(&passes[0], references);
+    let mut expected = dataset.expected_after(&passes[0], references);
     let guess = linear.errors.mean_square();
-    let start = penalties(law, guess, corpus, &features, recipe.ridges[0], recipe);
-    let trial = fit_pass(corpus, &features, &expected, start)?;
-    let (ridge, noise) = best_ridge(&trial, law, guess, corpus, recipe).ok_or(TrainingError::Singular(bank.name()))?;
-    let penalties = penalties(law, noise, corpus, &features, ridge, recipe);
-    let mut fitted = fit_pass(corpus, &features, &expected, penalties.clone())?;
+    let start = penalties(law, guess, dataset, &features, recipe.ridges[0], recipe);
+    let trial = fit_pass(dataset, &features, &expected, start)?;
+    let (ridge, noise) = best_ridge(&trial, law, guess, dataset, recipe).ok_or(TrainingError::Singular(bank.name()))?;
+    let penalties = penalties(law, noise, dataset, &features, ridge, recipe);
+    let mut fitted = fit_pass(dataset, &features, &expected, penalties.clone())?;
     for _ in 1..OPERATOR_PASSES {
-        expected = corpus.expected_after(&fitted.pass, &expected);
+        expected = dataset.expected_after(&fitted.pass, &expected);
         passes.push(fitted.pass);
-        fitted = fit_pass(corpus, &features, &expected, penalties.clone())?;
+        fitted = fit_pass(dataset, &features, &expected, penalties.clone())?;
     }
     Ok((fitted.candidate(bank.name(), bank == Bank::Shaped, &passes)?, ridge))
 }
 
-/// Adds position lines to the operators: look, refit, look again; then refine their frequencies. `None` where no line is found.
-fn with_position_lines(
-    corpus: &AxisDataset<'_>,
+/// Adds position harmonics to the operators: search, refit, search again, then refine the
+/// frequencies. `None` if no harmonic is found.
+fn with_harmonics(
+    dataset: &AxisDataset<'_>,
     law: &LinearLaw,
     base: &Candidate,
     ridge: f64,
@@ -148,41 +154,41 @@ fn with_position_lines(
         return Ok(None);
     };
     let bare = operators.features.clone();
-    let Some(filters) = leading_filters(operators, recipe.lines.filters) else {
+    let Some(filters) = leading_filters(operators, recipe.harmonics.filters) else {
         return Ok(None);
     };
-    let basis = WaveBasis {
+    let basis = HarmonicBasis {
         filters,
         knots: law.knots.clone(),
         stops: recipe.shape_stops.clone(),
-        fine_above: recipe.lines.fine_above / corpus.unit,
+        fine_above: recipe.harmonics.fine_above / dataset.unit,
     };
     let noise = base.errors.mean_square();
-    let expected = corpus.expected_through(&base.passes);
-    let search = Search { corpus, base: &bare, basis: &basis, expected: &expected, ridge, recipe };
-    let fit = |lines: &[Line]| {
-        let features = basis.features(&bare, lines);
-        let penalties = penalties(law, noise, corpus, &features, ridge, recipe);
-        fit_pass(corpus, &features, &expected, penalties)
+    let expected = dataset.expected_through(&base.passes);
+    let search = Search { dataset, base: &bare, basis: &basis, expected: &expected, ridge, recipe };
+    let fit = |harmonics: &[Harmonic]| {
+        let features = basis.features(&bare, harmonics);
+        let penalties = penalties(law, noise, dataset, &features, ridge, recipe);
+        fit_pass(dataset, &features, &expected, penalties)
     };
-    let mut known: Vec<Line> = Vec::new();
+    let mut known: Vec<Harmonic> = Vec::new();
     let mut fitted: Option<FittedPass> = None;
-    for _ in 0..recipe.lines.rounds {
+    for _ in 0..recipe.harmonics.rounds {
         let pass = fitted.as_ref().map_or(operators, |fitted| &fitted.pass);
-        let left = corpus.left_by(pass, &expected);
-        let room = recipe.lines.at_most.saturating_sub(known.len());
-        let found = search.run(left, &known, recipe.lines.per_round.min(room));
+        let left = dataset.left_by(pass, &expected);
+        let room = recipe.harmonics.at_most.saturating_sub(known.len());
+        let found = search.run(left, &known, recipe.harmonics.per_round.min(room));
         if found.is_empty() {
             break;
         }
         known.extend(found);
         let mut current = fit(&known)?;
-        for _ in 0..recipe.lines.refinements {
-            let Some(moved) = refined_lines(corpus, &current.pass, &expected, &current.penalties, recipe) else {
+        for _ in 0..recipe.harmonics.refinements {
+            let Some(moved) = refined_frequencies(dataset, &current.pass, &expected, &current.penalties, recipe) else {
                 break;
             };
-            for (line, frequency) in known.iter_mut().zip(moved) {
-                line.frequency = frequency;
+            for (harmonic, frequency) in known.iter_mut().zip(moved) {
+                harmonic.frequency = frequency;
             }
             current = fit(&known)?;
         }
@@ -193,14 +199,14 @@ fn with_position_lines(
 
 /// Takes the simplest candidate that no richer one beats.
 fn assemble(
-    corpus: &AxisDataset<'_>,
-    ladder: Vec<Candidate>,
+    dataset: &AxisDataset<'_>,
+    candidates: Vec<Candidate>,
     ridge: Option<f64>,
     recipe: &StagedRecipe,
 ) -> Result<(StagedPredictor, StagedReport), TrainingError> {
     let mut chosen: Option<&Candidate> = None;
     let mut stages = Vec::new();
-    for candidate in &ladder {
+    for candidate in &candidates {
         let accepted = chosen.is_none_or(|simpler| pays(candidate, simpler, recipe));
         if accepted {
             chosen = Some(candidate);
@@ -215,7 +221,7 @@ fn assemble(
     }
     let chosen = chosen.ok_or_else(|| TrainingError::Unusable("no candidate".into()))?;
     let last = chosen.passes.last();
-    let window = ladder
+    let window = candidates
         .iter()
         .find(|candidate| candidate.name == "linear")
         .and_then(|linear| linear.passes.first())
@@ -224,12 +230,12 @@ fn assemble(
     let report = StagedReport {
         stages,
         chosen: chosen.name.into(),
-        window_s: (-window.0 as f64 * corpus.period_s(), window.1 as f64 * corpus.period_s()),
+        window_s: (-window.0 as f64 * dataset.period_s(), window.1 as f64 * dataset.period_s()),
         ridge: ridge.filter(|_| chosen.passes.len() > 1),
         lines: last.map_or_else(Vec::new, |pass| pass.features.scales.lines.clone()),
         columns: last.map_or(0, |pass| pass.weights.len()),
-        samples: corpus.samples(),
+        samples: dataset.samples(),
     };
-    let predictor = StagedPredictor::new(corpus.period_s(), chosen.passes.clone())?;
+    let predictor = StagedPredictor::new(dataset.period_s(), chosen.passes.clone())?;
     Ok((predictor, report))
 }

@@ -1,46 +1,50 @@
-//! The level of friction along the axis: worn and tight places, which no wave follows.
+//! The friction level along the axis: worn and tight positions, which no harmonic describes.
 //!
-//! The map is linear in what it adds to the friction terms: the level at a place times a hat around it, times what the friction terms contribute there. Its
-//! values are a smooth random function before the log is seen, so that a place that the log hardly visits keeps the level 1.
+//! The map is linear in its contribution to the friction terms: the level at a position, times a
+//! hat function around it, times the contribution of the friction terms there. The prior of its
+//! values is a smooth random function, so that a position that the log hardly visits keeps the
+//! level 1.
 
-use models::staged::{Fir, FrictionMap, MotionFactor, Pass, Regressor, Scales, Signals, Waves};
+use models::staged::{Fir, FrictionMap, Harmonics, MotionFactor, Pass, Regressor, Scales, Signals};
 use nalgebra::{DMatrix, DMatrixViewMut};
 
-use super::corpus::AxisDataset;
+use super::dataset::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw};
 use super::operators::{FittedPass, fit_pass, penalties};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
-/// Responses through which the friction terms act, at most, and the least of them as a share of the first.
+/// Maximum number of responses through which the friction terms act, and the smallest of them as a
+/// share of the first.
 const FILTERS: usize = 6;
 const LEAST_FILTER: f64 = 1e-3;
 
-/// Weight, against its deviation, with which the mean of the map's values is held at zero.
+/// Weight, relative to the deviation, that holds the mean of the map's values at zero.
 const CENTRED: f64 = 1e4;
-/// Least and largest level of a map that is believed: what is beyond is a fit that has gone astray.
+/// Smallest and largest plausible level of a map; beyond them the fit has diverged.
 const LEVELS: [f64; 2] = [0.1, 10.0];
 
-/// Adds a friction map to the last pass of `base`; `None` where it has no friction, or no map lowers the error of held-out blocks.
+/// Adds a friction map to the last pass of `base`. `None` if the pass has no friction, or no map
+/// lowers the error of held-out blocks.
 pub fn with_friction_map(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     law: &LinearLaw,
     base: &Candidate,
     ridge: f64,
     recipe: &StagedRecipe,
 ) -> Result<Option<Candidate>, TrainingError> {
     let Some((last, before)) = base.passes.split_last() else { return Ok(None) };
-    let expected = corpus.expected_through(before);
+    let expected = dataset.expected_through(before);
     let noise = base.errors.mean_square();
-    let base_penalties = penalties(law, noise, corpus, &last.features, ridge, recipe);
-    let knots = Knots::over(corpus.travel(), recipe.map.places);
+    let base_penalties = penalties(law, noise, dataset, &last.features, ridge, recipe);
+    let knots = Knots::over(dataset.travel(), recipe.map.places);
     let mut pass = last.clone();
     let mut map = Values::flat(knots.count);
     let mut chosen: Option<DMatrix<f64>> = None;
     let mut fitted: Option<FittedPass> = None;
     for _ in 0..recipe.map.rounds {
-        let Some(gathered) = gather(corpus, &pass, &expected, &knots, &map) else { return Ok(None) };
+        let Some(gathered) = gather(dataset, &pass, &expected, &knots, &map) else { return Ok(None) };
         let precision = match chosen.take() {
             Some(precision) => precision,
             None => match choose(&gathered, &base_penalties, &knots, noise, recipe) {
@@ -56,7 +60,7 @@ pub fn with_friction_map(
         }
         let mut features = last.features.clone();
         features.scales.friction_map = Some(map.on(&knots, features.scales.centre));
-        let refitted = fit_pass(corpus, &features, &expected, base_penalties.clone())?;
+        let refitted = fit_pass(dataset, &features, &expected, base_penalties.clone())?;
         pass = refitted.pass.clone();
         fitted = Some(refitted);
         chosen = Some(precision);
@@ -64,7 +68,7 @@ pub fn with_friction_map(
     fitted.map(|fitted| fitted.candidate("friction-map", true, before)).transpose()
 }
 
-/// Places at equal distances.
+/// Equidistant positions.
 struct Knots {
     first: f64,
     spacing: f64,
@@ -77,7 +81,8 @@ impl Knots {
     }
 }
 
-/// What the level differs from 1 by: `even` in both directions, `odd` forwards and, with the other sign, backwards.
+/// Deviation of the level from 1: `even` in both directions, `odd` forwards and, with the opposite
+/// sign, backwards.
 struct Values {
     even: Vec<f64>,
     odd: Vec<f64>,
@@ -92,7 +97,7 @@ impl Values {
         Self { even: weights[..count].to_vec(), odd: weights[count..].to_vec() }
     }
 
-    /// Whether friction is friction everywhere.
+    /// Whether all levels are positive and plausible.
     fn is_sound(&self) -> bool {
         let [least, most] = LEVELS;
         self.even.iter().zip(&self.odd).all(|(even, odd)| 1.0 + even - odd.abs() >= least && 1.0 + even + odd.abs() <= most)
@@ -104,14 +109,15 @@ impl Values {
     }
 }
 
-/// Normal equations of the pass's columns and, after them, of the map's values: even ones, then odd ones. The target is the tracking error with what the
-/// map already explains of it, so that the values found are those of the whole map.
-fn gather(corpus: &AxisDataset<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
+/// Normal equations of the pass's columns, followed by the map's values: even ones, then odd ones.
+/// The target is the tracking error plus the part that the map already explains, so that the
+/// solution is the whole map.
+fn gather(dataset: &AxisDataset<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &Knots, map: &Values) -> Option<FoldGrams> {
     let friction = Friction::of(pass)?;
-    let signals = corpus.signals(&pass.features, expected);
+    let signals = dataset.signals(&pass.features, expected);
     let inputs: Vec<Vec<Vec<f64>>> = signals.iter().map(|signals| friction.inputs(signals)).collect();
     let fill = |run: usize, start: usize, mut columns: DMatrixViewMut<'_, f64>| {
-        let part = Part { signals: &signals[run], inputs: &inputs[run], start, stride: corpus.stride() };
+        let part = Part { signals: &signals[run], inputs: &inputs[run], start, stride: dataset.stride() };
         friction.fill(&pass.features.scales, knots, &part, &mut columns);
         let mut explained = vec![0.0; columns.nrows()];
         for (column, value) in columns.column_iter().zip(map.even.iter().chain(&map.odd)) {
@@ -119,10 +125,11 @@ fn gather(corpus: &AxisDataset<'_>, pass: &Pass, expected: &[Vec<f64>], knots: &
         }
         columns.column_mut(2 * knots.count).iter_mut().zip(explained).for_each(|(target, explained)| *target += explained);
     };
-    Some(corpus.grams_with(&pass.features, &signals, (2 * knots.count, &fill), corpus.errors()))
+    Some(dataset.grams_with(&pass.features, &signals, (2 * knots.count, &fill), dataset.errors()))
 }
 
-/// The inverse covariance of the map's values that held-out blocks prefer, if they prefer a map at all.
+/// The inverse covariance of the map's values that held-out blocks prefer; `None` if they prefer no
+/// map.
 fn choose(gathered: &FoldGrams, base: &[Penalty], knots: &Knots, noise: f64, recipe: &StagedRecipe) -> Option<DMatrix<f64>> {
     let settings = &recipe.map;
     let mut tried = Vec::new();
@@ -145,9 +152,10 @@ fn choose(gathered: &FoldGrams, base: &[Penalty], knots: &Knots, noise: f64, rec
         .map(|(_, precision)| precision)
 }
 
-/// Inverse covariance, in units of the noise, of even and odd values that are a Matérn-3/2 process of `deviation` whose `length` is a share of the travel;
-/// the odd ones have `odd` of its deviation. The mean of the even ones is held at zero: a level that is another all along the axis is for the friction terms
-/// themselves to say, and a map that said it would be wrong by as much beyond its ends.
+/// Inverse covariance, in units of the noise, of even and odd values that follow a Matérn-3/2
+/// process of `deviation`, with `length` as a share of the travel. The odd values have `odd` of its
+/// deviation. The mean of the even values is held at zero: a constant change of the level belongs
+/// to the friction terms, since the map ends with the logged positions.
 fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) -> Option<DMatrix<f64>> {
     let steps = length * count.saturating_sub(1) as f64;
     let covariance = DMatrix::from_fn(count, count, |i, j| {
@@ -163,24 +171,24 @@ fn precision(count: usize, length: f64, deviation: f64, odd: f64, noise: f64) ->
     Some(precision)
 }
 
-/// The friction terms of a pass through a few responses: `Σ filter ∗ Σ share · channel`.
+/// The friction terms of a pass through a few responses: `Σ filter ∗ Σ share · regressor`.
 struct Friction {
-    channels: Vec<Regressor>,
+    regressors: Vec<Regressor>,
     filters: Vec<Fir>,
-    /// One row a channel, one column a filter.
+    /// One row per regressor, one column per filter.
     shares: DMatrix<f64>,
 }
 
 impl Friction {
-    /// `None` where the pass has no friction terms.
+    /// `None` if the pass has no friction terms.
     fn of(pass: &Pass) -> Option<Self> {
         let mut taken = 0;
         let mut found: Vec<(Regressor, Fir)> = Vec::new();
         for group in &pass.features.groups {
-            for channel in &group.channels {
+            for regressor in &group.channels {
                 let weights = &pass.weights[taken..taken + group.basis.len()];
                 taken += group.basis.len();
-                let friction = match channel.motion {
+                let friction = match regressor.motion {
                     MotionFactor::Sign
                     | MotionFactor::Stop(_)
                     | MotionFactor::StopLessSign(_)
@@ -189,8 +197,8 @@ impl Friction {
                     | MotionFactor::SaturatedViscous(_) => true,
                     MotionFactor::One | MotionFactor::Velocity | MotionFactor::VelocityStep | MotionFactor::Backlash(_) => false,
                 };
-                if friction && channel.line().is_none() {
-                    found.push((*channel, group.basis.combine(weights)));
+                if friction && regressor.harmonic().is_none() {
+                    found.push((*regressor, group.basis.combine(weights)));
                 }
             }
         }
@@ -209,19 +217,19 @@ impl Friction {
         let kept: Vec<usize> = kept.collect();
         let directions = directions.select_rows(&kept);
         Some(Self {
-            channels: found.iter().map(|(channel, _)| *channel).collect(),
+            regressors: found.iter().map(|(regressor, _)| *regressor).collect(),
             filters: directions.row_iter().map(|row| Fir { first_lag: first, taps: row.iter().copied().collect() }).collect(),
             shares: table * directions.transpose(),
         })
     }
 
-    /// What goes through each of the filters, padded.
+    /// Inputs of the filters, padded.
     fn inputs(&self, signals: &Signals) -> Vec<Vec<f64>> {
         let padded = signals.position().len();
         let mut inputs = vec![vec![0.0; padded]; self.filters.len()];
         let mut values = vec![0.0; padded];
-        for (channel, shares) in self.channels.iter().zip(self.shares.row_iter()) {
-            channel.fill(signals, &Waves::default(), 0, &mut values);
+        for (regressor, shares) in self.regressors.iter().zip(self.shares.row_iter()) {
+            regressor.fill(signals, &Harmonics::default(), 0, &mut values);
             for (input, share) in inputs.iter_mut().zip(shares.iter()) {
                 input.iter_mut().zip(&values).for_each(|(input, value)| *input += share * value);
             }
@@ -229,12 +237,13 @@ impl Friction {
         inputs
     }
 
-    /// Writes what a unit of each of the map's values adds to the prediction, even values, then odd ones, to the first of `columns`, which are zero.
+    /// Writes the contribution of a unit of each of the map's values to the prediction, even values
+    /// first, to the first of `columns`, which are zero.
     fn fill(&self, scales: &Scales, knots: &Knots, part: &Part<'_>, columns: &mut DMatrixViewMut<'_, f64>) {
         let Some((first, last)) = self.filters.first().map(|filter| (filter.first_lag, filter.last_lag())) else { return };
-        let places = Values::flat(knots.count).on(knots, scales.centre);
-        let map = scales.friction_map.as_ref().unwrap_or(&places);
-        // The padded sample that the first row is at, and those that any row looks at.
+        let positions = Values::flat(knots.count).on(knots, scales.centre);
+        let map = scales.friction_map.as_ref().unwrap_or(&positions);
+        // Padded sample of the first row, and the range of padded samples that any row uses.
         let now = part.signals.pad() + part.start;
         let end = (now + columns.nrows().saturating_sub(1) * part.stride + 1).saturating_add_signed(last);
         for p in now.saturating_add_signed(first)..end.min(part.signals.position().len()) {
@@ -242,7 +251,7 @@ impl Friction {
             let narrowest = if scales.stop_half_widths.is_empty() { part.signals.sign()[p] } else { part.signals.stop(0)[p] };
             let [forwards, backwards] = map.at(x);
             let level = if narrowest < 0.0 { backwards } else { forwards };
-            let (before, share) = places.cell(x);
+            let (before, share) = positions.cell(x);
             for (index, hat) in [(before, 1.0 - share), (before + 1, share)] {
                 let Some(index) = usize::try_from(index).ok().filter(|index| *index < knots.count && hat > 0.0) else { continue };
                 let latest = p as isize - now as isize - first;
@@ -253,7 +262,8 @@ impl Friction {
         }
     }
 
-    /// Adds what the inputs at the padded sample `p`, times `gain`, do to the rows of a part; the first tap acts `latest` samples after its first row.
+    /// Adds the effect of the inputs at the padded sample `p`, times `gain`, to the rows of a part.
+    /// The first tap acts `latest` samples after its first row.
     fn scatter(&self, part: &Part<'_>, p: usize, gain: f64, latest: isize, out: &mut [f64]) {
         let Ok(latest) = usize::try_from(latest) else { return };
         for (filter, input) in self.filters.iter().zip(part.inputs) {
@@ -268,10 +278,10 @@ impl Friction {
     }
 }
 
-/// Rows of a run that are gathered together.
+/// Rows of a run that are collected together.
 struct Part<'a> {
     signals: &'a Signals,
-    /// What goes through each of the filters.
+    /// Inputs of the filters.
     inputs: &'a [Vec<f64>],
     /// First row.
     start: usize,

@@ -1,4 +1,4 @@
-//! Normal equations: gathered block of rows by block of rows, kept apart by fold, solved with a ridge.
+//! Normal equations: collected in blocks of rows, separately for each fold, solved with a ridge.
 
 use std::ops::Range;
 
@@ -6,15 +6,15 @@ use nalgebra::{DMatrix, DVector};
 
 use super::cholesky::solve_definite;
 
-/// Columns that one product covers; only the lower triangle of tiles is computed.
+/// Columns of one product; only the lower triangle of tiles is computed.
 const TILE: usize = 128;
 
-/// What a weight costs in the fit.
+/// Penalty of a weight in the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Penalty {
     /// Ridge: share of the column's sum of squares, times the weight squared.
     pub ridge: f64,
-    /// Variance of the noise over that of the weight before anything is known of it, times the weight squared.
+    /// Variance of the noise over the prior variance of the weight, times the weight squared.
     pub prior: f64,
 }
 
@@ -33,12 +33,13 @@ pub struct Gram {
 }
 
 impl Gram {
-    /// Nothing gathered yet, for `columns` columns and a target.
+    /// Zero sums for `columns` columns and a target.
     pub fn new(columns: usize) -> Self {
         Self { products: DMatrix::zeros(columns + 1, columns + 1), samples: 0 }
     }
 
-    /// Adds a block of rows, the target in its last column. Only the lower triangle is kept up; see [`Self::finish`].
+    /// Adds a block of rows, the target in its last column. Only the lower triangle is updated; see
+    /// [`Self::finish`].
     pub fn add(&mut self, block: &DMatrix<f64>) {
         let transposed = block.transpose();
         let size = self.products.nrows();
@@ -71,12 +72,12 @@ impl Gram {
         Self { products: &self.products - &part.products, samples: self.samples - part.samples }
     }
 
-    /// Rows gathered.
+    /// Number of rows collected.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Columns without the target.
+    /// Number of columns without the target.
     pub fn columns(&self) -> usize {
         self.products.nrows() - 1
     }
@@ -97,7 +98,8 @@ impl Gram {
         Some(weights.column(0).iter().copied().collect())
     }
 
-    /// Weights of the first columns, one a penalty, that come nearest to each of the columns `wanted` with these penalties; one column each.
+    /// Weights of the first columns, one per penalty, that fit each of the columns `wanted` with
+    /// these penalties; one column each.
     ///
     /// `None` where the equations are singular to working precision.
     fn solve_first(&self, penalties: &[Penalty], wanted: Range<usize>) -> Option<DMatrix<f64>> {
@@ -120,7 +122,8 @@ impl Gram {
         weights.iter().all(|w| w.is_finite()).then_some(weights)
     }
 
-    /// The normal equations of the columns after the first, once these, one a penalty, have taken what they can.
+    /// The normal equations of the columns after the first, once the first, one per penalty, are
+    /// projected out.
     ///
     /// `None` where the equations are singular to working precision.
     pub fn reduced(&self, penalties: &[Penalty]) -> Option<Reduced> {
@@ -131,7 +134,7 @@ impl Gram {
         Some(Reduced { left, weights })
     }
 
-    /// Sum of squared errors of `weights` on the gathered rows.
+    /// Sum of squared errors of `weights` on the collected rows.
     pub fn squared_error(&self, weights: &[f64]) -> f64 {
         let count = self.columns();
         let extended = DVector::from_fn(count + 1, |i, _| if i < count { -weights[i] } else { 1.0 });
@@ -139,18 +142,18 @@ impl Gram {
     }
 }
 
-/// Normal equations of some columns that hold whatever the others do.
+/// Normal equations of some columns after the other columns are projected out.
 #[derive(Debug, Clone)]
 pub struct Reduced {
     /// The equations, the right-hand side last.
     left: DMatrix<f64>,
-    /// What the others take of each of the columns, and of the target.
+    /// Weights of the other columns on each of the columns and on the target.
     weights: DMatrix<f64>,
 }
 
 impl Reduced {
-    /// Weights of all columns, the others first, where those of these columns are drawn from a normal distribution with zero mean and inverse covariance
-    /// `precision`, in units of the noise.
+    /// Weights of all columns, the others first. The prior of these columns is a normal
+    /// distribution with zero mean and inverse covariance `precision`, in units of the noise.
     ///
     /// `None` where the equations are singular to working precision.
     pub fn solve(&self, precision: &DMatrix<f64>) -> Option<Vec<f64>> {
@@ -163,7 +166,7 @@ impl Reduced {
     }
 }
 
-/// The rows' sums, cut in two ways: by fold, and by the speed of the motion that a row belongs to.
+/// Sums of the rows, divided in two ways: by fold, and by speed band.
 #[derive(Debug, Clone)]
 pub struct FoldGrams {
     folds: Vec<Gram>,
@@ -172,7 +175,7 @@ pub struct FoldGrams {
 }
 
 impl FoldGrams {
-    /// Puts together sums of each fold (outer) and band (inner).
+    /// Combines sums of each fold (outer) and speed band (inner).
     pub fn new(cells: &[Vec<Gram>], columns: usize) -> Self {
         let bands = cells.first().map_or(0, Vec::len);
         let sum = |parts: &mut dyn Iterator<Item = &Gram>| {
@@ -201,13 +204,15 @@ impl FoldGrams {
         Self { folds: select(&self.folds), bands: select(&self.bands), total: self.total.select(columns) }
     }
 
-    /// Squared error on each fold of the weights fitted to all the others; `None` where a fit is singular.
+    /// Squared error on each fold of the weights fitted to all other folds; `None` if a fit is
+    /// singular.
     pub fn cross_validate(&self, penalties: &[Penalty]) -> Option<FoldErrors> {
         self.leave_out(&self.folds, penalties)
     }
 
-    /// Squared error on each fold of the columns after the first, one a penalty, for each of `precisions`, as in [`Reduced::solve`]; `None` for one
-    /// whose equations are singular, or where those of the first columns are.
+    /// Squared error on each fold for each of `precisions` of the columns after the first, one per
+    /// penalty, as in [`Reduced::solve`]. `None` for one whose equations are singular, or if those
+    /// of the first columns are.
     pub fn cross_validate_reduced(&self, penalties: &[Penalty], precisions: &[DMatrix<f64>]) -> Vec<Option<FoldErrors>> {
         let mut squares: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); precisions.len()];
         for part in &self.folds {
@@ -224,7 +229,8 @@ impl FoldGrams {
         squares.into_iter().map(|squares| Some(FoldErrors { squares: squares?, samples: samples.clone() })).collect()
     }
 
-    /// The same, leaving out one band of speeds after the other: how the columns carry over to speeds that they were not fitted to.
+    /// As [`Self::cross_validate`], with one speed band left out in turn: how the columns
+    /// extrapolate to speeds outside the fit.
     pub fn carry_over(&self, penalties: &[Penalty]) -> Option<FoldErrors> {
         self.leave_out(&self.bands, penalties)
     }
@@ -241,7 +247,7 @@ impl FoldGrams {
     }
 }
 
-/// Held-out squared errors, fold by fold.
+/// Held-out squared errors per fold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldErrors {
     /// Sum of squares of each fold.
@@ -261,10 +267,12 @@ impl FoldErrors {
         self.mean_square().sqrt()
     }
 
-    /// Whether these errors are below `other`'s by more than `least_gain` of its mean square, and the folds agree on it: the mean of
-    /// their gains lies above zero by more than `standard_errors` standard errors, in squares or in logarithms.
+    /// Whether the mean square is below `other`'s by more than the share `least_gain`, and the
+    /// folds agree: the mean gain exceeds zero by more than `standard_errors` standard errors, in
+    /// squares or in logarithms.
     ///
-    /// Squares alone would let one fold of fast runs drown the others; logarithms alone a fold in which the axis hardly moves.
+    /// With squares alone one fold of fast runs would dominate; with logarithms alone a fold in
+    /// which the axis hardly moves.
     pub fn beats(&self, other: &Self, least_gain: f64, standard_errors: f64) -> bool {
         let pairs = || self.squares.iter().zip(&other.squares);
         let squares: Vec<f64> = pairs().map(|(mine, theirs)| theirs - mine).collect();

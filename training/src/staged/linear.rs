@@ -4,46 +4,47 @@ use std::ops::Range;
 
 use models::staged::{FeatureGroup, FeatureSet, Fir, LagBasis, MotionFactor, Pass, Scales};
 
-use super::corpus::AxisDataset;
+use super::dataset::AxisDataset;
 use super::gram::{FoldErrors, Penalty};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
-/// Longest delay that is looked for, s.
+/// Longest delay of the search, s.
 const LONGEST_DELAY_S: f64 = 0.1;
-/// Delays tried in each sampling period.
+/// Delays per sampling period.
 const DELAYS_PER_PERIOD: usize = 10;
 
 /// A pass, and its held-out errors.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// What it is called in the report.
+    /// Name in the report.
     pub name: &'static str,
     /// Passes, first to last.
     pub passes: Vec<Pass>,
-    /// Errors on each fold, fitted without it.
+    /// Cross-validated errors on each fold.
     pub errors: FoldErrors,
-    /// Errors on each band of speeds, fitted without it; `None` where the law is too stiff to go wrong there.
+    /// Errors on each speed band, fitted without it; `None` if the law has too few columns to need
+    /// the check.
     pub carried: Option<FoldErrors>,
-    /// Whether it has columns that are free to act otherwise at every speed or place.
+    /// Whether it has columns that may act differently at each speed or position.
     pub free: bool,
 }
 
 /// No error at all; and `e(t) = r(t) − r(t − τ)` with the best `τ`, linear between samples.
-pub fn pure_delays(corpus: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
+pub fn pure_delays(dataset: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
     let delays: Vec<f64> = (0..)
         .map(|i| f64::from(i) / DELAYS_PER_PERIOD as f64)
-        .take_while(|delay| delay * corpus.period_s() <= LONGEST_DELAY_S)
+        .take_while(|delay| delay * dataset.period_s() <= LONGEST_DELAY_S)
         .collect();
     let tables: Vec<(Vec<f64>, Vec<usize>)> = delays
         .iter()
         .map(|&delay| {
             let whole = delay.floor() as usize;
             let part = delay - delay.floor();
-            corpus.by_fold(|run, k| {
+            dataset.by_fold(|run, k| {
                 let reference = &references[run];
                 let late = reference[k.saturating_sub(whole)] * (1.0 - part) + reference[k.saturating_sub(whole + 1)] * part;
-                (corpus.errors()[run][k] - (reference[k] - late)).powi(2)
+                (dataset.errors()[run][k] - (reference[k] - late)).powi(2)
             })
         })
         .collect();
@@ -53,15 +54,15 @@ pub fn pure_delays(corpus: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result<
     };
     let none = || TrainingError::Unusable("no delay can be tried".into());
     let chosen = best(None).ok_or_else(none)?;
-    let squares = (0..corpus.folds())
+    let squares = (0..dataset.folds())
         .map(|fold| best(Some(fold)).map(|delay| tables[delay].0[fold]))
         .collect::<Option<_>>()
         .ok_or_else(none)?;
     let delayed = FoldErrors { squares, samples: tables[chosen].1.clone() };
     let nothing = FoldErrors { squares: tables[0].0.clone(), samples: tables[0].1.clone() };
     Ok([
-        delay_candidate("none", 0.0, corpus.period_s(), nothing),
-        delay_candidate("delay", delays[chosen], corpus.period_s(), delayed),
+        delay_candidate("none", 0.0, dataset.period_s(), nothing),
+        delay_candidate("delay", delays[chosen], dataset.period_s(), delayed),
     ])
 }
 
@@ -78,7 +79,7 @@ fn delay_candidate(name: &'static str, delay: f64, period_s: f64, errors: FoldEr
 
 /// `e = c + c_v·v + c_a·a + c_j·j`, from the velocity and its increments at the present and the next sample.
 pub fn velocity_acceleration_jerk(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     references: &[Vec<f64>],
     recipe: &StagedRecipe,
 ) -> Result<Candidate, TrainingError> {
@@ -89,8 +90,8 @@ pub fn velocity_acceleration_jerk(
             group(LagBasis::dense(0, 1), &[MotionFactor::VelocityStep]),
         ],
     };
-    let signals = corpus.signals(&features, references);
-    let grams = corpus.grams(&features, &signals, &[], corpus.errors());
+    let signals = dataset.signals(&features, references);
+    let grams = dataset.grams(&features, &signals, &[], dataset.errors());
     let penalties = vec![Penalty::ridge(recipe.linear_ridge); features.columns()];
     let weights = grams.total().solve(&penalties);
     let errors = grams.cross_validate(&penalties);
@@ -101,23 +102,26 @@ pub fn velocity_acceleration_jerk(
     Ok(Candidate { name: "v-a-j", passes: vec![Pass { features, weights }], errors, carried, free: false })
 }
 
-/// The anchored linear law's columns and what is expected of their weights before the fit.
+/// Columns of the anchored linear law and the prior of their weights.
 ///
-/// The response to a step of velocity is expected to differ from its steady value by about the steady lag at first, and by less and
-/// less as time goes on: independent increments whose variance falls off exponentially (the stable-spline or TC prior of system
-/// identification). A log of smooth motion says little about fast changes; without the prior the fit would fill in anything.
+/// The prior of the response to a velocity step: it differs from its steady value by about the
+/// steady lag at first, and by less as time goes on. Its increments are independent with
+/// exponentially decreasing variance (the stable-spline or TC prior of system identification). A
+/// log of smooth motion contains little information on fast changes; the prior regularises them.
 #[derive(Debug, Clone)]
 pub struct LinearLaw {
     /// `v`, 1, `v(k) − v(k − m − 1)`, increments ahead.
     pub features: FeatureSet,
-    /// Variance expected of each weight; infinite for `v` and 1.
+    /// Prior variance of each weight; infinite for `v` and 1.
     variances: Vec<f64>,
-    /// Lags between which the responses to friction are linear, samples: they last as long as this law's.
+    /// Lags between which the responses to friction are linear, samples. They last as long as this
+    /// law's response.
     pub knots: Vec<isize>,
 }
 
 impl LinearLaw {
-    /// The law with a response that dies out with time constant `memory_s`, around a steady lag of `lag_s`.
+    /// The law with a response that decays with time constant `memory_s`, around a steady lag of
+    /// `lag_s`.
     pub fn new(memory_s: f64, lag_s: f64, period_s: f64, recipe: &StagedRecipe) -> Self {
         let longest = (recipe.memories * memory_s / period_s).ceil().max(2.0) as usize;
         let groups = lag_groups(longest, (recipe.dense_s / period_s).round() as usize, recipe.lag_growth);
@@ -141,7 +145,7 @@ impl LinearLaw {
         }
     }
 
-    /// Penalties of the law's columns where the errors that it leaves have mean square `noise`.
+    /// Penalties of the law's columns for a residual of mean square `noise`.
     pub fn penalties(&self, noise: f64, recipe: &StagedRecipe) -> Vec<Penalty> {
         self.variances
             .iter()
@@ -150,8 +154,8 @@ impl LinearLaw {
     }
 }
 
-/// Lags `0..=longest` in groups: up to `dense` each on its own, then growing by the share `growth` of the way beyond it, since what acts
-/// that late is slow.
+/// Lags `0..=longest` in groups: single lags up to `dense`, then widths that grow by the share
+/// `growth` of the distance beyond it, since late responses are slow.
 fn lag_groups(longest: usize, dense: usize, growth: f64) -> Vec<Range<usize>> {
     let mut groups = Vec::new();
     let mut start = 0;
@@ -164,10 +168,10 @@ fn lag_groups(longest: usize, dense: usize, growth: f64) -> Vec<Range<usize>> {
     groups
 }
 
-/// Factor by which a knot lies further back than the one before it, beyond those of the recipe.
+/// Ratio of the lags of successive knots beyond those of the recipe.
 const KNOT_GROWTH: f64 = 1.35;
 
-/// Knots as whole samples: those of the recipe, and further ones up to `longest_s` back.
+/// Knots in whole samples: those of the recipe, and further ones up to `longest_s` back.
 fn knots(seconds: &[f64], longest_s: f64, period_s: f64) -> Vec<isize> {
     let earliest = seconds.iter().copied().fold(0.0, f64::min);
     let further = std::iter::successors(Some(earliest * KNOT_GROWTH), |knot| Some(knot * KNOT_GROWTH));
@@ -178,18 +182,18 @@ fn knots(seconds: &[f64], longest_s: f64, period_s: f64) -> Vec<isize> {
     knots
 }
 
-/// The anchored linear law whose response dies out with time constant `memory_s`.
+/// The anchored linear law with a response that decays with time constant `memory_s`.
 pub fn anchored(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     references: &[Vec<f64>],
     recipe: &StagedRecipe,
     simpler: &Candidate,
     memory_s: f64,
 ) -> Result<(Candidate, LinearLaw), TrainingError> {
     let lag_s = simpler.passes.first().and_then(|pass| pass.weights.first()).copied().unwrap_or_default();
-    let law = LinearLaw::new(memory_s, lag_s, corpus.period_s(), recipe);
-    let signals = corpus.signals(&law.features, references);
-    let grams = corpus.grams(&law.features, &signals, &[], corpus.errors());
+    let law = LinearLaw::new(memory_s, lag_s, dataset.period_s(), recipe);
+    let signals = dataset.signals(&law.features, references);
+    let grams = dataset.grams(&law.features, &signals, &[], dataset.errors());
     let penalties = law.penalties(simpler.errors.mean_square(), recipe);
     let weights = grams.total().solve(&penalties);
     let errors = grams.cross_validate(&penalties);
@@ -206,7 +210,7 @@ pub fn anchored(
     Ok((candidate, law))
 }
 
-/// Carriers through one basis.
-pub fn group(basis: LagBasis, carriers: &[MotionFactor]) -> FeatureGroup {
-    FeatureGroup { basis, channels: carriers.iter().map(|&carrier| carrier.into()).collect() }
+/// Motion factors through one basis.
+pub fn group(basis: LagBasis, factors: &[MotionFactor]) -> FeatureGroup {
+    FeatureGroup { basis, channels: factors.iter().map(|&factor| factor.into()).collect() }
 }

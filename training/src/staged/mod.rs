@@ -1,23 +1,24 @@
-//! Fitting the staged predictor: least squares in stages, each kept only if held-out runs say that it pays.
+//! Fits the grey-box cascade: least squares in stages, each kept only if it lowers the error on
+//! held-out runs.
 
 mod adapt;
 mod backlash;
 mod cholesky;
-mod corpus;
+mod dataset;
 mod fit;
 mod friction_map;
 mod gram;
+mod harmonics;
 mod linear;
-mod lines;
 mod operators;
 mod recipe;
 mod refine;
 mod report;
 mod search;
-mod waves;
+mod spectrum;
 
 pub use crate::AxisRun;
 pub use adapt::{AdaptReport, adapt};
 pub use fit::fit;
-pub use recipe::{LineRecipe, MapRecipe, StagedRecipe};
+pub use recipe::{HarmonicRecipe, MapRecipe, StagedRecipe};
 pub use report::{StageReport, StagedReport};

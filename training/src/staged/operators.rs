@@ -1,21 +1,21 @@
-//! The hysteresis stage: stop operators on the position that the linear law expects.
+//! The hysteresis stage: stop operators on the expected position of the linear law.
 
 use models::staged::{FeatureSet, LagBasis, MotionFactor, Pass, Scales};
 
-use super::corpus::AxisDataset;
+use super::dataset::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw, group};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
-/// How many operators there are, and how they enter.
+/// Number of operators and the form of their columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bank {
-    /// A few, less the direction of motion, so that at steady speed only `v`, 1 and `sign v` act.
+    /// A few, less the direction of motion, so that only `v`, 1 and `sign v` act at steady speed.
     Anchored,
     /// All, on every knot.
     Full,
-    /// All, with the terms of slow motion and of direction.
+    /// All, with terms of slow motion and of direction.
     Shaped,
 }
 
@@ -31,7 +31,7 @@ impl Bank {
 }
 
 /// Columns of the linear law followed by those of the operators.
-pub fn operator_features(law: &LinearLaw, bank: Bank, corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> FeatureSet {
+pub fn operator_features(law: &LinearLaw, bank: Bank, dataset: &AxisDataset<'_>, recipe: &StagedRecipe) -> FeatureSet {
     let knots = &law.knots;
     let mut groups = law.features.groups.clone();
     match bank {
@@ -50,13 +50,13 @@ pub fn operator_features(law: &LinearLaw, bank: Bank, corpus: &AxisDataset<'_>, 
         let shaped: Vec<MotionFactor> = slow.chain(recipe.shape_stops.iter().map(|&i| MotionFactor::StopMagnitude(i))).collect();
         groups.push(group(LagBasis::hats(&every(knots, 2)), &shaped));
     }
-    FeatureSet { scales: scales(corpus, recipe), groups }
+    FeatureSet { scales: scales(dataset, recipe), groups }
 }
 
-/// Widths and speeds of the operators on this axis.
-pub fn scales(corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> Scales {
-    let scaled = |list: &[f64]| list.iter().map(|x| x * corpus.unit).collect();
-    let (low, high) = corpus.travel();
+/// Half-widths and speeds of the operators on this axis.
+pub fn scales(dataset: &AxisDataset<'_>, recipe: &StagedRecipe) -> Scales {
+    let scaled = |list: &[f64]| list.iter().map(|x| x * dataset.unit).collect();
+    let (low, high) = dataset.travel();
     Scales {
         stop_half_widths: scaled(&recipe.stop_half_widths),
         slow_speeds: scaled(&recipe.slow_speeds),
@@ -69,7 +69,7 @@ pub fn scales(corpus: &AxisDataset<'_>, recipe: &StagedRecipe) -> Scales {
     }
 }
 
-/// Every `step`-th knot, counted from the latest, the earliest always among them.
+/// Every `step`-th knot, counted from the latest; the earliest is always included.
 pub fn every(knots: &[isize], step: usize) -> Vec<isize> {
     let mut kept: Vec<isize> = knots.iter().rev().step_by(step).copied().collect();
     kept.extend(knots.first());
@@ -78,29 +78,31 @@ pub fn every(knots: &[isize], step: usize) -> Vec<isize> {
     kept
 }
 
-/// Root mean square below which a column counts as hardly excited: its weight is then held back as if it had this size.
+/// RMS below which a column counts as hardly excited: columns get the additional penalty of a
+/// column of this RMS.
 const HARDLY_EXCITED: f64 = 0.1;
 
-/// Penalties of the linear law's columns, and `ridge` on all that follow them.
+/// Penalties of the linear law's columns, and `ridge` on all columns after them.
 ///
-/// A column that the log hardly excites (slow motion on a log of fast ones) would get a huge weight from a ridge on columns of unit
-/// RMS, and ruin the prediction where the motion does excite it.
+/// With a ridge on columns of unit RMS only, a column that the log hardly excites (slow motion in a
+/// log of fast motions) would get a large weight and spoil the prediction where the motion does
+/// excite it.
 pub fn penalties(
     law: &LinearLaw,
     noise: f64,
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     features: &FeatureSet,
     ridge: f64,
     recipe: &StagedRecipe,
 ) -> Vec<Penalty> {
     let mut penalties = law.penalties(noise, recipe);
-    let prior = ridge * corpus.fitted() as f64 * HARDLY_EXCITED * HARDLY_EXCITED;
+    let prior = ridge * dataset.fitted() as f64 * HARDLY_EXCITED * HARDLY_EXCITED;
     let mut column = 0;
     for group in &features.groups {
-        for channel in &group.channels {
+        for regressor in &group.channels {
             for _ in 0..group.basis.len() {
                 if column >= penalties.len() {
-                    let prior = if channel.motion == MotionFactor::VelocityStep { 0.0 } else { prior };
+                    let prior = if regressor.motion == MotionFactor::VelocityStep { 0.0 } else { prior };
                     penalties.push(Penalty { ridge, prior });
                 }
                 column += 1;
@@ -110,7 +112,7 @@ pub fn penalties(
     penalties
 }
 
-/// A fitted pass with the sums that it was fitted to.
+/// A fitted pass with its normal equations.
 #[derive(Debug, Clone)]
 pub struct FittedPass {
     /// The pass.
@@ -122,19 +124,19 @@ pub struct FittedPass {
 }
 
 impl FittedPass {
-    /// The same sums solved with other penalties.
+    /// The same equations solved with other penalties.
     pub fn with_penalties(mut self, penalties: Vec<Penalty>) -> Result<Self, TrainingError> {
         self.pass.weights = self.grams.total().solve(&penalties).ok_or(TrainingError::Singular("operators"))?;
         self.penalties = penalties;
         Ok(self)
     }
 
-    /// Squared errors on each fold, fitted without it.
+    /// Cross-validated squared errors on each fold.
     pub fn cross_validate(&self) -> Result<FoldErrors, TrainingError> {
         self.grams.cross_validate(&self.penalties).ok_or(TrainingError::Singular("operators"))
     }
 
-    /// As a candidate that goes through `before` first.
+    /// The candidate that consists of `before` and this pass.
     pub fn candidate(self, name: &'static str, free: bool, before: &[Pass]) -> Result<Candidate, TrainingError> {
         let singular = TrainingError::Singular(name);
         let errors = self.grams.cross_validate(&self.penalties);
@@ -148,36 +150,36 @@ impl FittedPass {
 
 /// One fit on the given expected positions.
 pub fn fit_pass(
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     features: &FeatureSet,
     expected: &[Vec<f64>],
     penalties: Vec<Penalty>,
 ) -> Result<FittedPass, TrainingError> {
-    let signals = corpus.signals(features, expected);
-    let grams = corpus.grams(features, &signals, &[], corpus.errors());
+    let signals = dataset.signals(features, expected);
+    let grams = dataset.grams(features, &signals, &[], dataset.errors());
     let weights = grams.total().solve(&penalties).ok_or(TrainingError::Singular("operators"))?;
     let pass = Pass { features: features.clone(), weights };
     Ok(FittedPass { pass, grams, penalties })
 }
 
-/// The ridge of the non-linear columns that held-out blocks prefer, and the mean square that it leaves.
+/// The ridge of the non-linear columns that held-out blocks prefer, and its mean square error.
 pub fn best_ridge(
     fitted: &FittedPass,
     law: &LinearLaw,
     noise: f64,
-    corpus: &AxisDataset<'_>,
+    dataset: &AxisDataset<'_>,
     recipe: &StagedRecipe,
 ) -> Option<(f64, f64)> {
     let tried: Vec<(f64, f64)> = recipe
         .ridges
         .iter()
         .filter_map(|&ridge| {
-            let penalties = penalties(law, noise, corpus, &fitted.pass.features, ridge, recipe);
+            let penalties = penalties(law, noise, dataset, &fitted.pass.features, ridge, recipe);
             let errors = fitted.grams.cross_validate(&penalties)?;
             Some((ridge, errors.mean_square()))
         })
         .collect();
     let least = tried.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
-    // Among ridges that do about as well the strongest holds best on motion unlike the log's.
+    // Among ridges with about the same error the strongest extrapolates best.
     tried.into_iter().filter(|(_, error)| *error <= least * (1.0 + recipe.ridge_slack)).max_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -4,102 +4,114 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainingError;
 
-/// How a staged predictor is fitted; the defaults need no change from machine to machine.
+/// Settings of the fit of a staged predictor. The defaults suit all machines.
 ///
-/// Lengths and speeds are for an axis whose top speed in the log is `speed_unit`; they are scaled by the top speed that is found, so
-/// that the unit of the axis (mm, rad, degrees) does not matter.
+/// Lengths and speeds are for an axis whose top speed in the log is `speed_unit`. They are scaled
+/// by the measured top speed, so that the unit of the axis (mm, rad, degrees) does not matter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StagedRecipe {
-    /// Top speed for which the lengths and speeds below are meant, unit/s.
+    /// Top speed for which the lengths and speeds below are given, unit/s.
     pub speed_unit: f64,
-    /// Folds of the cross-validation: whole runs where there are at least as many, else contiguous blocks.
+    /// Folds of the cross-validation: whole runs if there are at least as many, else contiguous
+    /// blocks.
     pub folds: usize,
-    /// Time constants that are tried for the linear law's response to die out, s, shortest first.
+    /// Candidates for the time constant of the linear law's response, s, shortest first.
     pub memory_s: Vec<f64>,
-    /// Window of the linear law in such time constants.
+    /// Window of the linear law, in such time constants.
     pub memories: f64,
-    /// Time back to which the linear law's response is free at every sample, s: about as long as resonances ring.
+    /// Time back to which the linear law's response is free at every sample, s: about the duration
+    /// of the ringing of resonances.
     pub dense_s: f64,
     /// Share of the time beyond that over which the response is linear.
     pub lag_growth: f64,
     /// Longest window of the linear law after the present, s.
     pub future_s: f64,
-    /// Samples over which errors are alike, so that many samples weigh no more than their independent ones.
+    /// Correlation length of the errors, samples: many samples count only as their independent
+    /// ones.
     pub correlated: f64,
     /// Ridge of the linear law, on columns of unit RMS.
     pub linear_ridge: f64,
-    /// Ridges tried on the non-linear columns.
+    /// Candidates for the ridge of the non-linear columns.
     pub ridges: Vec<f64>,
-    /// Share of the mean square by which a stronger ridge may be worse than the best.
+    /// Largest loss in mean square, as a share, for which a stronger ridge is preferred to the
+    /// best.
     pub ridge_slack: f64,
-    /// Half-widths of the stop operators; none for the linear law alone.
+    /// Half-widths of the stop operators; empty for the linear law alone.
     pub stop_half_widths: Vec<f64>,
-    /// The operators of the smallest variant, by index.
+    /// Operators of the smallest variant, by index.
     pub few_stops: Vec<usize>,
-    /// Knots of the operators' responses, s; further ones follow where the linear law reaches further back.
+    /// Knots of the operators' responses, s. Further ones follow if the linear law has a longer
+    /// memory.
     pub knots_s: Vec<f64>,
-    /// Decay speeds of the terms that act in slow motion.
+    /// Decay speeds of the terms for slow motion.
     pub slow_speeds: Vec<f64>,
-    /// The operator that those decay on, by index.
+    /// Operator of those terms, by index.
     pub slow_stop: usize,
-    /// The operators whose magnitude, and whose product with the lines, is used, by index.
+    /// Operators whose magnitude, and whose product with the harmonics, is used, by index.
     pub shape_stops: Vec<usize>,
-    /// Speeds from which on a drag is constant.
-    pub drag_speeds: Vec<f64>,
-    /// Half-width of the play from which the search for the true one starts.
-    pub play_half_width: f64,
-    /// Most passes of drag and play; zero for none.
-    pub play_passes: usize,
-    /// Least gain in mean square, as a share, for which a richer stage is taken.
+    /// Speeds from which on the saturated viscous friction is constant.
+    #[serde(alias = "drag_speeds")]
+    pub viscous_speeds: Vec<f64>,
+    /// Half-width of the backlash at the start of the search.
+    #[serde(alias = "play_half_width")]
+    pub backlash_half_width: f64,
+    /// Maximum number of passes of viscous friction and backlash; zero for none.
+    #[serde(alias = "play_passes")]
+    pub backlash_passes: usize,
+    /// Minimum gain in mean square, as a share, for a richer stage.
     pub least_gain: f64,
-    /// Standard errors by which the gain has to be above zero.
+    /// Number of standard errors by which the gain must exceed zero.
     pub standard_errors: f64,
-    /// Loss in mean square, as a share, that is let pass on speeds which were left out of the fit.
+    /// Largest accepted loss in mean square, as a share, at speeds left out of the fit.
     pub carry_loss: f64,
-    /// Share of the mean square on such speeds below which a stage is taken that is merely as good on the others.
+    /// Ratio of the mean squares at such speeds below which a stage is accepted that is only as
+    /// good at the others.
     pub carry_gain: f64,
-    /// Mean square on such speeds, over that on the others, above which the freest columns (slow motion, direction, position lines) are
-    /// not trusted: the log has too few speeds to tell what they do between them.
+    /// Ratio of the mean square at such speeds to that at the others above which the freest columns
+    /// (slow motion, direction, position harmonics) are rejected: the log has too few speeds to fit
+    /// them.
     pub carry_ratio: f64,
-    /// Position lines: how they are looked for.
-    pub lines: LineRecipe,
-    /// Friction map: how it is fitted.
+    /// Settings of the search for position harmonics.
+    #[serde(alias = "lines")]
+    pub harmonics: HarmonicRecipe,
+    /// Settings of the friction map.
     pub map: MapRecipe,
 }
 
-/// How the friction map is fitted.
+/// Settings of the fit of the friction map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MapRecipe {
-    /// Rounds of fitting; zero for no map.
+    /// Iterations of the fit; zero for no map.
     pub rounds: usize,
-    /// Places along the travel.
+    /// Number of positions along the travel.
     pub places: usize,
-    /// Lengths over which the level is alike that are tried, as shares of the travel.
+    /// Candidates for the correlation length of the level, as shares of the travel.
     pub lengths: Vec<f64>,
-    /// Deviations of the level from 1 that are tried.
+    /// Candidates for the standard deviation of the level from 1.
     pub deviations: Vec<f64>,
-    /// Deviations of the difference between the directions that are tried, as shares of that of the level.
+    /// Candidates for the standard deviation of the difference between the directions, as shares of
+    /// that of the level.
     pub odd_shares: Vec<f64>,
-    /// Least gain in mean square, as a share, for which a map is taken.
+    /// Minimum gain in mean square, as a share, for a map.
     pub least_gain: f64,
-    /// Standard errors by which that gain has to be above zero.
+    /// Number of standard errors by which that gain must exceed zero.
     pub standard_errors: f64,
 }
 
-/// Most places of a map: each takes two columns.
-const MOST_PLACES: usize = 500;
+/// Maximum number of positions of a map: each takes two columns.
+const MOST_POSITIONS: usize = 500;
 
 impl MapRecipe {
     /// Checks that a map can be fitted with these settings.
     ///
     /// # Errors
-    /// Names the setting and its range.
+    /// When a setting is out of range; the message has its name and range.
     pub fn check(&self) -> Result<(), TrainingError> {
         let positive = |values: &[f64]| values.iter().all(|value| value.is_finite() && *value > 0.0);
-        let wrong = if !(2..=MOST_PLACES).contains(&self.places) {
-            format!("map.places is {}: it must be 2 to {MOST_PLACES}", self.places)
+        let wrong = if !(2..=MOST_POSITIONS).contains(&self.places) {
+            format!("map.places is {}: it must be 2 to {MOST_POSITIONS}", self.places)
         } else if !(positive(&self.lengths) && positive(&self.deviations) && positive(&self.odd_shares)) {
             "map.lengths, map.deviations and map.odd_shares must be positive numbers".to_owned()
         } else {
@@ -123,51 +135,52 @@ impl Default for MapRecipe {
     }
 }
 
-/// How position lines are looked for.
+/// Settings of the search for position harmonics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct LineRecipe {
-    /// Rounds of looking; zero for no lines.
+pub struct HarmonicRecipe {
+    /// Iterations of the search; zero for no harmonics.
     pub rounds: usize,
-    /// Lines that a round adds at most.
+    /// Maximum number of harmonics per iteration.
     pub per_round: usize,
-    /// Peaks, strongest first, of which one has to be confirmed for the search to go on.
+    /// Number of peaks, strongest first, of which one must be confirmed for the search to continue.
     pub tried: usize,
-    /// Least gain in mean square, as a share, for which a line, or a way in which it acts, is taken.
+    /// Minimum gain in mean square, as a share, for a harmonic or one of its effects.
     pub least_gain: f64,
-    /// Standard errors by which that gain has to be above zero.
+    /// Number of standard errors by which that gain must exceed zero.
     pub standard_errors: f64,
-    /// Lines in all, at most.
+    /// Maximum number of harmonics.
     pub at_most: usize,
     /// Lowest frequency, in cycles over the travel.
     pub lowest_cycles: f64,
-    /// Spacing of the frequencies looked at, in cycles over the travel.
+    /// Spacing of the frequencies of the search, in cycles over the travel.
     pub spacing_cycles: f64,
     /// Highest frequency, 1/unit.
     pub highest: f64,
-    /// Frequency above which a line is a matter of the motor (ripple, cogging), 1/unit.
+    /// Frequency above which a harmonic belongs to the motor (ripple, cogging), 1/unit.
     pub fine_above: f64,
-    /// A peak has to be this many times the median around it.
+    /// Minimum ratio of a peak to the median around it.
     pub peak_over_median: f64,
-    /// Frequencies on either side over which that median goes.
+    /// Number of frequencies on either side for that median.
     pub median_bins: usize,
-    /// Slowest motion in which the residual is looked at, unit/s.
+    /// Slowest motion of which the residual is used, unit/s.
     pub slowest: f64,
-    /// Responses through which operator × line products act.
+    /// Number of responses for the products of operators and harmonics.
     pub filters: usize,
-    /// Rounds of frequency refinement.
+    /// Iterations of the frequency refinement.
     pub refinements: usize,
-    /// Largest change of a frequency in one round, 1/unit.
+    /// Largest change of a frequency in one iteration, 1/unit.
     pub largest_step: f64,
 }
 
-/// Share of the play's half-width at the start below which there is no play.
-const LEAST_PLAY: f64 = 0.05;
+/// Share of the initial half-width of the backlash below which there is no backlash.
+const LEAST_BACKLASH: f64 = 0.05;
 
 impl StagedRecipe {
-    /// Half-width below which there is no play on an axis whose lengths are those of the recipe times `unit`.
+    /// Half-width below which there is no backlash on an axis whose lengths are those of the recipe
+    /// times `unit`.
     pub(super) fn least_half_width(&self, unit: f64) -> f64 {
-        LEAST_PLAY * self.play_half_width * unit
+        LEAST_BACKLASH * self.backlash_half_width * unit
     }
 }
 
@@ -192,21 +205,21 @@ impl Default for StagedRecipe {
             slow_speeds: vec![1.5, 5.0, 15.0],
             slow_stop: 1,
             shape_stops: vec![1, 3, 5, 7],
-            drag_speeds: vec![0.1, 0.3, 1.0, 3.0],
-            play_half_width: 3e-3,
-            play_passes: 4,
+            viscous_speeds: vec![0.1, 0.3, 1.0, 3.0],
+            backlash_half_width: 3e-3,
+            backlash_passes: 4,
             least_gain: 0.02,
             standard_errors: 1.0,
             carry_loss: 0.25,
             carry_gain: 0.5,
             carry_ratio: 4.0,
-            lines: LineRecipe::default(),
+            harmonics: HarmonicRecipe::default(),
             map: MapRecipe::default(),
         }
     }
 }
 
-impl Default for LineRecipe {
+impl Default for HarmonicRecipe {
     fn default() -> Self {
         Self {
             rounds: 2,

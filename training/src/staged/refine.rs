@@ -1,37 +1,38 @@
-//! Refining the lines' frequencies, jointly with the weights.
+//! Refines the frequencies of the harmonics together with the weights.
 
 use models::staged::Pass;
 
-use super::corpus::AxisDataset;
+use super::dataset::AxisDataset;
 use super::gram::Penalty;
+use super::harmonics::part_on_harmonic;
 use super::recipe::StagedRecipe;
-use super::waves::part_on_line;
 
 /// Half the step of the central difference over a frequency, 1/unit.
 const HALF_STEP: f64 = 1e-5;
-/// Ridge of the columns that stand for the frequencies: only against a line that does nothing.
+/// Ridge of the frequency columns: it acts only on a harmonic without effect.
 const FREQUENCY_RIDGE: f64 = 1e-8;
 
-/// One Gauss-Newton step on weights and frequencies together; returns the frequencies moved, each by `largest_step` at most.
+/// One Gauss-Newton step on weights and frequencies together. Returns the new frequencies, each
+/// moved by `largest_step` at most.
 ///
-/// The prediction's derivatives with respect to the frequencies join the columns, so that the phase which the weights would absorb is
-/// not taken for a shift of the frequency.
-pub fn refined_lines(
-    corpus: &AxisDataset<'_>,
+/// The derivatives of the prediction by the frequencies join the columns, so that a phase shift
+/// that the weights absorb does not count as a shift of the frequency.
+pub fn refined_frequencies(
+    dataset: &AxisDataset<'_>,
     pass: &Pass,
     expected: &[Vec<f64>],
     penalties: &[Penalty],
     recipe: &StagedRecipe,
 ) -> Option<Vec<f64>> {
-    let lines = &pass.features.scales.lines;
-    let half_step = HALF_STEP / corpus.unit;
-    let derivatives: Vec<Vec<Vec<f64>>> = (0..lines.len())
-        .map(|line| {
-            let part = part_on_line(pass, line);
+    let harmonics = &pass.features.scales.lines;
+    let half_step = HALF_STEP / dataset.unit;
+    let derivatives: Vec<Vec<Vec<f64>>> = (0..harmonics.len())
+        .map(|harmonic| {
+            let part = part_on_harmonic(pass, harmonic);
             let moved = |by: f64| {
                 let mut part = part.clone();
-                part.features.scales.lines[line] += by;
-                corpus.predictions(&part, expected)
+                part.features.scales.lines[harmonic] += by;
+                dataset.predictions(&part, expected)
             };
             let (up, down) = (moved(half_step), moved(-half_step));
             up.iter()
@@ -40,13 +41,17 @@ pub fn refined_lines(
                 .collect()
         })
         .collect();
-    let signals = corpus.signals(&pass.features, expected);
-    let grams = corpus.grams(&pass.features, &signals, &derivatives, corpus.errors());
+    let signals = dataset.signals(&pass.features, expected);
+    let grams = dataset.grams(&pass.features, &signals, &derivatives, dataset.errors());
     let penalties: Vec<Penalty> =
-        penalties.iter().copied().chain(lines.iter().map(|_| Penalty::ridge(FREQUENCY_RIDGE))).collect();
+        penalties.iter().copied().chain(harmonics.iter().map(|_| Penalty::ridge(FREQUENCY_RIDGE))).collect();
     let solution = grams.total().solve(&penalties)?;
-    let largest = recipe.lines.largest_step / corpus.unit;
+    let largest = recipe.harmonics.largest_step / dataset.unit;
     Some(
-        lines.iter().zip(&solution[pass.features.columns()..]).map(|(line, step)| line + step.clamp(-largest, largest)).collect(),
+        harmonics
+            .iter()
+            .zip(&solution[pass.features.columns()..])
+            .map(|(harmonic, step)| harmonic + step.clamp(-largest, largest))
+            .collect(),
     )
 }

@@ -1,4 +1,4 @@
-//! A toy axis: it lags, and turns with play.
+//! A toy axis with lag and backlash.
 
 #![allow(dead_code)] // Each test file uses its own part.
 
@@ -11,7 +11,7 @@ use training::staged::AxisRun;
 
 pub const PERIOD_S: f64 = 0.004;
 
-/// A run of random motion from rest to rest: lag of 8 ms and a play of ±0.03 mm.
+/// A run of random motion between standstills: lag of 8 ms and backlash of ±0.03 mm.
 pub fn toy_run(seed: u64, samples: usize) -> AxisRun {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let waves: Vec<(f64, f64)> =

@@ -31,7 +31,7 @@ pub fn residual(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<f64> {
     run.reference.iter().zip(&run.actual).zip(predicted).map(|((r, x), e)| r - x - e).collect()
 }
 
-/// The first pass on its own: the linear law, or less.
+/// The first pass only: the linear law, or a simpler one.
 pub fn first_pass(predictor: &StagedPredictor) -> StagedPredictor {
     StagedPredictor::new(predictor.period_s(), predictor.passes()[..1].to_vec()).unwrap()
 }

@@ -1,4 +1,4 @@
-//! Runs as scaled rows and targets, and their windows.
+//! Runs as scaled rows and targets, and their training windows.
 
 use std::ops::Range;
 
@@ -14,17 +14,17 @@ use rand_chacha::ChaCha8Rng;
 use super::{NetworkRecipe, windows::FlagWindows};
 use crate::{TrainingError, staged::AxisRun};
 
-/// What a network sees, and what it is to learn.
+/// Inputs and target of a network.
 #[derive(Debug, Clone)]
 pub enum Task {
     /// The tracking error from the papers' features.
     Papers(FeatureSpec),
-    /// What a staged predictor leaves of it, from that predictor's signals.
+    /// The residual of a staged predictor, from that predictor's signals.
     Residual(StagedPredictor),
 }
 
 impl Task {
-    /// The papers' features, with the flags' windows as these runs show them.
+    /// The papers' features, with the flag windows identified from these runs.
     ///
     /// # Errors
     /// When the runs do not fit together, or the axis never moves.
@@ -43,7 +43,7 @@ impl Task {
         Ok(Self::Papers(FeatureSpec { set, backlash_window, start_window, acceleration_max }))
     }
 
-    /// Values a sample of [`Self::rows`].
+    /// Values per sample of [`Self::rows`].
     pub fn width(&self) -> usize {
         match self {
             Self::Papers(spec) => spec.width(),
@@ -51,7 +51,7 @@ impl Task {
         }
     }
 
-    /// What the network sees, row-major.
+    /// Network inputs, row-major.
     fn rows(&self, signal: &AxisSignal<'_>) -> Vec<f32> {
         match self {
             Self::Papers(spec) => spec.rows(signal),
@@ -59,7 +59,7 @@ impl Task {
         }
     }
 
-    /// What it is to learn, mm or rad.
+    /// Targets, mm or rad.
     fn targets(&self, run: &AxisRun) -> Vec<f32> {
         let errors = run.tracking_error();
         match self {
@@ -72,10 +72,10 @@ impl Task {
     }
 }
 
-/// What turns signals into a network's inputs and its outputs into errors.
+/// Maps signals to network inputs and network outputs to errors.
 #[derive(Debug, Clone)]
 pub struct Scaling {
-    /// What it sees and learns.
+    /// Inputs and target.
     pub task: Task,
     /// Scale of the features.
     pub inputs: Scaler,
@@ -85,7 +85,7 @@ pub struct Scaling {
     pub largest: f32,
 }
 
-/// One run between stretches of rest, so that every window of it is full.
+/// One run with standstill padding on both sides, so that every window is full.
 #[derive(Debug)]
 struct Sequence {
     rows: Vec<f32>,
@@ -96,7 +96,7 @@ struct Sequence {
 /// The training runs of one axis.
 #[derive(Debug)]
 pub struct AxisDataset {
-    /// How they are scaled.
+    /// Scaling of the rows and targets.
     pub scaling: Scaling,
     sequences: Vec<Sequence>,
     width: usize,
@@ -104,7 +104,7 @@ pub struct AxisDataset {
     warmup: usize,
 }
 
-/// Some windows, side by side.
+/// A batch of windows.
 pub struct Batch {
     /// Scaled features, `[windows, steps, features]`.
     pub inputs: Tensor<3>,
@@ -112,11 +112,11 @@ pub struct Batch {
     pub targets: Tensor<3>,
     /// 1 where an error counts, else 0, `[windows, steps, 1]`.
     pub mask: Tensor<3>,
-    /// How many count.
+    /// Number of samples that count.
     pub counted: usize,
 }
 
-/// Whether runs can be used: same period, equal lengths, finite numbers.
+/// Checks the runs: same period, equal lengths, finite numbers. Returns the period, s.
 pub fn check_runs(runs: &[AxisRun]) -> Result<f64, TrainingError> {
     let period_s = runs.first().map_or(f64::NAN, |run| run.period_s);
     if !(period_s.is_finite() && period_s > 0.0) {
@@ -172,11 +172,13 @@ impl AxisDataset {
         Ok(Self { scaling: Scaling { task, inputs, targets, largest }, sequences, width: width + past, window, warmup })
     }
 
-    /// An epoch's windows in random order: each run is cut from a random place on, so that no sample is always at a cut.
+    /// The windows of an epoch in random order. Each run is cut from a random offset, so that no
+    /// sample is always at a cut.
     pub fn shuffled(&self, rng: &mut ChaCha8Rng) -> Vec<Window> {
         let mut windows = Vec::new();
         for (sequence, run) in self.sequences.iter().enumerate() {
-            // A window that begins at `first` counts from `first + warmup` on; the run itself begins at `warmup + window`.
+            // A window that starts at `first` counts from `first + warmup` on; the run itself
+            // starts at `warmup + window`.
             let first = self.window - rng.random_range(0..self.window);
             let end = self.window + run.counted.last().map_or(0, |rows| rows.end);
             let starts = (first..end).step_by(self.window);
@@ -215,25 +217,25 @@ impl AxisDataset {
     }
 }
 
-/// Where a window lies.
+/// Position of a window in the dataset.
 #[derive(Debug, Clone, Copy)]
 pub struct Window {
     sequence: usize,
     start: usize,
 }
 
-/// Rest before and after.
+/// Pads positions with a standstill before and after.
 fn pad(positions: &[f64], before: usize, after: usize) -> Vec<f64> {
     let (first, last) = (positions.first().copied().unwrap_or_default(), positions.last().copied().unwrap_or_default());
     std::iter::repeat_n(first, before).chain(positions.iter().copied()).chain(std::iter::repeat_n(last, after)).collect()
 }
 
-/// The rows with the `past` errors before each of them, newest first.
+/// The rows, each followed by the `past` errors before it, newest first.
 fn with_past(rows: &[f32], width: usize, errors: &[f32], past: usize) -> Vec<f32> {
     let mut all = Vec::with_capacity(rows.len() / width.max(1) * (width + past));
     for (k, row) in rows.chunks_exact(width).enumerate() {
         all.extend_from_slice(row);
-        // Long before the run the error is the same rest as at the padding's first sample.
+        // Before the run the axis is at the same standstill as at the first sample of the padding.
         all.extend((1..=past).map(|lag| errors[k.saturating_sub(lag)]));
     }
     all

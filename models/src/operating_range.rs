@@ -1,4 +1,4 @@
-//! What a model was trained on, and how far a new path lies outside.
+//! Operating range of a model, and the excess of a new path beyond it.
 
 use motion::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::LearnedMachine;
 use crate::features::{EventKind, events, velocity};
 
-/// The motions of one axis that a model was trained on, in mm or rad.
+/// The motions of one axis in the training data, in mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OperatingRange {
@@ -20,24 +20,24 @@ pub struct OperatingRange {
     pub jerk: f64,
     /// Number of reversals.
     pub reversals: usize,
-    /// Number of starts from rest.
+    /// Number of starts from a standstill.
     pub starts: usize,
-    /// Time at rest, s.
+    /// Time at standstill, s.
     pub dwell_s: f64,
     /// Whether both directions of travel occur.
     pub both_directions: bool,
 }
 
-/// Why a sample lies outside a model's coverage.
+/// Why a sample lies outside the operating range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outside {
-    /// Beyond the trained positions.
+    /// Beyond the positions of the training data.
     Position,
-    /// Faster than trained.
+    /// Faster than the training data.
     Velocity,
-    /// Accelerates harder than trained.
+    /// Larger acceleration than the training data.
     Acceleration,
-    /// The work offset is not known, and the predictor sees positions.
+    /// The work offset is unknown, and the predictor depends on the position.
     Unplaced,
 }
 
@@ -53,7 +53,7 @@ impl std::fmt::Display for Outside {
 }
 
 impl OperatingRange {
-    /// OperatingRange of the reference positions of some runs of one axis.
+    /// Operating range of some runs of one axis, from the reference positions.
     #[must_use]
     pub fn of<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> Self {
         let mut coverage = Self {
@@ -90,36 +90,38 @@ impl OperatingRange {
         coverage
     }
 
-    /// The same motions with no bound on positions.
+    /// The same range without bounds on the position.
     fn anywhere(self) -> Self {
         Self { position: (f64::NEG_INFINITY, f64::INFINITY), ..self }
     }
 
-    /// How much of the correction to keep at every sample of `positions`: 1 inside the coverage, falling to 0 outside of it (one
-    /// range beyond the trained positions, 1.5 × the trained speed, 2 × the trained acceleration); with the reason wherever a sample
-    /// lies outside. Of a predictor that `holds_beyond_travel` all is kept for one range beyond the trained positions; the fade follows.
+    /// Taper of the correction at every sample of `positions`: 1 within the operating range,
+    /// decreasing to 0 outside (one range beyond the trained positions, 1.5 × the trained speed, 2
+    /// × the trained acceleration), with the reason for each sample outside. For a predictor that
+    /// `holds_beyond_travel` the taper stays 1 for one range beyond the trained positions and
+    /// decreases after that.
     #[must_use]
     pub fn weights(&self, positions: &[f64], period_s: f64, holds_beyond_travel: bool) -> Vec<(f64, Option<Outside>)> {
         let v = velocity(positions, period_s);
         let range = (self.position.1 - self.position.0).max(1e-9);
-        // Room for what a log happens to miss by little.
+        // Margin for motions that a log misses by little.
         let beyond = |value: f64, limit: f64, reach: f64| (1.0 - (value / (limit * 1.1).max(1e-9) - 1.0) / reach).clamp(0.0, 1.0);
         (0..positions.len())
             .map(|k| {
                 let x = positions[k];
                 let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
                 let a = if k > 0 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
-                let held = if holds_beyond_travel { range } else { 0.0 };
+                let reach = if holds_beyond_travel { range } else { 0.0 };
                 let candidates = [
-                    ((1.0 - (off - held).max(0.0) / range).max(0.0), Outside::Position),
+                    ((1.0 - (off - reach).max(0.0) / range).max(0.0), Outside::Position),
                     (beyond(v[k].abs(), self.velocity, 0.5), Outside::Velocity),
                     (beyond(a.abs(), self.acceleration, 1.0), Outside::Acceleration),
                 ];
                 let outside = (1.0, (off > 0.0).then_some(Outside::Position));
                 candidates.into_iter().fold(
                     outside,
-                    |least, (weight, reason)| {
-                        if weight < least.0 { (weight, Some(reason)) } else { least }
+                    |least, (taper, reason)| {
+                        if taper < least.0 { (taper, Some(reason)) } else { least }
                     },
                 )
             })
@@ -127,37 +129,38 @@ impl OperatingRange {
     }
 }
 
-/// For every sample the least weight over the axes, smoothed so that a correction fades rather than jumps, and each reason found.
+/// Minimum of the tapers over the axes at every sample, smoothed so that a correction does not
+/// jump, and the reasons.
 #[must_use]
 pub fn fade(coverage: &[OperatingRange], machine: &LearnedMachine, path: &Trajectory) -> (Vec<f64>, Vec<Vec<Option<Outside>>>) {
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
     for (axis, ((coverage, predictor), column)) in coverage.iter().zip(machine.predictors()).zip(path.columns()).enumerate() {
         let holds = predictor.holds_beyond_travel();
-        let weights = match (machine.is_placed(axis), holds) {
+        let taper = match (machine.is_placed(axis), holds) {
             (true, _) => coverage.weights(column, path.period_s(), holds),
-            // What depends on position is left out; no position is outside.
+            // Position-dependent terms are left out; no position is outside.
             (false, true) => coverage.anywhere().weights(column, path.period_s(), holds),
             (false, false) => vec![(0.0, Some(Outside::Unplaced)); column.len()],
         };
-        for (low, (weight, _)) in least.iter_mut().zip(&weights) {
-            *low = low.min(*weight);
+        for (low, (taper, _)) in least.iter_mut().zip(&taper) {
+            *low = low.min(*taper);
         }
-        reasons.push(weights.into_iter().map(|(_, reason)| reason).collect());
+        reasons.push(taper.into_iter().map(|(_, reason)| reason).collect());
     }
-    (soften(&least, (0.02 / path.period_s()).ceil() as usize), reasons)
+    (smoothed(&least, (0.02 / path.period_s()).ceil() as usize), reasons)
 }
 
 /// Minimum over `±reach` samples, then the mean over as many: never above the input.
-fn soften(weights: &[f64], reach: usize) -> Vec<f64> {
-    if weights.iter().all(|w| *w == 1.0) {
-        return weights.to_vec();
+fn smoothed(taper: &[f64], reach: usize) -> Vec<f64> {
+    if taper.iter().all(|w| *w == 1.0) {
+        return taper.to_vec();
     }
     let window = |values: &[f64], k: usize| (k.saturating_sub(reach), (k + reach + 1).min(values.len()));
-    let low: Vec<f64> = (0..weights.len())
+    let low: Vec<f64> = (0..taper.len())
         .map(|k| {
-            let (from, to) = window(weights, k);
-            weights[from..to].iter().fold(1.0_f64, |least, w| least.min(*w))
+            let (from, to) = window(taper, k);
+            taper[from..to].iter().fold(1.0_f64, |least, w| least.min(*w))
         })
         .collect();
     (0..low.len())
@@ -193,10 +196,10 @@ mod tests {
     }
 
     #[test]
-    fn softened_weights_never_exceed_the_raw_ones() {
+    fn smoothed_tapers_never_exceed_the_raw_ones() {
         let mut raw = vec![1.0; 200];
         raw[100] = 0.2;
-        let soft = soften(&raw, 10);
+        let soft = smoothed(&raw, 10);
         assert!(soft.iter().zip(&raw).all(|(s, r)| s <= &(r + 1e-15)));
         assert!((soft[100] - 0.2).abs() < 1e-12 && soft[0] == 1.0);
     }

@@ -1,10 +1,10 @@
-//! Position lines: waves along the axis, found in what the other stages leave over.
+//! Peaks of the residual's spectrum along the axis: the frequencies of possible position harmonics.
 
 use std::f64::consts::TAU;
 
-use super::recipe::LineRecipe;
+use super::recipe::HarmonicRecipe;
 
-/// What is left over along the axis, one value a sample.
+/// Residual along the axis, one value per sample.
 #[derive(Debug, Default)]
 pub struct Residuals {
     /// Expected position less the centre.
@@ -15,11 +15,12 @@ pub struct Residuals {
     pub sign: Vec<f64>,
 }
 
-/// Spatial frequencies at which the residual, or the residual times the direction, stands out; strongest first.
+/// Spatial frequencies of the peaks of the residual, or of the residual times the direction;
+/// strongest first.
 ///
-/// A peak is `peak_over_median` times the median power around it and at least one cycle over the travel from stronger ones and from
-/// the lines `known` already.
-pub fn peaks(residuals: &Residuals, travel: f64, unit: f64, known: &[f64], recipe: &LineRecipe) -> Vec<f64> {
+/// A peak exceeds `peak_over_median` times the median power around it. It is at least one cycle
+/// over the travel away from stronger peaks and from the harmonics `known` already.
+pub fn peaks(residuals: &Residuals, travel: f64, unit: f64, known: &[f64], recipe: &HarmonicRecipe) -> Vec<f64> {
     if travel <= 0.0 || !travel.is_finite() || residuals.position.is_empty() {
         return Vec::new();
     }
@@ -55,7 +56,7 @@ pub fn peaks(residuals: &Residuals, travel: f64, unit: f64, known: &[f64], recip
     found
 }
 
-/// Where between three neighbours the parabola through them peaks, from −½ to ½.
+/// Position of the maximum of the parabola through three neighbours, from −½ to ½.
 fn parabola_peak(before: f64, at: f64, after: f64) -> f64 {
     let curvature = before - 2.0 * at + after;
     if curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
@@ -64,7 +65,7 @@ fn parabola_peak(before: f64, at: f64, after: f64) -> f64 {
 /// Power of `values` at `count` equally spaced spatial frequencies.
 fn periodogram(position: &[f64], values: &[f64], lowest: f64, spacing: f64, count: usize) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    // The phasor of each sample turns by an angle of its own from frequency to frequency.
+    // The phasor of each sample rotates by a constant angle from frequency to frequency.
     let (mut re, mut im): (Vec<f64>, Vec<f64>) = position
         .iter()
         .zip(values)
@@ -98,8 +99,8 @@ mod tests {
             sign: position.iter().map(|_| 1.0).collect(),
             position,
         };
-        let found = peaks(&residuals, 80.0, 1.0, &[], &LineRecipe::default());
+        let found = peaks(&residuals, 80.0, 1.0, &[], &HarmonicRecipe::default());
         assert!((found[0] - 0.2).abs() < 2e-3, "{found:?}");
-        assert!(peaks(&residuals, 80.0, 1.0, &[0.2], &LineRecipe::default()).iter().all(|f| (f - 0.2).abs() >= 1.0 / 80.0));
+        assert!(peaks(&residuals, 80.0, 1.0, &[0.2], &HarmonicRecipe::default()).iter().all(|f| (f - 0.2).abs() >= 1.0 / 80.0));
     }
 }

@@ -1,4 +1,4 @@
-//! The depth gauge: how far off a prediction may be.
+//! Prediction intervals: the expected accuracy of a prediction.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,29 +7,29 @@ use crate::features::{events, velocity};
 use crate::quantile::quantile;
 use crate::spread::Spread;
 
-/// Time after a reversal or a start in which friction still settles, s.
+/// Duration after a reversal or a start in which friction settles, s.
 const SETTLING_S: f64 = 0.06;
-/// Speeds are told apart in octaves below the trained one.
+/// Number of speed regimes, in octaves below the top speed of the training data.
 const OCTAVES: usize = 3;
-/// Rest, after an event, and one regime an octave of speed.
+/// Standstill, after an event, and one regime per octave of speed.
 const REGIMES: usize = 2 + OCTAVES;
 
-/// Half-widths of the 95 % band of an axis's prediction, one a regime of motion, mm or rad: quantiles of the absolute errors on
-/// runs that training never saw.
+/// Half-widths of the 95 % prediction interval of an axis, one per regime of motion, mm or rad:
+/// quantiles of the absolute errors on held-out runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PredictionInterval {
-    /// Rest; just after a reversal or start; slow to fast.
+    /// Standstill; just after a reversal or start; slow to fast.
     half_widths: [f64; REGIMES],
-    /// Speed that the octaves count from, mm/s or rad/s.
+    /// Reference speed of the octaves, mm/s or rad/s.
     top_speed: f64,
-    /// How large the errors of the kept predictor are; unknown in bundles of before.
+    /// Distribution of the errors of the final predictor; `None` in bundles of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     spread: Option<Spread>,
 }
 
 impl PredictionInterval {
-    /// The band of held-out `runs`: signals with the absolute errors of their prediction.
+    /// The interval from held-out `runs`: signals with the absolute errors of their prediction.
     #[must_use]
     pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64) -> Self {
         let mut errors: [Vec<f64>; REGIMES] = Default::default();
@@ -41,31 +41,31 @@ impl PredictionInterval {
         let all: Vec<f64> = errors.iter().flatten().copied().collect();
         let overall = quantile(all, 0.95);
         let half_widths = errors.map(|errors| {
-            // Too few samples tell no quantile.
+            // Too few samples give no quantile.
             if errors.len() < 200 { overall } else { quantile(errors, 0.95) }
         });
         Self { half_widths, top_speed, spread: None }
     }
 
-    /// The same with what the errors of the kept predictor are like.
+    /// The same interval with the error distribution of the final predictor.
     #[must_use]
     pub fn with_spread(self, spread: Option<Spread>) -> Self {
         Self { spread, ..self }
     }
 
-    /// What the errors of the kept predictor are like; `None` where the bundle does not say.
+    /// Error distribution of the final predictor; `None` if the bundle has none.
     #[must_use]
     pub fn spread(&self) -> Option<&Spread> {
         self.spread.as_ref()
     }
 
-    /// Half-width of the 95 % band at every sample, mm or rad.
+    /// Half-width of the 95 % interval at every sample, mm or rad.
     #[must_use]
     pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
         regimes(signal, self.top_speed).into_iter().map(|regime| self.half_widths[regime]).collect()
     }
 
-    /// Share of the errors that lie within the band.
+    /// Coverage probability: share of the errors within the interval.
     #[must_use]
     pub fn held(&self, signal: &AxisSignal<'_>, errors: &[f64]) -> f64 {
         let inside = self.at(signal).iter().zip(errors).filter(|(width, error)| error.abs() <= **width).count();
@@ -113,15 +113,15 @@ mod tests {
     }
 
     #[test]
-    fn bands_hold_on_runs_they_were_not_fitted_to() {
+    fn intervals_hold_on_runs_they_were_not_fitted_to() {
         let (x, errors) = run(1);
         let signal = AxisSignal::uncompensated(&x, 0.002);
-        let band = PredictionInterval::fit(&[(signal, errors)], 50.0);
+        let interval = PredictionInterval::fit(&[(signal, errors)], 50.0);
         let (x, errors) = run(2);
         let signal = AxisSignal::uncompensated(&x, 0.002);
-        let held = band.held(&signal, &errors);
-        assert!((0.90..0.98).contains(&held), "{held}");
+        let coverage = interval.held(&signal, &errors);
+        assert!((0.90..0.98).contains(&coverage), "{coverage}");
         let worse: Vec<f64> = errors.iter().map(|e| e * 3.0).collect();
-        assert!(band.held(&signal, &worse) < 0.75);
+        assert!(interval.held(&signal, &worse) < 0.75);
     }
 }

@@ -1,4 +1,4 @@
-//! The runs of one axis, made ready for fitting: errors, scored stretches, folds.
+//! The runs of one axis, prepared for fitting: errors, scored segments, folds.
 
 use std::ops::Range;
 
@@ -10,20 +10,21 @@ use super::gram::{FoldGrams, Gram};
 use super::recipe::StagedRecipe;
 use crate::{AxisRun, TrainingError};
 
-/// Rows gathered at once.
+/// Rows per block.
 const BLOCK_ROWS: usize = 1024;
-/// Distance of the rows that are fitted, s, and the least number of them. Between rows so close an error hardly changes: more of them cost time and say nothing
-/// new. On random machines 3 to 6, `ballscrew` and `worn` (60 s of log) fits to every second and every fourth row made first runs of 0.89 to 1.06 times the contour
-/// error of fits to every row.
+/// Distance of the fitted rows, s, and their minimum number. The error hardly changes between
+/// closer rows: more rows cost time without new information. On random machines 3 to 6, `ballscrew`
+/// and `worn` (60 s of log), fits to every second and every fourth row gave first runs with 0.89 to
+/// 1.06 times the contour error of fits to every row.
 const ROW_DISTANCE_S: f64 = 0.004;
 const LEAST_ROWS: usize = 16_000;
 
-/// Share of the top speed below which a motion is taken to end.
-const REST_SHARE: f64 = 0.02;
-/// Bands of speed that are left out in turn; see [`FoldGrams::carry_over`].
+/// Share of the top speed below which a motion ends.
+const STANDSTILL_SHARE: f64 = 0.02;
+/// Number of speed bands that are left out in turn; see [`FoldGrams::carry_over`].
 const BANDS: usize = 3;
 
-/// Rows on their way into a sum of products, a block at a time.
+/// Rows collected for a sum of products, a block at a time.
 #[derive(Debug, Clone)]
 struct Gathered {
     gram: Gram,
@@ -36,7 +37,7 @@ impl Gathered {
         Self { gram: Gram::new(columns), block: DMatrix::zeros(BLOCK_ROWS, columns + 1), rows: 0 }
     }
 
-    /// Rows that can be added at once.
+    /// Number of rows that can be added at once.
     fn room(&self) -> usize {
         BLOCK_ROWS - self.rows
     }
@@ -57,12 +58,12 @@ impl Gathered {
     }
 }
 
-/// Writes columns of a run from a row on; see [`AxisDataset::grams_with`].
+/// Writes columns of a run from a given row on; see [`AxisDataset::grams_with`].
 pub type Fill<'a> = dyn Fn(usize, usize, DMatrixViewMut<'_, f64>) + Sync + 'a;
 
-/// A stretch of a run that belongs to one fold and one band of speed.
+/// A segment of a run that belongs to one fold and one speed band.
 #[derive(Debug, Clone)]
-struct Stretch {
+struct Segment {
     run: usize,
     rows: Range<usize>,
     fold: usize,
@@ -74,19 +75,19 @@ struct Stretch {
 pub struct AxisDataset<'a> {
     runs: &'a [AxisRun],
     errors: Vec<Vec<f64>>,
-    /// How far the motor is off the table when each run begins.
+    /// Offset of the motor from the table at the start of each run.
     starts: Vec<f64>,
-    stretches: Vec<Stretch>,
+    segments: Vec<Segment>,
     folds: usize,
     period_s: f64,
-    /// Every so many rows one is fitted.
+    /// One of this many rows is fitted.
     stride: usize,
-    /// Lengths and speeds of the recipe times this are those of this axis.
+    /// Scale of this axis: lengths and speeds of the recipe are multiplied by it.
     pub unit: f64,
 }
 
 impl<'a> AxisDataset<'a> {
-    /// Checks the runs and lays out the folds.
+    /// Checks the runs and assigns the folds.
     ///
     /// # Errors
     /// When the runs do not fit together, are too short, or never move.
@@ -115,7 +116,7 @@ impl<'a> AxisDataset<'a> {
         let top = quantile(&mut speeds, 0.995).ok_or_else(|| TrainingError::Unusable("the axis never moves".into()))?;
         let scored: Vec<Vec<Range<usize>>> = runs.iter().map(AxisRun::scored).collect();
         let total: usize = scored.iter().flatten().map(ExactSizeIterator::len).sum();
-        // Few runs are cut into blocks, so that there are folds enough to tell a gain from chance.
+        // A few runs are cut into blocks, so that there are enough folds for a significance test.
         let by_run = runs.len() >= recipe.folds;
         let folds = recipe.folds;
         if folds < 2 || total < 50 * folds {
@@ -124,7 +125,7 @@ impl<'a> AxisDataset<'a> {
         let unit = top / recipe.speed_unit;
         Ok(Self {
             starts: starts(runs, &errors, recipe.least_half_width(unit)),
-            stretches: by_speed(stretches(&scored, folds, by_run), runs, REST_SHARE * top * period_s),
+            segments: by_speed(segments(&scored, folds, by_run), runs, STANDSTILL_SHARE * top * period_s),
             runs,
             errors,
             folds,
@@ -144,27 +145,27 @@ impl<'a> AxisDataset<'a> {
         self.folds
     }
 
-    /// Rows that may be fitted and scored.
+    /// Number of rows that may be fitted and scored.
     pub fn samples(&self) -> usize {
-        self.stretches.iter().map(|s| s.rows.len()).sum()
+        self.segments.iter().map(|s| s.rows.len()).sum()
     }
 
-    /// Every so many rows one is fitted.
+    /// One of this many rows is fitted.
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Copies what is fitted of a series, from its first row on.
+    /// Copies the fitted rows of a series, from its first row on.
     fn thin(&self, series: &[f64], to: &mut DVectorViewMut<'_, f64>) {
         to.iter_mut().zip(series.iter().step_by(self.stride)).for_each(|(to, from)| *to = *from);
     }
 
-    /// Those of them that are fitted.
+    /// Number of fitted rows.
     pub fn fitted(&self) -> usize {
         self.samples() / self.stride
     }
 
-    /// The references, as expected positions of a first pass.
+    /// The references, as expected positions of the first pass.
     pub fn references(&self) -> Vec<Vec<f64>> {
         self.runs.iter().map(|run| run.reference.clone()).collect()
     }
@@ -185,12 +186,12 @@ impl<'a> AxisDataset<'a> {
         self.runs.iter().zip(expected).zip(&self.starts).map(of).collect()
     }
 
-    /// Prediction of `pass` on each run, whose expected positions are given.
+    /// Prediction of `pass` on each run at the given expected positions.
     pub fn predictions(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         self.signals(&pass.features, expected).iter().map(|signals| pass.features.predict(signals, &pass.weights)).collect()
     }
 
-    /// Position that each run is expected to take after `pass`, which ran on `expected`.
+    /// Expected position of each run after `pass`, which ran on `expected`.
     pub fn expected_after(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let after = |(run, signals): (&AxisRun, Signals)| {
             let error = pass.features.predict(&signals, &pass.weights);
@@ -199,14 +200,14 @@ impl<'a> AxisDataset<'a> {
         self.runs.iter().zip(self.signals(&pass.features, expected)).map(after).collect()
     }
 
-    /// Position that each run is expected to take after `passes`, one after the other.
+    /// Expected position of each run after `passes` in order.
     pub fn expected_through(&self, passes: &[Pass]) -> Vec<Vec<f64>> {
         passes.iter().fold(self.references(), |expected, pass| self.expected_after(pass, &expected))
     }
 
     /// Every scored row as `(run, row)`.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.stretches.iter().flat_map(|s| s.rows.clone().map(move |row| (s.run, row)))
+        self.segments.iter().flat_map(|s| s.rows.clone().map(move |row| (s.run, row)))
     }
 
     /// Tracking error of each run.
@@ -214,19 +215,19 @@ impl<'a> AxisDataset<'a> {
         &self.errors
     }
 
-    /// Sum of `cost` over the rows that are fitted, fold by fold, with the number of each.
+    /// Sum of `cost` over the fitted rows and number of these rows, per fold.
     pub fn by_fold(&self, cost: impl Fn(usize, usize) -> f64) -> (Vec<f64>, Vec<usize>) {
         let mut sums = vec![0.0; self.folds];
         let mut samples = vec![0; self.folds];
-        for stretch in &self.stretches {
-            let rows = stretch.rows.start.next_multiple_of(self.stride)..stretch.rows.end;
-            sums[stretch.fold] += rows.clone().step_by(self.stride).map(|k| cost(stretch.run, k)).sum::<f64>();
-            samples[stretch.fold] += rows.len().div_ceil(self.stride);
+        for segment in &self.segments {
+            let rows = segment.rows.start.next_multiple_of(self.stride)..segment.rows.end;
+            sums[segment.fold] += rows.clone().step_by(self.stride).map(|k| cost(segment.run, k)).sum::<f64>();
+            samples[segment.fold] += rows.len().div_ceil(self.stride);
         }
         (sums, samples)
     }
 
-    /// What `pass` leaves of the tracking error of each run.
+    /// Residual of `pass` for each run: tracking error less prediction.
     pub fn left_by(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let predictions = self.predictions(pass, expected);
         self.errors
@@ -236,7 +237,8 @@ impl<'a> AxisDataset<'a> {
             .collect()
     }
 
-    /// Normal equations of `target` (one series a run) on the features and on `extra` columns (one list a column, one series a run).
+    /// Normal equations of `target` (one series per run) on the features and on `extra` columns
+    /// (one list per column, one series per run).
     pub fn grams(&self, features: &FeatureSet, signals: &[Signals], extra: &[Vec<Vec<f64>>], target: &[Vec<f64>]) -> FoldGrams {
         let fill = |run: usize, start: usize, mut columns: DMatrixViewMut<'_, f64>| {
             for (mut column, series) in columns.column_iter_mut().zip(extra) {
@@ -246,10 +248,11 @@ impl<'a> AxisDataset<'a> {
         self.grams_with(features, signals, (extra.len(), &fill), target)
     }
 
-    /// The same with so many columns that a function writes, a block at a time: it is told the run and the first row, and given these columns at the rows
-    /// that are fitted ([`Self::stride`] apart) and after them the target, which it may change.
+    /// As [`Self::grams`], with extra columns written by a function, block by block. It receives
+    /// the run, the first row, and these columns at the fitted rows ([`Self::stride`] apart),
+    /// followed by the target, which it may change.
     ///
-    /// Folds are gathered each on its own, so the sums do not depend on how many threads share them.
+    /// Each fold is collected separately, so that the sums do not depend on the number of threads.
     pub fn grams_with(
         &self,
         features: &FeatureSet,
@@ -261,15 +264,15 @@ impl<'a> AxisDataset<'a> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let gather = |fold: usize| -> Vec<Gram> {
             let mut gathered = vec![Gathered::new(columns); BANDS];
-            for stretch in self.stretches.iter().filter(|s| s.fold == fold) {
-                // Rows keep their distance across the stretches of a run.
-                let mut start = stretch.rows.start.next_multiple_of(self.stride);
-                while start < stretch.rows.end {
-                    let gathered = &mut gathered[stretch.band];
-                    let rows = (stretch.rows.end - start).div_ceil(self.stride).min(gathered.room());
-                    let mut block = features.block(&signals[stretch.run], start, rows, self.stride, extra + 1);
-                    self.thin(&target[stretch.run][start..], &mut block.column_mut(columns));
-                    fill(stretch.run, start, block.columns_mut(features.columns(), extra + 1));
+            for segment in self.segments.iter().filter(|s| s.fold == fold) {
+                // Rows keep their distance across the segments of a run.
+                let mut start = segment.rows.start.next_multiple_of(self.stride);
+                while start < segment.rows.end {
+                    let gathered = &mut gathered[segment.band];
+                    let rows = (segment.rows.end - start).div_ceil(self.stride).min(gathered.room());
+                    let mut block = features.block(&signals[segment.run], start, rows, self.stride, extra + 1);
+                    self.thin(&target[segment.run][start..], &mut block.column_mut(columns));
+                    fill(segment.run, start, block.columns_mut(features.columns(), extra + 1));
                     gathered.add(&block);
                     start += rows * self.stride;
                 }
@@ -295,16 +298,17 @@ impl<'a> AxisDataset<'a> {
     }
 }
 
-/// Shortest rest from which the start of a run is known, s.
-const REST_S: f64 = 0.02;
+/// Shortest standstill after which the start of a run is known, s.
+const STANDSTILL_S: f64 = 0.02;
 
-/// Where a table lies within the play when each run begins: the error at rest, which an integrator keeps off the motor. Known only where
-/// runs begin on either side by more than `least`; an error of one sign is an offset.
+/// Position of the table within the backlash at the start of each run: the tracking error at
+/// standstill, where an integrator holds the motor on its command. Known only if runs start on both
+/// sides by more than `least`; an error of one sign is an offset.
 fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
     let start = |(run, error): (&AxisRun, &Vec<f64>)| {
         let still = run.reference.iter().take_while(|x| **x == run.reference[0]).count();
-        let known =
-            still as f64 * run.period_s >= REST_S && run.rows.first().is_some_and(|rows| rows.start == 0 && rows.end >= still);
+        let known = still as f64 * run.period_s >= STANDSTILL_S
+            && run.rows.first().is_some_and(|rows| rows.start == 0 && rows.end >= still);
         if known { error[..still].iter().sum::<f64>() / still as f64 } else { 0.0 }
     };
     let starts: Vec<f64> = runs.iter().zip(errors).map(start).collect();
@@ -312,8 +316,8 @@ fn starts(runs: &[AxisRun], errors: &[Vec<f64>], least: f64) -> Vec<f64> {
     if on_either_side { starts } else { vec![0.0; runs.len()] }
 }
 
-/// Whole runs dealt out to folds, or contiguous blocks where there are too few runs for that.
-fn stretches(scored: &[Vec<Range<usize>>], folds: usize, by_run: bool) -> Vec<Stretch> {
+/// Assigns whole runs to folds, or contiguous blocks if there are too few runs.
+fn segments(scored: &[Vec<Range<usize>>], folds: usize, by_run: bool) -> Vec<Segment> {
     let total: usize = scored.iter().flatten().map(ExactSizeIterator::len).sum();
     let block = if by_run { usize::MAX } else { total.div_ceil(folds).max(1) };
     let mut out = Vec::new();
@@ -324,7 +328,7 @@ fn stretches(scored: &[Vec<Range<usize>>], folds: usize, by_run: bool) -> Vec<St
             let (length, fold) =
                 if by_run { (rows.end - start, run % folds) } else { (block - seen % block, (seen / block).min(folds - 1)) };
             let end = rows.end.min(start.saturating_add(length));
-            out.push(Stretch { run, rows: start..end, fold, band: 0 });
+            out.push(Segment { run, rows: start..end, fold, band: 0 });
             seen += end - start;
             start = end;
         }
@@ -332,21 +336,21 @@ fn stretches(scored: &[Vec<Range<usize>>], folds: usize, by_run: bool) -> Vec<St
     out
 }
 
-/// Cuts stretches where the axis all but stops, and sorts the pieces into bands of their top speed.
-fn by_speed(stretches: Vec<Stretch>, runs: &[AxisRun], slowest: f64) -> Vec<Stretch> {
-    let mut pieces: Vec<(f64, Stretch)> = Vec::new();
-    for stretch in stretches {
-        let reference = &runs[stretch.run].reference;
+/// Cuts segments where the axis nearly stops, and sorts the pieces into bands of their top speed.
+fn by_speed(segments: Vec<Segment>, runs: &[AxisRun], slowest: f64) -> Vec<Segment> {
+    let mut pieces: Vec<(f64, Segment)> = Vec::new();
+    for segment in segments {
+        let reference = &runs[segment.run].reference;
         let velocity = |k: usize| if k == 0 { 0.0 } else { reference[k] - reference[k - 1] };
-        let mut start = stretch.rows.start;
-        while start < stretch.rows.end {
-            // A piece is a rest or slow crossing, then the motion up to the next.
-            let moving = (start..stretch.rows.end).find(|&k| velocity(k).abs() > slowest);
-            let end = (moving.unwrap_or(stretch.rows.end)..stretch.rows.end)
+        let mut start = segment.rows.start;
+        while start < segment.rows.end {
+            // A piece is a standstill or slow crossing, then the motion up to the next.
+            let moving = (start..segment.rows.end).find(|&k| velocity(k).abs() > slowest);
+            let end = (moving.unwrap_or(segment.rows.end)..segment.rows.end)
                 .find(|&k| velocity(k).abs() <= slowest)
-                .unwrap_or(stretch.rows.end);
+                .unwrap_or(segment.rows.end);
             let top = (start..end).map(|k| velocity(k).abs()).fold(0.0, f64::max);
-            let piece = Stretch { rows: start..end, ..stretch.clone() };
+            let piece = Segment { rows: start..end, ..segment.clone() };
             pieces.push((top, piece));
             start = end;
         }
@@ -365,6 +369,6 @@ fn by_speed(stretches: Vec<Stretch>, runs: &[AxisRun], slowest: f64) -> Vec<Stre
     limits[BANDS - 1] = f64::INFINITY;
     pieces
         .into_iter()
-        .map(|(top, piece)| Stretch { band: limits.iter().position(|limit| top <= *limit).unwrap_or(BANDS - 1), ..piece })
+        .map(|(top, piece)| Segment { band: limits.iter().position(|limit| top <= *limit).unwrap_or(BANDS - 1), ..piece })
         .collect()
 }

@@ -1,56 +1,57 @@
-//! The columns of position lines.
+//! The columns of position harmonics.
 
 use models::staged::{FeatureGroup, FeatureSet, Fir, LagBasis, MotionFactor, Pass, Regressor};
 use nalgebra::DMatrix;
 
 use super::operators::every;
 
-/// A line and the ways in which it acts.
+/// A harmonic and its effects.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct Harmonic {
     /// Spatial frequency, 1/unit.
     pub frequency: f64,
-    /// As a wave of the friction level: operators times cosine and sine.
+    /// Modulation of the friction level: operators times cosine and sine.
     pub friction: bool,
-    /// As a force: cosine and sine.
+    /// Additive force: cosine and sine.
     pub force: bool,
-    /// As a gain of the drive: acceleration and one operator times cosine and sine, on many lags.
+    /// Modulation of the drive's gain: acceleration and one operator times cosine and sine, on many
+    /// lags.
     pub gain: bool,
 }
 
-/// What the columns of lines are made of.
+/// Settings of the columns of harmonics.
 #[derive(Debug, Clone)]
-pub struct WaveBasis {
-    /// Responses through which the operators times a wave act.
+pub struct HarmonicBasis {
+    /// Responses through which the products of operators and harmonics act.
     pub filters: LagBasis,
     /// Knots of the operators' responses, samples.
     pub knots: Vec<isize>,
-    /// Operators that are multiplied by the waves.
+    /// Operators that are multiplied by the harmonics.
     pub stops: Vec<usize>,
-    /// Frequency above which a line is a matter of the motor, 1/unit.
+    /// Frequency above which a harmonic belongs to the motor, 1/unit.
     pub fine_above: f64,
 }
 
-impl WaveBasis {
-    /// The groups of columns of the given lines; channels refer to them by their place in the list.
-    pub fn groups(&self, lines: &[Line]) -> Vec<FeatureGroup> {
-        let select = |wanted: &dyn Fn(&Line) -> bool, carriers: &[MotionFactor]| -> Vec<Regressor> {
-            lines
+impl HarmonicBasis {
+    /// The groups of columns of the given harmonics. Regressors refer to them by index.
+    pub fn groups(&self, harmonics: &[Harmonic]) -> Vec<FeatureGroup> {
+        let select = |wanted: &dyn Fn(&Harmonic) -> bool, factors: &[MotionFactor]| -> Vec<Regressor> {
+            harmonics
                 .iter()
                 .enumerate()
-                .filter(|(_, line)| wanted(line))
-                .flat_map(|(i, _)| carriers.iter().flat_map(move |&c| Regressor::on_line(c, i)))
+                .filter(|(_, harmonic)| wanted(harmonic))
+                .flat_map(|(i, _)| factors.iter().flat_map(move |&c| Regressor::on_harmonic(c, i)))
                 .collect()
         };
-        let fine = |line: &Line| line.frequency > self.fine_above;
+        let fine = |harmonic: &Harmonic| harmonic.frequency > self.fine_above;
         let stops: Vec<MotionFactor> = self.stops.iter().map(|&i| MotionFactor::Stop(i)).collect();
         let gains: Vec<MotionFactor> =
             self.stops.get(1).map(|&i| MotionFactor::Stop(i)).into_iter().chain([MotionFactor::VelocityStep]).collect();
         [
-            (self.filters.clone(), select(&|line| line.friction, &stops)),
-            (LagBasis::hats(&every(&self.knots, 3)), select(&|line| line.force && !fine(line), &[MotionFactor::One])),
-            (LagBasis::hats(&self.knots), select(&|line| line.force && fine(line), &[MotionFactor::One])),
-            (LagBasis::hats(&every(&self.knots, 2)), select(&|line| line.gain, &gains)),
+            (self.filters.clone(), select(&|harmonic| harmonic.friction, &stops)),
+            (LagBasis::hats(&every(&self.knots, 3)), select(&|harmonic| harmonic.force && !fine(harmonic), &[MotionFactor::One])),
+            (LagBasis::hats(&self.knots), select(&|harmonic| harmonic.force && fine(harmonic), &[MotionFactor::One])),
+            (LagBasis::hats(&every(&self.knots, 2)), select(&|harmonic| harmonic.gain, &gains)),
         ]
         .into_iter()
         .filter(|(_, channels)| !channels.is_empty())
@@ -58,27 +59,28 @@ impl WaveBasis {
         .collect()
     }
 
-    /// `base` with the columns of `lines` after its own.
-    pub fn features(&self, base: &FeatureSet, lines: &[Line]) -> FeatureSet {
+    /// `base` followed by the columns of `harmonics`.
+    pub fn features(&self, base: &FeatureSet, harmonics: &[Harmonic]) -> FeatureSet {
         let mut features = base.clone();
-        features.scales.lines = lines.iter().map(|line| line.frequency).collect();
-        features.groups.extend(self.groups(lines));
+        features.scales.lines = harmonics.iter().map(|harmonic| harmonic.frequency).collect();
+        features.groups.extend(self.groups(harmonics));
         features
     }
 }
 
-/// The operators' responses boiled down to `count`: the leading right singular vectors of the table of responses.
+/// The operators' responses reduced to `count`: the leading right singular vectors of the table of
+/// responses.
 pub fn leading_filters(pass: &Pass, count: usize) -> Option<LagBasis> {
     let mut taken = 0;
     let mut rows: Vec<Fir> = Vec::new();
     for group in &pass.features.groups {
         let responses = group.basis.len();
-        for channel in &group.channels {
+        for regressor in &group.channels {
             let friction = matches!(
-                channel.motion,
+                regressor.motion,
                 MotionFactor::Stop(_) | MotionFactor::StopLessSign(_) | MotionFactor::SaturatedViscous(_)
             );
-            if friction && channel.line().is_none() {
+            if friction && regressor.harmonic().is_none() {
                 rows.push(group.basis.combine(&pass.weights[taken..taken + responses]));
             }
             taken += responses;
@@ -92,17 +94,17 @@ pub fn leading_filters(pass: &Pass, count: usize) -> Option<LagBasis> {
     Some(LagBasis::new(filters))
 }
 
-/// The part of a pass that follows one line.
-pub fn part_on_line(pass: &Pass, line: usize) -> Pass {
+/// The part of a pass that belongs to one harmonic.
+pub fn part_on_harmonic(pass: &Pass, harmonic: usize) -> Pass {
     let mut taken = 0;
     let mut groups = Vec::new();
     let mut weights = Vec::new();
     for group in &pass.features.groups {
         let responses = group.basis.len();
         let mut channels = Vec::new();
-        for &channel in &group.channels {
-            if channel.line() == Some(line) {
-                channels.push(channel);
+        for &regressor in &group.channels {
+            if regressor.harmonic() == Some(harmonic) {
+                channels.push(regressor);
                 weights.extend_from_slice(&pass.weights[taken..taken + responses]);
             }
             taken += responses;
