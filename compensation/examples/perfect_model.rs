@@ -1,4 +1,5 @@
-//! The law alone: learning on the noise-free machine itself, then one run on the machine, for machines drawn at random. A development bench.
+//! A development benchmark of the law alone: iterations on the noise-free machine, then one run on
+//! the machine, for random machines.
 //!
 //! `cargo run --release -p precomp-compensation --example perfect_model -- 1 12`
 

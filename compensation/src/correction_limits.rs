@@ -1,4 +1,4 @@
-//! What keeps a learned reference safe: standstill, largest shift, the axes' limits.
+//! Limits of a learned reference: standstill, largest shift, limits of the axes.
 
 use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, SHARE, Trajectory};
 use rayon::prelude::*;
@@ -8,17 +8,20 @@ use crate::{CompensationError, LowPass};
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionLimits {
-    /// Largest correction of the linear axes together, mm: the length of the vector. On a machine that turns tool or workpiece, of the tool tip in
-    /// the workpiece frame.
+    /// Largest correction of the linear axes, mm: length of the vector. On a machine that rotates
+    /// tool or workpiece: of the tool tip in the workpiece frame.
     pub max_shift: f64,
-    /// Largest correction of the tool's direction, rad, on a machine that turns it; of a rotary axis on a machine that does not.
+    /// Largest correction of the tool's direction, rad, on a machine that rotates it; of a rotary
+    /// axis on other machines.
     pub max_rotation_rad: f64,
-    /// The machine's limits; the corrected reference exceeds speeds and accelerations by no more than [`CorrectionLimits::OVERSHOOT`].
+    /// Limits of the machine. The corrected reference exceeds speeds and accelerations by no more
+    /// than [`CorrectionLimits::OVERSHOOT`].
     pub limits: Option<Limits>,
-    /// The correction may move this long before a motion begins and after it ends, s; in between it stands still. Long enough to end a
-    /// motion well, too short to carry an axis beyond its stop and back.
+    /// Duration of the correction before a motion begins and after it ends, s; at standstill it is
+    /// constant between. Long enough for a good end of the motion, too short to move an axis beyond
+    /// its stop and back.
     pub settle_s: f64,
-    /// Share of the correction to keep at every sample, in `[0, 1]`; empty keeps all.
+    /// Taper: share of the correction to keep at every sample, in `[0, 1]`; empty keeps all.
     pub weights: Vec<f64>,
 }
 
@@ -35,21 +38,21 @@ impl Default for CorrectionLimits {
 }
 
 impl CorrectionLimits {
-    /// Factors by which a corrected reference may exceed the speeds and accelerations that the desired path was planned to: a path at
-    /// its limits could not be corrected at all otherwise. What a corner needs lasts milliseconds and stays well within what a
-    /// planner's limits keep in hand.
+    /// Factors by which a corrected reference may exceed the speeds and accelerations of the
+    /// desired path's plan; otherwise a path at its limits could not be corrected at all. A corner
+    /// needs the excess for milliseconds, well within the reserve of a planner's limits.
     pub const OVERSHOOT: [f64; 2] = [1.1, 1.5];
 
-    /// Default of [`CorrectionLimits::max_rotation_rad`], degrees: at a 20 mm deep cut it moves the tool's end by 0.17 mm, as much as the default
-    /// `max_shift` does.
+    /// Default of [`CorrectionLimits::max_rotation_rad`], degrees: at a 20 mm deep cut it moves the
+    /// tool's end by 0.17 mm, as much as the default of `max_shift`.
     pub const MAX_ROTATION_DEG: f64 = 0.5;
 
-    /// `reference` with its correction against `desired` bounded.
+    /// Limits the correction of `reference` against `desired`.
     ///
-    /// Where the machine turns tool or workpiece its axes belong together: what one of them may not take, none takes.
+    /// If the machine rotates tool or workpiece, its axes are limited together.
     ///
     /// # Errors
-    /// When the two do not match, or a bound is negative or not finite.
+    /// When the two do not match, or a limit is negative or not finite.
     pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
         for (name, value) in [("largest shift, mm,", self.max_shift), ("largest turn, rad,", self.max_rotation_rad)] {
             if !(value.is_finite() && value >= 0.0) {
@@ -58,45 +61,49 @@ impl CorrectionLimits {
         }
         let path = desired.trajectory();
         path.check_matches(reference)?;
-        let turns = desired.kinematics().has_rotary_axes();
+        let has_rotary_axes = desired.kinematics().has_rotary_axes();
         let mut corrections = path.columns().iter().zip(reference.columns());
         let mut corrections: Vec<Vec<f64>> =
             corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
-        if turns {
+        if has_rotary_axes {
             self.bound_poses(desired, &mut corrections);
         } else {
             self.bound_axes(path, &mut corrections);
         }
         let settle = samples(self.settle_s, path.period_s());
-        let together = turns.then(|| common(path.columns().iter().map(|target| rests(target, settle))));
-        let fade = samples(FADE_S, path.period_s());
+        let together = has_rotary_axes.then(|| common(path.columns().iter().map(|target| standstills(target, settle))));
+        let taper = samples(TAPER_S, path.period_s());
         for (correction, target) in corrections.iter_mut().zip(path.columns()) {
             match &together {
-                Some(rests) => hold(correction, rests, fade),
-                None => hold(correction, &rests(target, settle), fade),
+                Some(standstills) => hold(correction, standstills, taper),
+                None => hold(correction, &standstills(target, settle), taper),
             }
             correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
         }
-        if !turns {
-            // At rest an axis holds a mean of other samples than the axes that move.
+        if !has_rotary_axes {
+            // At standstill an axis holds a mean over other samples than the moving axes.
             self.bound_axes(path, &mut corrections);
         }
         if let Some(limits) = &self.limits {
-            let axes =
-                if turns { vec![(0..corrections.len()).collect()] } else { (0..corrections.len()).map(|i| vec![i]).collect() };
+            let axes = if has_rotary_axes {
+                vec![(0..corrections.len()).collect()]
+            } else {
+                (0..corrections.len()).map(|i| vec![i]).collect()
+            };
             for group in axes {
                 smooth_where_too_fast(&mut corrections, path, &group, &limits.axes)?;
-                fade_where_too_fast(&mut corrections, path, &group, &limits.axes);
+                scale_where_too_fast(&mut corrections, path, &group, &limits.axes);
             }
         }
-        if turns {
+        if has_rotary_axes {
             hold_travel(&mut corrections, desired);
         }
         let columns = corrections.iter().zip(path.columns());
         Ok(path.with_columns(columns.map(|(c, d)| c.iter().zip(d).map(|(c, d)| c + d).collect()).collect())?)
     }
 
-    /// Scales the correction of the linear axes where their vector is too long, and clamps that of rotary axes.
+    /// Scales the correction of the linear axes where their vector is too long, and clamps that of
+    /// rotary axes.
     fn bound_axes(&self, path: &Trajectory, corrections: &mut [Vec<f64>]) {
         let (mut linear, mut rotary): (Vec<_>, Vec<_>) =
             corrections.iter_mut().zip(path.axes()).partition(|(_, axis)| axis.kind == AxisKind::Linear);
@@ -112,7 +119,7 @@ impl CorrectionLimits {
         }
     }
 
-    /// Scales the correction of all axes where tip or tool would be moved too far.
+    /// Scales the correction of all axes where the shift of tip or tool is too large.
     fn bound_poses(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) {
         let path = desired.trajectory();
         let so_far: &[Vec<f64>] = corrections;
@@ -130,7 +137,7 @@ impl CorrectionLimits {
     }
 }
 
-/// No axis leaves its travel for a correction.
+/// Limits corrections to the travel of the axes.
 fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {
     for (axis, (correction, target)) in corrections.iter_mut().zip(desired.trajectory().columns()).enumerate() {
         if let Some([low, high]) = desired.kinematics().travel(axis) {
@@ -141,7 +148,7 @@ fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {
     }
 }
 
-/// Stretches that lie within one of every list.
+/// Intersection of lists of segments.
 fn common(mut lists: impl Iterator<Item = Vec<(usize, usize)>>) -> Vec<(usize, usize)> {
     let Some(first) = lists.next() else { return Vec::new() };
     lists.fold(first, |all, list| {
@@ -156,13 +163,14 @@ fn common(mut lists: impl Iterator<Item = Vec<(usize, usize)>>) -> Vec<(usize, u
     })
 }
 
-/// Stretches `(first, last)` in which an axis of the desired path stands still, shortened by `settle` samples on the sides where it moves.
+/// Standstills `(first, last)` of an axis of the desired path, shortened by `settle` samples on the
+/// sides where it moves.
 ///
-/// Axis by axis: in a planar cut the third axis is not to move at all.
-fn rests(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
+/// Axes are independent: in a planar cut the third axis never moves.
+fn standstills(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
     let n = path.len();
     let still = |k: usize| path[k] == path[k - 1];
-    let mut rests = Vec::new();
+    let mut standstills = Vec::new();
     let mut k = 1;
     while k < n {
         let first = k - 1;
@@ -173,25 +181,28 @@ fn rests(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
         let from = if first == 0 { 0 } else { first + settle };
         let to = if last + 1 == n { last } else { last.saturating_sub(settle) };
         if last > first && to > from {
-            rests.push((from, to));
+            standstills.push((from, to));
         }
         k += 1;
     }
-    rests
+    standstills
 }
 
-/// Holds the correction in every rest at what the law says of it on average, before the first motion at zero.
+/// Holds the correction in every standstill at the mean of the law's correction, before the first
+/// motion at zero.
 ///
-/// What an axis keeps of an error at a standstill is constant: a table behind backlash stays where it was left, and with a sensor on the
-/// motor the servo's integrator leaves nothing. A law that moved the command there would only learn noise and wind up.
-fn hold(correction: &mut [f64], rests: &[(usize, usize)], fade: usize) {
-    for &(first, last) in rests {
-        // Each end keeps what the law says there and leaves it within the fade, unless no motion lies beyond it.
+/// The error of an axis at a standstill is constant: a table behind backlash keeps its position,
+/// and with a sensor on the motor the servo's integrator leaves no error. A law that moved the
+/// command there would only learn noise and wind up.
+fn hold(correction: &mut [f64], standstills: &[(usize, usize)], taper: usize) {
+    for &(first, last) in standstills {
+        // Each end starts at the law's correction and reaches the mean within the taper, unless no
+        // motion follows.
         let (leaving, coming) = (correction[first], correction[last]);
         let level = if first > 0 { mean(&correction[first..=last]) } else { 0.0 };
         correction[first..=last].fill(level);
-        let share = |i: usize| 0.5 + 0.5 * (std::f64::consts::PI * i as f64 / fade as f64).cos();
-        for i in 0..fade.min(last + 1 - first) {
+        let share = |i: usize| 0.5 + 0.5 * (std::f64::consts::PI * i as f64 / taper as f64).cos();
+        for i in 0..taper.min(last + 1 - first) {
             if first > 0 {
                 correction[first + i] += (leaving - level) * share(i);
             }
@@ -206,27 +217,30 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Time over which a correction is taken back, s.
-const FADE_S: f64 = 0.02;
-/// Half the time over which a correction is scaled down around a place where it is too fast, s.
+/// Duration over which a correction is taken back, s.
+const TAPER_S: f64 = 0.02;
+/// Half of the window in which a correction is scaled down around a position where it is too fast,
+/// s.
 const WINDOW_S: f64 = 0.05;
-/// Rounds in which it is scaled down by two thirds there, and in which it is taken away.
-const ROUNDS: [usize; 2] = [20, 20];
+/// Iterations that scale it down to 0.3 there, and iterations that remove it.
+const SCALINGS: [usize; 2] = [20, 20];
 
 fn samples(seconds: f64, period_s: f64) -> usize {
     (seconds / period_s).round().max(1.0) as usize
 }
 
-/// Rounds in which the correction is smoothed around places where it is too fast, before it is scaled down there; the cut-off of the first, Hz, and the factor
-/// from one to the next: the last one is below 5 Hz.
+/// Iterations that smooth the correction around positions where it is too fast, before it is scaled
+/// down there; cut-off of the first, Hz, and ratio of successive cut-offs. The last one is below 5
+/// Hz.
 const SMOOTHINGS: usize = 12;
 const SMOOTHING_HZ: f64 = 60.0;
 const SMOOTHER: f64 = 0.8;
 
-/// Takes what is too fast out of the corrections of the axes of `group` around samples at which one of them would exceed its limits; what is slow stays.
+/// Low-passes the corrections of the axes of `group` around samples at which one of them would
+/// exceed its limits.
 ///
 /// # Errors
-/// Those of [`LowPass::new`], which the cut-offs here do not meet.
+/// Those of [`LowPass::new`], which the cut-offs here do not cause.
 fn smooth_where_too_fast(
     corrections: &mut [Vec<f64>],
     path: &Trajectory,
@@ -235,7 +249,7 @@ fn smooth_where_too_fast(
 ) -> Result<(), CompensationError> {
     let half_width = samples(WINDOW_S, path.period_s());
     let n = path.len();
-    for round in 0..SMOOTHINGS {
+    for iteration in 0..SMOOTHINGS {
         let mut smoothed = vec![0.0_f64; n];
         let mut exceeded = false;
         for axis in group {
@@ -249,7 +263,7 @@ fn smooth_where_too_fast(
                 }
             }
         }
-        let filter = LowPass::new(SMOOTHING_HZ * SMOOTHER.powi(round as i32), path.period_s())?;
+        let filter = LowPass::new(SMOOTHING_HZ * SMOOTHER.powi(iteration as i32), path.period_s())?;
         let (true, Some(filter)) = (exceeded, filter) else { return Ok(()) };
         for axis in group {
             let slow = filter.zero_phase(&corrections[*axis]);
@@ -261,12 +275,12 @@ fn smooth_where_too_fast(
 }
 
 /// Scales the corrections of the axes of `group` down around samples at which one of them would exceed its limits.
-fn fade_where_too_fast(corrections: &mut [Vec<f64>], path: &Trajectory, group: &[usize], limits: &[AxisLimits]) {
+fn scale_where_too_fast(corrections: &mut [Vec<f64>], path: &Trajectory, group: &[usize], limits: &[AxisLimits]) {
     let half_width = samples(WINDOW_S, path.period_s());
     let n = path.len();
-    for round in 0..ROUNDS[0] + ROUNDS[1] {
-        // A raised cosine: from 1 at the window's ends down to what is kept at the place.
-        let kept = if round < ROUNDS[0] { 0.3 } else { 0.0 };
+    for iteration in 0..SCALINGS[0] + SCALINGS[1] {
+        // A raised cosine: 1 at the ends of the window, `kept` at its centre.
+        let kept = if iteration < SCALINGS[0] { 0.3 } else { 0.0 };
         let mut scale = vec![1.0_f64; n];
         let mut exceeded = false;
         for axis in group {
@@ -287,13 +301,13 @@ fn fade_where_too_fast(corrections: &mut [Vec<f64>], path: &Trajectory, group: &
             corrections[*axis].iter_mut().zip(&scale).for_each(|(c, s)| *c *= s);
         }
     }
-    // Still too fast: no correction is better than a wild one.
+    // Still too fast: remove the correction.
     for axis in group {
         corrections[*axis].fill(0.0);
     }
 }
 
-/// Samples at which the corrected axis exceeds its limits by more than its path does anyway.
+/// Samples at which the corrected axis exceeds its limits by more than its path does.
 fn too_fast<'a>(
     correction: &'a [f64],
     desired: &'a [f64],
@@ -326,7 +340,7 @@ mod tests {
         DesiredPath::new(trajectory, Arc::new(Cartesian::new(axes))).unwrap()
     }
 
-    /// Rest, a move of 1 mm in 0.4 s, rest, and back.
+    /// Standstill, a move of 1 mm in 0.4 s, standstill, and back.
     fn there_and_back() -> DesiredPath {
         let ramp = |k: usize| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / 200.0).cos();
         let mut positions = vec![0.0; 100];
@@ -352,7 +366,7 @@ mod tests {
         let wild = shifted(&path, |k| 0.01 * (k as f64 * 0.05).sin());
         let held = correction(&path, &CorrectionLimits::default().apply(&path, &wild).unwrap());
         assert!(held[..79].iter().all(|c| *c == 0.0));
-        // What the law says of the rest on average stays; only its ends follow the law.
+        // At standstill the mean correction of the law remains; only its ends follow the law.
         let level = held[400];
         assert!(held[320..=480].iter().all(|c| (c - level).abs() < 1e-15) && level.abs() < 0.003, "{level}");
         assert!(held[305] != level && held[310] != level && held[492] != level);
@@ -372,12 +386,12 @@ mod tests {
         #[test]
         fn no_vector_of_shifts_is_longer_than_the_bound(
             shift in prop::collection::vec(prop::array::uniform3(-0.3..0.3), 60),
-            rest in 0..3_usize,
+            standstill in 0..3_usize,
             max_shift in 0.01..0.2,
         ) {
-            // Three axes; one of them rests, so that it holds a mean while the others move.
+            // Three axes, one of them at standstill: it holds a mean while the others move.
             let axes = ["x", "y", "z"].map(Axis::named).to_vec();
-            let column = |axis: usize| (0..60).map(|k| if axis == rest { 0.0 } else { 0.05 * f64::from(k) }).collect();
+            let column = |axis: usize| (0..60).map(|k| if axis == standstill { 0.0 } else { 0.05 * f64::from(k) }).collect();
             let path = Trajectory::new(0.002, axes.clone(), vec![column(0), column(1), column(2)]).unwrap();
             let desired = DesiredPath::new(path.clone(), Arc::new(Cartesian::new(axes))).unwrap();
             let moved = |axis: usize| path.columns()[axis].iter().zip(&shift).map(|(d, s)| d + s[axis]).collect();
@@ -411,7 +425,7 @@ mod tests {
             let a = (x[k] - 2.0 * x[k - 1] + x[k - 2]) / 4e-6;
             assert!(a.abs() <= 150.0 + 1e-3, "{a} at {k}");
         }
-        // A gentle correction is left alone.
+        // A slow correction remains unchanged.
         let gentle = shifted(&path, |k| 0.001 * (k as f64 * 0.01).sin());
         let kept = correction(&path, &guard.apply(&path, &gentle).unwrap());
         assert!((kept[200] - 0.001 * 2.0_f64.sin()).abs() < 1e-9);

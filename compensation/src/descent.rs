@@ -1,4 +1,4 @@
-//! Learning on a model with a trust region: only what the forecast says is better is kept.
+//! Learning on a model with a trust region: a step is kept only if the predicted cost falls.
 
 use machine::Machine;
 use motion::contour::{ContourEstimator, Exact};
@@ -11,9 +11,9 @@ use crate::{CompensationError, CompensationLaw, CorrectionLimits, Iteration, Low
 /// Why a descent ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
-    /// The forecast came within the floor that was asked for.
+    /// The predicted cost is within the requested floor.
     AtFloor,
-    /// No step improves the forecast any more.
+    /// No step lowers the predicted cost any more.
     AtOptimum,
     /// All runs were used.
     AtRuns,
@@ -32,41 +32,44 @@ impl std::fmt::Display for Ended {
 /// Settings of a descent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Descent {
-    /// Runs of the model after which no further step begins, the first run included: the last step may take two.
+    /// Runs of the model after which no further step begins, including the first run. The last step
+    /// may take two runs.
     pub runs: usize,
-    /// Measure at which nothing is gained by going on: what the model itself is uncertain by.
+    /// Cost below which further steps gain nothing: the uncertainty of the model.
     pub floor: f64,
-    /// Damping of the first step, and the least.
+    /// Damping of the first step, and its minimum.
     pub damping: [f64; 2],
 }
 
 impl Default for Descent {
-    /// Twelve runs; the first step leaves alone what the machine answers to by less than a sixth, the last ones by less than a thirtieth.
+    /// Twelve runs. The first step ignores frequencies where the response of the machine is below
+    /// one sixth, the last ones below one thirtieth.
     fn default() -> Self {
         Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3] }
     }
 }
 
-/// Factor on the damping after a step that improved, and after one that did not.
+/// Factor on the damping after a successful step, and after an unsuccessful one.
 const EASE: f64 = 0.3;
 const TIGHTEN: f64 = 6.0;
-/// Improvement of the measure, as a share, that makes a step one.
+/// Minimum improvement of the cost, as a share, of a successful step.
 const WORTH: f64 = 0.01;
-/// Steps in a row that may bring nothing: the second is damped more.
+/// Number of successive unsuccessful steps before the end; the second has more damping.
 const PATIENCE: usize = 2;
 
-/// Runs the law's steps on `machine` from the run `start`: every run, that one included, rejected ones too, in order. A step starts from the best run so
-/// far. Where a part of the path has become worse by it, a further run keeps the step elsewhere only; where neither run is better, the next step is damped
-/// more.
+/// Runs the steps of the law on `machine` from the run `start`. Returns all runs in order,
+/// including `start` and rejected ones. A step starts from the best run so far. If a part of the
+/// path becomes worse, a further run keeps the step on the other parts only. If neither run is
+/// better, the next step has more damping.
 ///
 /// # Errors
-/// When the machine refuses a reference, or the law does not fit it.
+/// When the machine refuses a reference, or the law does not match it.
 pub fn descend(
     machine: &mut dyn Machine,
     law: &mut ContourOptimal,
     desired: &DesiredPath,
     start: Iteration,
-    guard: &CorrectionLimits,
+    limits: &CorrectionLimits,
     settings: &Descent,
     measure: &mut dyn FnMut(&DesiredPath, &Trajectory) -> f64,
 ) -> Result<(Vec<Iteration>, Ended), CompensationError> {
@@ -75,23 +78,24 @@ pub fn descend(
         let measure = measure(desired, &actual);
         Ok(Iteration { reference, actual, measure })
     };
-    let mut rounds = vec![start];
+    let mut iterations = vec![start];
     let (mut best, mut damping, mut failures) = (0, settings.damping[0], 0);
-    while rounds.len() < settings.runs {
-        if rounds[best].measure <= settings.floor {
-            return Ok((rounds, Ended::AtFloor));
+    while iterations.len() < settings.runs {
+        if iterations[best].measure <= settings.floor {
+            return Ok((iterations, Ended::AtFloor));
         }
         law.damp(damping)?;
-        let next = law.update(desired, &rounds[best].reference, &rounds[best].actual)?;
-        let next = run(guard.apply(desired, &next)?)?;
-        let before = rounds[best].measure;
-        let mixed = kept_where_better(desired, &rounds[best], &next, law.reach())?;
-        rounds.push(next);
+        let next = law.update(desired, &iterations[best].reference, &iterations[best].actual)?;
+        let next = run(limits.apply(desired, &next)?)?;
+        let before = iterations[best].measure;
+        let mixed = kept_where_better(desired, &iterations[best], &next, law.reach())?;
+        iterations.push(next);
         if let Some(mixed) = mixed {
-            rounds.push(run(guard.apply(desired, &mixed)?)?);
+            iterations.push(run(limits.apply(desired, &mixed)?)?);
         }
-        let latest = (best + 1..rounds.len()).min_by(|a, b| rounds[*a].measure.total_cmp(&rounds[*b].measure)).unwrap_or(best);
-        let reached = rounds[latest].measure;
+        let latest =
+            (best + 1..iterations.len()).min_by(|a, b| iterations[*a].measure.total_cmp(&iterations[*b].measure)).unwrap_or(best);
+        let reached = iterations[latest].measure;
         let worth = reached < (1.0 - WORTH) * before;
         if reached < before {
             best = latest;
@@ -99,17 +103,18 @@ pub fn descend(
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
         if failures >= PATIENCE {
-            return Ok((rounds, Ended::AtOptimum));
+            return Ok((iterations, Ended::AtOptimum));
         }
     }
-    Ok((rounds, Ended::AtRuns))
+    Ok((iterations, Ended::AtRuns))
 }
 
-/// Share of a step that has to be in doubt for a run of what is left of it.
+/// Minimum rejected share of a step for a run with the remaining step.
 const IN_DOUBT: f64 = 0.02;
 
-/// The reference of `best` with the share of the step to `next` that each sample's surroundings within `reach` samples speak for: `o² / (o² + n²)` of the
-/// mean squares `o` and `n` of the contour error before and after. `None` where next to all of the step stays.
+/// The reference of `best` plus a share of the step to `next` at each sample, from the samples
+/// within `reach`: `o² / (o² + n²)` with the mean squares `o` and `n` of the contour error before
+/// and after. `None` if nearly all of the step remains.
 fn kept_where_better(
     desired: &DesiredPath,
     best: &Iteration,
@@ -149,38 +154,41 @@ fn around(values: &[f64], reach: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// Settings of the spatial law's ladder.
+/// Settings of the cut-off candidates of the spatial law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutOffCandidates {
-    /// Time in which a turn hands over to the tracking error, s; `None` where a control plans the time anew.
+    /// Duration around a turn in which the tracking error replaces the contour error, s; `None` if
+    /// the control replans the time.
     pub turn_s: Option<f64>,
-    /// Most updates with one cut-off.
+    /// Maximum number of updates with one cut-off.
     pub updates: usize,
-    /// Most cut-offs.
+    /// Maximum number of cut-offs.
     pub cut_offs: usize,
 }
 
-/// Gain of the spatial law: below 1, so that a model whose static gain is a little above it still converges.
+/// Gain of the spatial law: below 1, so that a model whose static gain is a little above 1 still
+/// converges.
 const SPATIAL_GAIN: f64 = 0.9;
-/// First cut-off of the ladder as a share of the Nyquist frequency, and the factor from one to the next.
+/// First cut-off as a share of the Nyquist frequency, and ratio of successive cut-offs.
 const FIRST_CUT_OFF: f64 = 0.4;
 const NEXT_CUT_OFF: f64 = 0.4;
 
-/// The spatial law on `machine`, with a ladder of cut-offs from near the Nyquist frequency downwards: every run, in order, the uncompensated one first. A lower
-/// cut-off is tried while it makes a better forecast than the one above it; where the highest gains nothing, on to the first that does.
+/// The spatial law on `machine` with decreasing cut-offs from near the Nyquist frequency. Returns
+/// all runs in order, the uncompensated one first. Lower cut-offs are tried while the predicted
+/// cost falls; if the highest gains nothing, down to the first that does.
 ///
 /// # Errors
 /// When the machine refuses a reference, or a moved pose cannot be reached.
 pub fn spatial_candidates(
     machine: &mut dyn Machine,
     desired: &DesiredPath,
-    guard: &CorrectionLimits,
+    limits: &CorrectionLimits,
     settings: &CutOffCandidates,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Vec<Iteration>, CompensationError> {
     let period_s = desired.trajectory().period_s();
     let mut cut_off_hz = FIRST_CUT_OFF * 0.5 / period_s;
-    let mut rounds: Vec<Iteration> = Vec::new();
+    let mut iterations: Vec<Iteration> = Vec::new();
     let mut best = f64::INFINITY;
     for _ in 0..settings.cut_offs {
         let law = SpatialIlc::new(Gain::Constant(SPATIAL_GAIN), LowPass::new(cut_off_hz, period_s)?)?;
@@ -188,19 +196,19 @@ pub fn spatial_candidates(
         let mut law = if let Some(turn_s) = settings.turn_s { law.with_tracking_in_turns(turn_s) } else { law };
         let stop = StopRule::while_better(settings.updates, WORTH);
         // The uncompensated run is the same for every cut-off.
-        let first = rounds.first().cloned();
-        let learned = learn_from(machine, &mut law, desired, first, None, guard, &stop, measure)?.iterations;
+        let first = iterations.first().cloned();
+        let learned = learn_from(machine, &mut law, desired, first, None, limits, &stop, measure)?.iterations;
         let uncompensated = learned[0].measure;
-        let reached = learned.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
-        let skip = usize::from(!rounds.is_empty());
-        rounds.extend(learned.into_iter().skip(skip));
+        let reached = learned.iter().map(|iteration| iteration.measure).fold(f64::INFINITY, f64::min);
+        let skip = usize::from(!iterations.is_empty());
+        iterations.extend(learned.into_iter().skip(skip));
         if reached > best && best < (1.0 - WORTH) * uncompensated {
             break;
         }
         best = best.min(reached);
         cut_off_hz *= NEXT_CUT_OFF;
     }
-    Ok(rounds)
+    Ok(iterations)
 }
 
 #[cfg(test)]
@@ -230,7 +238,8 @@ mod tests {
         }
     }
 
-    /// Circles of 5 mm at up to 40 mm/s, from and to rest; a lag of 20 ms takes up to 0.06 mm off their radius.
+    /// Circles of 5 mm at up to 40 mm/s, from and to a standstill; a lag of 20 ms reduces their
+    /// radius by up to 0.06 mm.
     fn circles() -> DesiredPath {
         let angle = |k: usize| {
             let (t, end) = (k as f64 * 0.002, 4.0);
@@ -255,19 +264,19 @@ mod tests {
     #[test]
     fn a_slow_servo_is_learned_and_no_step_is_kept_that_is_worse() {
         let path = circles();
-        let (guard, mut machine) = (CorrectionLimits { settle_s: 0.05, ..CorrectionLimits::default() }, Slow);
-        let ladder = CutOffCandidates { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
-        let rounds = spatial_candidates(&mut machine, &path, &guard, &ladder, &mut off).unwrap();
-        let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap().clone();
-        assert!(best.measure < 0.1 * rounds[0].measure, "{} of {}", best.measure, rounds[0].measure);
+        let (limits, mut machine) = (CorrectionLimits { settle_s: 0.05, ..CorrectionLimits::default() }, Slow);
+        let settings = CutOffCandidates { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
+        let iterations = spatial_candidates(&mut machine, &path, &limits, &settings, &mut off).unwrap();
+        let best = iterations.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap().clone();
+        assert!(best.measure < 0.1 * iterations[0].measure, "{} of {}", best.measure, iterations[0].measure);
         let responses = ImpulseResponse::probe_model(&mut machine, path.trajectory(), 0.4).unwrap();
         assert!((responses[0].delay_samples() - 9.0).abs() < 0.5, "{}", responses[0].delay_samples());
         assert!((responses[0].static_gain() - 1.0).abs() < 0.02, "{}", responses[0].static_gain());
         let mut law = ContourOptimal::new(responses, 0.03).unwrap();
-        let start = rounds[0].clone();
-        let (steps, _) = descend(&mut machine, &mut law, &path, start, &guard, &Descent::default(), &mut off).unwrap();
-        let reached = steps.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
-        assert!(reached < 0.1 * rounds[0].measure, "{reached} of {}", rounds[0].measure);
+        let start = iterations[0].clone();
+        let (steps, _) = descend(&mut machine, &mut law, &path, start, &limits, &Descent::default(), &mut off).unwrap();
+        let reached = steps.iter().map(|iteration| iteration.measure).fold(f64::INFINITY, f64::min);
+        assert!(reached < 0.1 * iterations[0].measure, "{reached} of {}", iterations[0].measure);
     }
 
     /// An axis of 8 Hz that overshoots by a quarter.
@@ -291,7 +300,8 @@ mod tests {
 
     #[test]
     fn an_overshoot_at_a_stop_is_seen_and_taken_off() {
-        // 4 mm in 0.2 s from and to rest: all of the path lies on the line, so that only what goes beyond its end is an error.
+        // 4 mm in 0.2 s from and to a standstill: the whole path is on the line, so that only the
+        // overshoot is an error.
         let at = |k: usize| {
             let share = (k as f64 / 100.0).min(1.0);
             4.0 * (share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU)
@@ -307,9 +317,9 @@ mod tests {
         assert!(before > 0.05, "{before}");
         let mut law =
             ContourOptimal::new(ImpulseResponse::probe_model(&mut Springy, path.trajectory(), 0.4).unwrap(), 0.03).unwrap();
-        let guard = CorrectionLimits { max_shift: 1.0, settle_s: 0.2, ..CorrectionLimits::default() };
-        let (rounds, _) = descend(&mut Springy, &mut law, &path, start, &guard, &Descent::default(), &mut beyond).unwrap();
-        let reached = rounds.iter().map(|round| round.measure).fold(f64::INFINITY, f64::min);
+        let limits = CorrectionLimits { max_shift: 1.0, settle_s: 0.2, ..CorrectionLimits::default() };
+        let (iterations, _) = descend(&mut Springy, &mut law, &path, start, &limits, &Descent::default(), &mut beyond).unwrap();
+        let reached = iterations.iter().map(|iteration| iteration.measure).fold(f64::INFINITY, f64::min);
         assert!(reached < 0.2 * before, "{reached} of {before}");
     }
 
@@ -317,7 +327,7 @@ mod tests {
     fn a_step_is_kept_where_it_helps_and_taken_back_where_it_does_not() {
         let path = circles();
         let (half, samples) = (path.trajectory().len() / 2, path.trajectory().len());
-        // The run before is off by 10 um in its first half, the run after in its second half.
+        // The old run is off by 10 um in its first half, the new run in its second half.
         let round = |off: std::ops::Range<usize>, reference_mm: f64| {
             let column = |axis: usize| -> Vec<f64> {
                 let radius = |k: usize| if off.contains(&k) { 1.002 } else { 1.0 };
@@ -346,9 +356,9 @@ mod tests {
         let start = Iteration { reference: path.trajectory().clone(), actual: path.trajectory().clone(), measure: 1e-5 };
         let mut law = ContourOptimal::new(vec![ImpulseResponse::new(vec![1.0]).unwrap(); 3], 0.03).unwrap();
         let settings = Descent { floor: 1e-4, ..Descent::default() };
-        let (rounds, ended) =
+        let (iterations, ended) =
             descend(&mut Slow, &mut law, &path, start, &CorrectionLimits::default(), &settings, &mut off).unwrap();
-        assert_eq!((rounds.len(), ended), (1, Ended::AtFloor));
+        assert_eq!((iterations.len(), ended), (1, Ended::AtFloor));
         assert!(law.damp(0.0).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong while a reference is learned.
+//! Errors of learning a reference.
 
 use machine::MachineError;
 use motion::MotionError;

@@ -9,7 +9,7 @@ pub struct LowPass {
     b: [f64; 2],
     /// Denominator after the leading one.
     a: [f64; 2],
-    /// Samples after which the filter has forgotten its start.
+    /// Samples until the initial state has decayed.
     memory: usize,
 }
 
@@ -40,7 +40,7 @@ impl LowPass {
         }))
     }
 
-    /// The signal, smoothed; its ends are continued by their values.
+    /// The smoothed signal; it is extended by its end values.
     #[must_use]
     pub fn zero_phase(&self, signal: &[f64]) -> Vec<f64> {
         let one: Vec<[f64; 1]> = signal.iter().map(|value| [*value]).collect();
@@ -63,10 +63,10 @@ impl LowPass {
 
     fn pass<'a, const N: usize>(&self, mut signals: impl Iterator<Item = &'a mut [f64; N]>) {
         let Some(first) = signals.next() else { return };
-        // Starts settled on the first value.
-        let rest = |x: f64| self.b[0] * (x + x) + self.b[1] * x - self.a[0] * x - self.a[1] * x;
+        // The initial state is the steady state at the first value.
+        let steady = |x: f64| self.b[0] * (x + x) + self.b[1] * x - self.a[0] * x - self.a[1] * x;
         let (mut x1, mut x2) = (*first, *first);
-        let (mut y1, mut y2) = (first.map(rest), *first);
+        let (mut y1, mut y2) = (first.map(steady), *first);
         *first = y1;
         for values in signals {
             let x = *values;
@@ -90,7 +90,7 @@ mod tests {
         let (before, after) = (sine(hz), filter.zero_phase(&sine(hz)));
         let middle = 500..1500;
         let dot = |a: &[f64], b: &[f64]| middle.clone().map(|k| a[k] * b[k]).sum::<f64>();
-        // Projection on the input: a phase shift would lower it as well.
+        // Projection on the input: a phase shift would also lower it.
         dot(&after, &before) / dot(&before, &before)
     }
 

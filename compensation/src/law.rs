@@ -1,4 +1,4 @@
-//! How a reference is moved after a run.
+//! Compensation laws: the update of a reference after a run.
 
 use motion::contour::{ContourError, ContourEstimator, orientation_errors};
 use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::CompensationError;
 
-/// How a reference is moved after a run.
+/// Updates a reference after a run.
 pub trait CompensationLaw {
     /// Short name, as on the command line.
     fn name(&self) -> &'static str;
@@ -23,7 +23,7 @@ pub trait CompensationLaw {
     ) -> Result<Trajectory, CompensationError>;
 }
 
-/// How a pose is off, or is to be moved, in the workpiece frame.
+/// Error or shift of a pose, in the workpiece frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shift {
     /// Of the tip, mm.
@@ -39,19 +39,19 @@ impl Shift {
         Self { tip: self.tip * factor, tool: self.tool * factor }
     }
 
-    /// From this shift to another by a share.
+    /// Interpolates from this shift to another.
     #[must_use]
     pub fn lerp(self, other: Self, share: f64) -> Self {
         Self { tip: self.tip.lerp(&other.tip, share), tool: self.tool.lerp(&other.tool, share) }
     }
 }
 
-/// What a run made of a path: one entry a desired sample.
+/// Errors of a run, one entry per desired sample.
 #[derive(Debug, Clone)]
 pub struct PoseErrors {
     /// Contour errors of the tip.
     pub contour: Vec<ContourError>,
-    /// Of tip and tool axis together, as a law takes them.
+    /// Of tip and tool axis together.
     pub shifts: Vec<Shift>,
     /// Poses of the run.
     pub actual: Vec<Pose>,
@@ -80,10 +80,11 @@ pub fn pose_errors(
     Ok(PoseErrors { contour, shifts, actual })
 }
 
-/// Lean of the tool from a pole below which its correction fades, rad: there a turning axis goes a long way for little.
+/// Lean of the tool from a pole below which its correction is tapered, rad: there a rotary axis
+/// moves far for a small correction.
 const POLE_RAD: f64 = 0.002;
 
-/// `reference` with its poses moved by `shifts`, one a sample, back on the axes.
+/// `reference` with its poses moved by `shifts`, one per sample, transformed to axis positions.
 ///
 /// # Errors
 /// When a moved pose cannot be reached.

@@ -1,29 +1,29 @@
-//! The loop: run, measure, move, again.
+//! The learning loop: run, measure, update the reference.
 
 use machine::Machine;
 use motion::{DesiredPath, Trajectory};
 
 use crate::{CompensationError, CompensationLaw, CorrectionLimits};
 
-/// When to stop.
+/// Stop criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopRule {
     /// Largest number of updates.
     pub updates: usize,
-    /// Stop after so many runs in a row without a new smallest measure.
+    /// Stop after this many successive runs without a new smallest cost.
     pub patience: usize,
-    /// Share by which a measure has to be smaller to count as such.
+    /// Minimum reduction of the cost, as a share, that counts.
     pub worth: f64,
 }
 
 impl StopRule {
-    /// So many updates, whatever they bring.
+    /// Exactly this many updates.
     #[must_use]
     pub fn after(updates: usize) -> Self {
         Self { updates, patience: usize::MAX, worth: 0.0 }
     }
 
-    /// At most so many updates, up to the first that does not lower the measure by this share.
+    /// At most this many updates, up to the first that does not lower the cost by this share.
     #[must_use]
     pub fn while_better(updates: usize, worth: f64) -> Self {
         Self { updates, patience: 1, worth }
@@ -33,15 +33,15 @@ impl StopRule {
 /// One run of the loop.
 #[derive(Debug, Clone)]
 pub struct Iteration {
-    /// What was commanded.
+    /// Commanded path.
     pub reference: Trajectory,
-    /// What the machine did.
+    /// Actual path.
     pub actual: Trajectory,
-    /// The measure that the caller asked for, of this run.
+    /// Cost of this run, from the caller's `measure`.
     pub measure: f64,
 }
 
-/// Every run of a loop.
+/// All runs of a loop.
 #[derive(Debug, Clone)]
 pub struct Learned {
     /// The runs in order; the first one is uncompensated unless the loop started from a given reference.
@@ -56,9 +56,9 @@ impl Learned {
     }
 }
 
-/// Runs `law` on `machine`, starting from `start` (or from the desired path), and keeps every run.
+/// Runs `law` on `machine`, starting from `start` (or from the desired path), and keeps all runs.
 ///
-/// `measure` gives the figure by which the loop judges a run: smaller is better.
+/// `measure` returns the cost of a run: smaller is better.
 ///
 /// # Errors
 /// When the machine refuses a reference, or a moved pose cannot be reached.
@@ -67,14 +67,14 @@ pub fn learn(
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
     start: Option<Trajectory>,
-    guard: &CorrectionLimits,
+    limits: &CorrectionLimits,
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
-    learn_from(machine, law, desired, None, start, guard, stop, measure)
+    learn_from(machine, law, desired, None, start, limits, stop, measure)
 }
 
-/// As [`learn`], with the first run where it is known already.
+/// As [`learn`], with a known first run.
 #[allow(clippy::too_many_arguments)] // those of `learn`, and one
 pub(crate) fn learn_from(
     machine: &mut dyn Machine,
@@ -82,7 +82,7 @@ pub(crate) fn learn_from(
     desired: &DesiredPath,
     mut first: Option<Iteration>,
     start: Option<Trajectory>,
-    guard: &CorrectionLimits,
+    limits: &CorrectionLimits,
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
@@ -98,7 +98,7 @@ pub(crate) fn learn_from(
             }
             None => (machine.run(&reference)?, None),
         };
-        // The law does not wait for the figure, which only says whether its update counts.
+        // The law does not wait for the cost, which only decides whether its update counts.
         let next = rayon::in_place_scope(|scope| {
             if figure.is_none() {
                 scope.spawn(|_| figure = Some(measure(desired, &actual)));
@@ -111,7 +111,7 @@ pub(crate) fn learn_from(
             best = update;
         }
         match next {
-            Some(next) if update - best < stop.patience => reference = guard.apply(desired, &next?)?,
+            Some(next) if update - best < stop.patience => reference = limits.apply(desired, &next?)?,
             _ => break,
         }
     }
@@ -128,10 +128,10 @@ mod tests {
     use super::*;
     use crate::laws::{Gain, TrackingIlc};
 
-    /// Does what it is told.
-    struct Obedient;
+    /// Follows its reference exactly.
+    struct Ideal;
 
-    impl Machine for Obedient {
+    impl Machine for Ideal {
         fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
             Ok(reference.clone())
         }
@@ -145,8 +145,7 @@ mod tests {
             let mut figures = [5.0, 4.0, 6.0, 3.0, 7.0, 7.0, 2.0].into_iter();
             let mut law = TrackingIlc::new(Gain::Constant(0.5), None);
             let mut measure = |_: &DesiredPath, _: &Trajectory| figures.next().unwrap();
-            let learned =
-                learn(&mut Obedient, &mut law, &desired, None, &CorrectionLimits::default(), stop, &mut measure).unwrap();
+            let learned = learn(&mut Ideal, &mut law, &desired, None, &CorrectionLimits::default(), stop, &mut measure).unwrap();
             learned.iterations.len()
         };
         assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);

@@ -1,7 +1,8 @@
 //! Compensation laws and the loop that runs them.
 //!
-//! Every method is the same loop: run a reference on a machine, measure the error, let a law move the reference. The machine is a
-//! real one, a simulated one, or a learned model of one; a law never knows which.
+//! All methods use the same loop: run a reference on a machine, measure the error, update the
+//! reference by a law. The machine is real, simulated or a learned model; the law is the same for
+//! all.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 

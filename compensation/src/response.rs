@@ -1,4 +1,4 @@
-//! Impulse responses: what a shift of the reference does to the actual position.
+//! Impulse responses: from a shift of the reference to the actual position.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,14 +14,17 @@ pub struct ImpulseResponse {
     taps: Vec<f64>,
 }
 
-/// Taps at the end that sum up to less than this share of the static gain are left out.
+/// Taps at the end whose sum is below this share of the static gain are dropped.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Ridge of the identification, as a share of the probe's energy: only against a probe that excites little.
+/// Ridge of the identification, as a share of the probe's energy: it acts only on a probe with
+/// little excitation.
 const RIDGE: f64 = 1e-9;
 
-/// Root mean square of a model's probe, mm: beyond backlash and presliding of most machines, within what motors can do.
+/// RMS of a model's probe, mm: larger than backlash and presliding of most machines, within the
+/// capability of motors.
 const MODEL_PROBE_MM: f64 = 0.01;
-/// Ridge of a model's response at its first and last tap, as a share of the probe's energy: late taps have to be shown by the data.
+/// Ridge of a model's response at its first and last tap, as a share of the probe's energy: late
+/// taps need evidence in the data.
 const MODEL_RIDGE: [f64; 2] = [1e-6, 1e-2];
 
 /// A ridge that grows exponentially over the taps.
@@ -30,14 +33,14 @@ fn decaying(taps: usize) -> Vec<f64> {
     (0..taps).map(|i| first * (last / first).powf(i as f64 / taps as f64)).collect()
 }
 
-/// Lever arm with which a shift in mm is turned into one of an angle, mm.
+/// Lever arm that converts a shift in mm to an angle, mm.
 const LEVER_MM: f64 = 100.0;
 
 impl ImpulseResponse {
     /// A response with the given taps, the first one without delay.
     ///
     /// # Errors
-    /// When there is none, or one is not a number.
+    /// When there is no tap, or one is not a number.
     pub fn new(mut taps: Vec<f64>) -> Result<Self, CompensationError> {
         if taps.is_empty() || taps.iter().any(|tap| !tap.is_finite()) {
             return Err(CompensationError::BadSetting {
@@ -58,8 +61,8 @@ impl ImpulseResponse {
         Ok(Self { taps })
     }
 
-    /// The response that takes `input` to `output` with the least squared error; both start from zero (differences of two runs, or
-    /// increments of reference and actual position of one).
+    /// Least-squares response from `input` to `output`. Both start from zero (differences of two
+    /// runs, or increments of reference and actual position of one).
     ///
     /// # Errors
     /// When the input does not excite that many taps, or the lengths differ.
@@ -78,11 +81,12 @@ impl ImpulseResponse {
         if samples != output.len() || taps == 0 || samples < 2 * taps {
             return Err(unusable(samples as f64));
         }
-        // Correlations of the input with itself and with the output, over all rows: the normal equations of the delayed inputs.
+        // Correlations of the input with itself and with the output, over all rows: normal
+        // equations of the delayed inputs.
         let at = |k: usize, lag: usize| if k >= lag { input[k - lag] } else { 0.0 };
         let mut normal = DMatrix::zeros(taps, taps);
         for column in 0..taps {
-            // Down a diagonal each entry loses the last row of the one before.
+            // Along a diagonal each entry loses the last row of the previous one.
             let mut sum: f64 = (0..samples).map(|k| at(k, 0) * at(k, column)).sum();
             for row in 0..taps - column {
                 normal[(row, row + column)] = sum;
@@ -103,11 +107,13 @@ impl ImpulseResponse {
         Self::new(solved.iter().copied().collect())
     }
 
-    /// The responses of every axis of a machine, real or learned: what it does on `path` with and without small pseudo-random shifts of
-    /// `amplitude_mm` on top, on rotary axes at a lever of 100 mm. The motion keeps friction from holding the shifts back.
+    /// The responses of all axes of a machine, real or learned: from runs on `path` with and
+    /// without small pseudo-random shifts of `amplitude_mm`, on rotary axes at a lever of 100 mm.
+    /// The motion avoids that static friction absorbs the shifts.
     ///
     /// # Errors
-    /// When the machine does not run, or the path is shorter than twice `memory_s`, the time after which a response is over.
+    /// When the machine does not run, or the path is shorter than twice `memory_s`, the duration of
+    /// a response.
     pub fn probe(
         machine: &mut dyn Machine,
         path: &Trajectory,
@@ -115,7 +121,8 @@ impl ImpulseResponse {
         memory_s: f64,
     ) -> Result<Vec<Self>, CompensationError> {
         let taps = (memory_s / path.period_s()).ceil() as usize;
-        // A fixed generator: the same machine and path give the same responses. Each axis has a stream of its own.
+        // A fixed generator: the same machine and path give the same responses. Each axis has its
+        // own stream.
         let mut state = 0x9E37_79B9_7F4A_7C15_u64;
         let mut sign = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -140,8 +147,9 @@ impl ImpulseResponse {
             .collect()
     }
 
-    /// As [`ImpulseResponse::probe`], for a model that answers without noise: shifts of every duration from one sample to the memory, so that slow
-    /// responses show as well as fast ones, and a prior that lets a response decay smoothly ("tuned/correlated" kernel; Chen, Ohlsson and Ljung 2012).
+    /// As [`ImpulseResponse::probe`], for a model without noise: shifts of every duration from one
+    /// sample to the memory, so that slow and fast responses are excited, and a prior of smooth
+    /// decay ("tuned/correlated" kernel; Chen, Ohlsson and Ljung 2012).
     ///
     /// # Errors
     /// As [`ImpulseResponse::probe`].
@@ -178,7 +186,7 @@ impl ImpulseResponse {
         found.collect()
     }
 
-    /// Without the taps at its end that together make up less than a hundredth of all.
+    /// Drops the taps at the end whose sum is below a hundredth of the total.
     fn shortened(mut self) -> Self {
         let total: f64 = self.taps.iter().map(|tap| tap.abs()).sum();
         let mut tail = 0.0;
@@ -198,13 +206,14 @@ impl ImpulseResponse {
         &self.taps
     }
 
-    /// Position after a lasting shift of one.
+    /// Position after a constant shift of 1.
     #[must_use]
     pub fn static_gain(&self) -> f64 {
         self.taps.iter().sum()
     }
 
-    /// How late a slow motion comes, samples: the first moment of the response over its static gain; 0 where that is not positive.
+    /// Delay of a slow motion, samples: the first moment of the response over its static gain; 0 if
+    /// that is not positive.
     #[must_use]
     pub fn delay_samples(&self) -> f64 {
         let gain = self.static_gain();
@@ -225,9 +234,9 @@ impl ImpulseResponse {
     }
 }
 
-/// Outputs that are made at once: they and their inputs stay in the first-level cache.
+/// Outputs per block: they and their inputs stay in the first-level cache.
 const BLOCK: usize = 512;
-/// Taps that are summed up in one pass over a block.
+/// Taps that are summed in one pass over a block.
 const TOGETHER: usize = 8;
 
 /// `y(k) = Σ taps(i)·u(k + i − before)`, with zeros outside of `u`.

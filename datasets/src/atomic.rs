@@ -1,4 +1,4 @@
-//! Files that are never half-written.
+//! Atomic writes: a file is complete or unchanged.
 
 use std::fs::File;
 use std::io::Write;
@@ -16,38 +16,39 @@ const PREFIX: &str = ".precomp-";
 /// # Errors
 /// When the folder cannot be written, or `fill` fails; `path` is then as it was before.
 pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), DatasetError>) -> Result<(), DatasetError> {
-    stage(path, fill)?.commit()
+    write_temporary(path, fill)?.commit()
 }
 
-/// Writes `files`, each a path with its content: all are written and synced beside their places before the first is renamed. Missing
-/// folders are made. A path to a device or pipe, such as `/dev/null`, is written directly.
+/// Writes `files`, each a path with its content. All are written and synced beside their targets
+/// before the first is renamed. Missing folders are made. A path to a device or pipe, such as
+/// `/dev/null`, is written directly.
 ///
 /// # Errors
 /// When a file cannot be written; unless renaming itself failed, every path is then as it was before and no folder is left behind.
 pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), DatasetError> {
     let mut folders = NewFolders::default();
-    let staged = files
+    let written = files
         .iter()
         .filter(|(path, _)| !is_special(path))
         .map(|(path, content)| {
             folders.make(folder_of(path))?;
-            stage(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
+            write_temporary(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
         })
         .collect::<Result<Vec<_>, _>>()?;
     for (path, content) in files.iter().filter(|(path, _)| is_special(path)) {
         let written = File::options().write(true).open(path).and_then(|mut device| device.write_all(content));
         written.map_err(|source| DatasetError::io(path, source))?;
     }
-    staged.into_iter().try_for_each(Staged::commit)?;
+    written.into_iter().try_for_each(Temporary::commit)?;
     folders.made.clear();
     Ok(())
 }
 
-/// Finds out whether files can be made in the folder `at`, or in the nearest folder above it that exists. Gives whether names there that
-/// differ only in case are the same.
+/// Checks that files can be made in the folder `at`, or in the nearest existing folder above it.
+/// Returns whether names there are case-insensitive.
 ///
 /// # Errors
-/// When they cannot; nothing is left behind either way.
+/// When they cannot be made; no file remains either way.
 pub fn try_folder(at: &Path) -> std::io::Result<bool> {
     let there = at.ancestors().map(named).find(|folder| folder.symlink_metadata().is_ok()).unwrap_or(Path::new("."));
     if !there.metadata()?.is_dir() {
@@ -58,7 +59,7 @@ pub fn try_folder(at: &Path) -> std::io::Result<bool> {
     Ok(temporary.path().with_file_name(name).exists())
 }
 
-/// The folder that a path lies in.
+/// The parent folder of a path.
 fn folder_of(path: &Path) -> &Path {
     named(path.parent().unwrap_or(Path::new("")))
 }
@@ -68,34 +69,34 @@ fn named(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
-/// Whether there is something at `path` that can be written but not renamed over.
+/// Whether `path` exists and can be written but not renamed over.
 fn is_special(path: &Path) -> bool {
     path.metadata().is_ok_and(|there| !there.is_file() && !there.is_dir())
 }
 
-/// A file beside its place.
-struct Staged {
+/// A temporary file beside its target.
+struct Temporary {
     temporary: NamedTempFile,
     path: PathBuf,
 }
 
-fn stage(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), DatasetError>) -> Result<Staged, DatasetError> {
+fn write_temporary(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), DatasetError>) -> Result<Temporary, DatasetError> {
     let failed = |source| DatasetError::io(path, source);
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]
     {
-        // As an ordinary file: the user's umask decides who may read it.
+        // As an ordinary file: the user's umask sets the read permissions.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut temporary = builder.tempfile_in(folder_of(path)).map_err(failed)?;
     fill(temporary.as_file_mut())?;
     temporary.as_file().sync_all().map_err(failed)?;
-    Ok(Staged { temporary, path: path.to_owned() })
+    Ok(Temporary { temporary, path: path.to_owned() })
 }
 
-impl Staged {
+impl Temporary {
     fn commit(self) -> Result<(), DatasetError> {
         let failed = |source| DatasetError::io(&self.path, source);
         self.temporary.persist(&self.path).map_err(|error| failed(error.error))?;
@@ -105,7 +106,7 @@ impl Staged {
     }
 }
 
-/// Folders that were made; those that are still empty are removed when this is dropped.
+/// New folders; those that are still empty are removed on drop.
 #[derive(Default)]
 struct NewFolders {
     made: Vec<PathBuf>,
@@ -124,7 +125,7 @@ impl NewFolders {
 impl Drop for NewFolders {
     fn drop(&mut self) {
         for folder in self.made.iter().rev() {
-            // One that is in use by now stays.
+            // A folder that is in use by now stays.
             let _ = std::fs::remove_dir(folder);
         }
     }

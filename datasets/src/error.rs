@@ -1,11 +1,11 @@
-//! What can go wrong with logs, references and excitation.
+//! Errors of logs, references and excitation.
 
 use std::path::{Path, PathBuf};
 
 use motion::MotionError;
 use thiserror::Error;
 
-/// Errors of this crate; those of a file name it, and where they can its line and column.
+/// Errors of this crate. File errors name the file and, if known, line and column.
 #[derive(Debug, Error)]
 pub enum DatasetError {
     /// The file cannot be opened, read or written.
@@ -13,15 +13,15 @@ pub enum DatasetError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The file's bytes are not what its format says.
+    /// The file's bytes violate its format.
     #[error("{}: {message}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the fault.
         message: String,
     },
     /// A row has more fields, or before the last row fewer, than there are columns.
@@ -36,7 +36,7 @@ pub enum DatasetError {
         /// Fields in the header.
         expected: usize,
     },
-    /// A value that is needed is empty, NaN, infinite or not a number.
+    /// A required value is empty, NaN, infinite or not a number.
     #[error("{}: line {line}: column `{column}` has no finite number; delete the row and those before or after it, or log the run again", path.display())]
     Missing {
         /// The file.
@@ -46,7 +46,7 @@ pub enum DatasetError {
         /// Name of the column.
         column: String,
     },
-    /// A value that no machine has: a damaged number, counts taken for a length, or a wrong unit.
+    /// An implausible value: a damaged number, counts taken for a length, or a wrong unit.
     #[error("{}: line {line}: column `{column}` holds {value} {unit}, beyond ±{most:e} {unit}; mend the number, or state the column's unit with --columns", path.display())]
     Absurd {
         /// The file.
@@ -57,50 +57,50 @@ pub enum DatasetError {
         column: String,
         /// The value.
         value: f64,
-        /// Largest magnitude that is taken.
+        /// Largest accepted magnitude.
         most: f64,
         /// Unit of both.
         unit: &'static str,
     },
-    /// The column mapping cannot be read.
+    /// The column mapping cannot be parsed.
     #[error("column mapping `{text}`: {reason}; write it as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`")]
     Mapping {
         /// The entry.
         text: String,
-        /// What is wrong with it.
+        /// Description of the fault.
         reason: String,
     },
-    /// The columns needed are not there or not unique.
+    /// Required columns are missing or not unique.
     #[error("{}: {reason}; the columns are {}; name them with a mapping like `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`", path.display(), list(names))]
     Columns {
         /// The file.
         path: PathBuf,
-        /// What is missing or ambiguous.
+        /// Description of the missing or ambiguous columns.
         reason: String,
         /// Names of all columns of the file.
         names: Vec<String>,
     },
-    /// Nothing says when the samples were taken.
+    /// The sampling times are unknown.
     #[error("{}: no time column and no sampling period given{hints}", path.display())]
     NoTime {
         /// The file.
         path: PathBuf,
-        /// What the data themselves say about rate and digits; empty or starting with `; `.
+        /// Estimate of rate and digits from the data; empty or starting with `; `.
         hints: String,
     },
-    /// A time stamp does not come after the one before.
+    /// A time stamp is not later than the previous one.
     #[error("{}: line {line}: time {time_s} s does not come after {before_s} s; sort the rows, or cut the file there into two runs", path.display())]
     TimeOrder {
         /// The file.
         path: PathBuf,
         /// Line in the file, from 1.
         line: usize,
-        /// Its time, s.
+        /// Time stamp, s.
         time_s: f64,
-        /// The time before, s.
+        /// Previous time stamp, s.
         before_s: f64,
     },
-    /// Too few rows to do anything with.
+    /// Too few rows.
     #[error("{}: {rows} rows; a log needs at least {needed}", path.display())]
     TooShort {
         /// The file.
@@ -117,13 +117,13 @@ pub enum DatasetError {
         name: &'static str,
         /// The value given.
         value: f64,
-        /// What it has to be.
+        /// Accepted range.
         remedy: &'static str,
     },
-    /// Runs cannot be split or put together.
+    /// Runs cannot be split or combined.
     #[error("{0}")]
     Runs(String),
-    /// Columns that do not make a trajectory.
+    /// Columns that do not form a trajectory.
     #[error(transparent)]
     Motion(#[from] MotionError),
 }

@@ -1,16 +1,19 @@
-//! Recordings that were written into several files.
+//! Joins recordings that were written to several files.
 
 use crate::{Check, Finding, Log, Severity};
 
-/// Time between the last sample of a file and the first of the next may differ by this share of a period.
+/// Largest deviation of the time between the last sample of a file and the first of the next, as a
+/// share of a period.
 const STAMP_SHARE: f64 = 0.25;
-/// The first step over the border may differ from the last before it by this share of the largest step of the run.
+/// Largest deviation of the first step over the boundary from the last one before it, as a share of
+/// the largest step of the run.
 const STEP_SHARE: f64 = 0.2;
 
-/// Joins files that go on where another one ends, by their time stamps and commands, to one run each; the others stay as they are.
+/// Joins files that continue each other, by their time stamps and commands, to one run each; the
+/// others are unchanged.
 ///
-/// A run that was cut has lost its command history: its first samples cannot be used, and which side of its backlash an axis begins
-/// on is not known.
+/// The parts of a cut run lack their command history: their first samples cannot be used, and the
+/// initial side of the backlash is unknown.
 #[must_use]
 pub fn joined(logs: Vec<Log>) -> (Vec<Log>, Vec<Finding>) {
     let mut out: Vec<Log> = Vec::with_capacity(logs.len());
@@ -19,7 +22,7 @@ pub fn joined(logs: Vec<Log>) -> (Vec<Log>, Vec<Finding>) {
     while let Some(first) = logs.iter().position(Option::is_some) {
         let Some(mut whole) = logs[first].take() else { break };
         let mut names = vec![whole.name.clone()];
-        // What comes after it, then what comes before.
+        // First the continuation, then the part before.
         while let Some((index, after)) = neighbour(&logs, &whole) {
             let Some(other) = logs[index].take() else { break };
             let name = other.name.clone();
@@ -39,7 +42,7 @@ pub fn joined(logs: Vec<Log>) -> (Vec<Log>, Vec<Finding>) {
     (out, told)
 }
 
-/// A log that goes on where `whole` ends (`true`) or ends where it begins.
+/// A log that continues `whole` (`true`) or ends where it begins.
 fn neighbour(logs: &[Option<Log>], whole: &Log) -> Option<(usize, bool)> {
     logs.iter().enumerate().find_map(|(index, other)| {
         let other = other.as_ref()?;
@@ -50,7 +53,7 @@ fn neighbour(logs: &[Option<Log>], whole: &Log) -> Option<(usize, bool)> {
     })
 }
 
-/// Whether `next` goes on where `log` ends.
+/// Whether `next` continues `log`.
 fn follows(log: &Log, next: &Log) -> bool {
     let period_s = log.period_s();
     let alike = log.axes() == next.axes() && (next.period_s() / period_s - 1.0).abs() < 1e-6 && log.len() > 2 && next.len() > 2;
@@ -98,7 +101,7 @@ mod tests {
     #[test]
     fn runs_that_only_look_alike_stay_apart() {
         let whole = log();
-        // A gap in time, a jump of the command at the border, and no time stamps at all.
+        // A gap in time, a jump of the command at the boundary, and missing time stamps.
         let late = whole.part("late", 300, 900).unwrap().starting_at(12.7);
         let far = whole.part("far", 500, 900).unwrap().starting_at(12.6);
         let unstamped = whole.part("none", 300, 900).unwrap().starting_at(0.0);

@@ -1,8 +1,9 @@
-//! Excitation, logs in and out, their quality checks and splits.
+//! Excitation, reading and writing of logs, quality checks and splits.
 //!
-//! A file is read in three steps, so that a new controller's format is one file: a [`LogFormat`] turns bytes into a [`Table`] of named
-//! columns, a [`ColumnMap`] says which column is which axis in which unit, and [`read_log`] makes a [`Log`] at a uniform rate of both.
-//! Nothing wrong with a log stays silent: every check adds a [`Finding`] to a [`Report`].
+//! A file is read in three steps, so that a new controller's format is one file: a [`LogFormat`]
+//! turns bytes into a [`Table`] of named columns, a [`ColumnMap`] assigns columns to axes and
+//! units, and [`read_log`] builds a [`Log`] at a uniform rate. Every fault of a log becomes a
+//! [`Finding`] in a [`Report`].
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 

@@ -5,21 +5,21 @@ use motion::{Axis, AxisKind, Trajectory};
 use crate::timing::resample;
 use crate::{Check, DatasetError, Finding, Severity};
 
-/// Periods that differ by less than this share are the same.
+/// Largest relative difference of equal periods.
 const SAME_PERIOD: f64 = 1e-6;
-/// Fewest samples between which can be interpolated.
+/// Minimum number of samples for interpolation.
 const FEWEST: usize = 4;
 
-/// One run of a machine: what was commanded and what the encoders reported, at the same instants.
+/// One run of a machine: commanded and reported positions at the same instants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
-    /// Name of the run, for messages; the file's name without its ending where it was read from one.
+    /// Name of the run, for messages; the file name without extension if it was read from a file.
     pub name: String,
     /// Commanded positions, mm or rad.
     pub reference: Trajectory,
     /// Reported positions, mm or rad, with the axes, period and length of the reference.
     pub actual: Trajectory,
-    /// Time stamp of the first sample, s; zero where there is none.
+    /// Time stamp of the first sample, s; zero if unknown.
     pub start_s: f64,
 }
 
@@ -33,7 +33,7 @@ impl Log {
         Ok(Self { name: name.into(), reference, actual, start_s: 0.0 })
     }
 
-    /// The same run with this time stamp of its first sample, s.
+    /// The same run with another time stamp of its first sample, s.
     #[must_use]
     pub fn starting_at(self, start_s: f64) -> Self {
         Self { start_s, ..self }
@@ -63,11 +63,11 @@ impl Log {
         self.len() == 0
     }
 
-    /// The run at another period, interpolated as uneven time stamps are, with what there is to be said of it; as it is where the period is
-    /// its own.
+    /// The run at another period, interpolated like uneven time stamps, with a finding; unchanged
+    /// if the period is its own.
     ///
     /// # Errors
-    /// When the period is not positive, or there are too few samples to interpolate.
+    /// When the period is not positive, or there are too few samples for interpolation.
     pub fn resampled(&self, period_s: f64) -> Result<(Self, Option<Finding>), DatasetError> {
         let own_s = self.period_s();
         let same = (period_s / own_s - 1.0).abs() < SAME_PERIOD;
@@ -96,7 +96,7 @@ impl Log {
     /// The run with only these axes, in this order.
     ///
     /// # Errors
-    /// Names the first one that the log does not have.
+    /// When the log lacks an axis; the message names the first one.
     pub fn with_axes(&self, axes: &[Axis]) -> Result<Self, DatasetError> {
         let pick = |trajectory: &Trajectory| {
             let column = |axis: &Axis| match trajectory.axes().iter().position(|own| own == axis) {

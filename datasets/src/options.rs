@@ -1,10 +1,10 @@
-//! What a caller or a file beside a log states about it.
+//! Properties of a log that the caller or a side file states.
 
-/// How a file is to be understood, where it does not speak for itself.
+/// Interpretation of a file, in addition to its own content.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
     /// Column mapping, as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um` (see [`ColumnMap::parse`](crate::ColumnMap::parse)).
     pub columns: Option<String>,
-    /// Sampling period, s; for files without time stamps. Stamps, where there are any, go first.
+    /// Sampling period, s, for files without time stamps. Time stamps take precedence.
     pub period_s: Option<f64>,
 }

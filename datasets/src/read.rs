@@ -1,4 +1,4 @@
-//! Logs from files.
+//! Reads logs from files.
 
 use std::path::Path;
 
@@ -12,21 +12,23 @@ use crate::side_file::read_side_file;
 use crate::timing::{resample, settle};
 use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
 
-/// Largest magnitude of a position, mm or rad: a kilometre, or 160,000 turns of an axis that counts on.
+/// Largest magnitude of a position, mm or rad: a kilometre, or 160,000 revolutions of an endless
+/// axis.
 const FARTHEST: f64 = 1e6;
-/// Largest magnitude of a time stamp, s: more than three thousand years, as a clock has that counts from 1601.
+/// Largest magnitude of a time stamp, s: more than three thousand years; a clock may count from
+/// 1601.
 const LATEST_S: f64 = 1e11;
-/// Shortest and longest sampling period, s: a megahertz, and slower than any log in which a motion can be seen.
+/// Shortest and longest sampling period, s: 1 MHz, and slower than any log that shows a motion.
 const SHORTEST_S: f64 = 1e-6;
 const LONGEST_S: f64 = 10.0;
 
-/// Reads one run, and reports what had to be mended for it to have a uniform rate.
+/// Reads one run, and reports the corrections for a uniform rate.
 ///
-/// The report is about reading alone: whether the log is fit for a purpose, [`assess`](crate::assess) says.
+/// The report is about reading only; [`assess`](crate::assess) checks the fitness for a purpose.
 ///
 /// # Errors
-/// When the file cannot be read, its columns are not understood, a value that is needed is missing, the time stamps go back, or
-/// nothing states the sampling period.
+/// When the file cannot be read, its columns are not recognised, a required value is missing, the
+/// time stamps go back, or the sampling period is unknown.
 pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
     let table = read_table(path)?;
     let mut report = Report { findings: table.findings.clone() };
@@ -40,7 +42,7 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), Dat
     log_of(path, &table, &options, report)
 }
 
-/// As [`read_log`], of bytes that are at hand; errors and the run go by `name`.
+/// As [`read_log`], from bytes; errors and the run have the name `name`.
 ///
 /// # Errors
 /// As [`read_log`].
@@ -78,10 +80,10 @@ pub(crate) fn run_name(path: &Path) -> String {
     path.file_stem().map_or_else(|| "log".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Period and time of the first row, s; the columns; what was done for them.
+/// Period and time of the first row, s; the columns; findings.
 type Uniform = ((f64, f64), Vec<Vec<f64>>, Vec<Finding>);
 
-/// The columns of `sources` at a uniform rate, that rate and the first time stamp, and what was done for it.
+/// The columns of `sources` at a uniform rate, that rate and the first time stamp, and findings.
 pub(crate) fn uniform_columns(
     path: &Path,
     table: &Table,
@@ -114,7 +116,7 @@ pub(crate) fn uniform_columns(
     Ok(((timing.period_s, start_s), columns, findings))
 }
 
-/// Refuses a sampling period with which no position of a machine is logged.
+/// Refuses an implausible sampling period.
 fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetError> {
     if (SHORTEST_S..=LONGEST_S).contains(&period_s) {
         return Ok(());
@@ -125,7 +127,7 @@ fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetError> {
     Err(DatasetError::format(path, why))
 }
 
-/// A row written twice (same stamp, same values) carries nothing.
+/// A duplicated row (same stamp, same values) contains no information.
 fn drop_repeated_rows(times: &mut Vec<f64>, lines: &mut Vec<usize>, columns: &mut [Vec<f64>]) -> Vec<Finding> {
     let keep: Vec<bool> = (0..times.len())
         .map(|k| k == 0 || times[k] != times[k - 1] || columns.iter().any(|column| column[k] != column[k - 1]))
@@ -149,7 +151,7 @@ fn drop_repeated_rows(times: &mut Vec<f64>, lines: &mut Vec<usize>, columns: &mu
     vec![Finding::new(Severity::Warn, Check::Mended, message)]
 }
 
-/// What a file without time stamps tells about itself: its probable rate, and how few digits it has.
+/// Estimates from a file without time stamps: its probable rate and its digits.
 fn hints(table: &Table, sources: &[(Axis, Source)], columns: &[Vec<f64>]) -> String {
     let mut hints = String::from("; state the sampling period if it is known");
     if let Some(period_s) = implied_period_s(table) {

@@ -1,4 +1,4 @@
-//! References in and out: `t,x,y,z[,a,b,c]`.
+//! Reads and writes references: `t,x,y,z[,a,b,c]`.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use crate::read::uniform_columns;
 use crate::write::{content, times, write_content};
 use crate::{DatasetError, ReadOptions, Report};
 
-/// Reads a reference, one column an axis; of a log, the commanded columns.
+/// Reads a reference, one column per axis; of a log, the commanded columns.
 ///
-/// A column mapping in `options` has the form of one for logs, with only the `_ref` entries used.
+/// A column mapping in `options` has the form of one for logs; only the `_ref` entries are used.
 ///
 /// # Errors
 /// As [`read_log`](crate::read_log).
@@ -33,7 +33,7 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
 /// Writes a reference as `t,x,y,z,…` in s, mm, rad: Parquet where the name ends in `.parquet`, else CSV with nine decimals.
 ///
 /// # Errors
-/// When the file cannot be written; what was at `path` is then still there.
+/// When the file cannot be written; the previous file at `path` is then unchanged.
 pub fn write_reference(path: &Path, reference: &Trajectory) -> Result<(), DatasetError> {
     write_content(path, &reference_content(path, reference)?)
 }
@@ -41,7 +41,7 @@ pub fn write_reference(path: &Path, reference: &Trajectory) -> Result<(), Datase
 /// The bytes that [`write_reference`] writes to `path`.
 ///
 /// # Errors
-/// When the columns have no form in the format that the ending of `path` names.
+/// When the format given by the extension of `path` cannot hold the columns.
 pub fn reference_content(path: &Path, reference: &Trajectory) -> Result<Vec<u8>, DatasetError> {
     let mut columns = vec![times(reference)];
     let named = reference.axes().iter().zip(reference.columns());

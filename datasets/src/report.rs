@@ -1,30 +1,30 @@
-//! What was found in a log.
+//! Findings about a log.
 
 use std::fmt;
 
-/// How much a finding matters.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// Worth knowing.
+    /// Information.
     Note,
-    /// Usable, but worse for it, or only after a remedy that was applied.
+    /// Usable with reduced quality, or after a correction.
     Warn,
-    /// Not fit for the purpose.
+    /// Unfit for the purpose.
     Refuse,
 }
 
-/// Which check made a finding.
+/// Check that made a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Check {
     /// Sampling rate and length.
     Rate,
     /// Time stamps: gaps, jitter, duplicates.
     Timing,
-    /// Rows or columns mended or left out while reading.
+    /// Rows or columns corrected or left out while reading.
     Mended,
     /// Digits of the positions.
     Digits,
-    /// Axes that never move, or never move back.
+    /// Axes without motion or without reversals.
     Motion,
     /// Command recorded in place of the actual position.
     Copied,
@@ -36,9 +36,9 @@ pub enum Check {
     Command,
     /// Swapped columns or axes, wrong sign, actual ahead of the command.
     Pairing,
-    /// Units and scales that look wrong.
+    /// Implausible units and scales.
     Units,
-    /// Runs that do not fit together.
+    /// Runs that do not match.
     Runs,
 }
 
@@ -63,47 +63,47 @@ impl Check {
     }
 }
 
-/// Where a finding is.
+/// Position of a finding in the data.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Place {
     /// Name of the run.
     pub run: Option<String>,
-    /// Column in the house's naming, as `x_act`.
+    /// Column by its internal name, as `x_act`.
     pub column: Option<String>,
-    /// Sample, the first is 1 (data row of the file where it was not resampled).
+    /// Sample, from 1 (data row of the file if it was not resampled).
     pub row: Option<usize>,
     /// Time since the first sample, s.
     pub time_s: Option<f64>,
 }
 
-/// One thing found in a log; the message says what, where and what to do about it.
+/// One finding about a log; the message has the fault, its position and the remedy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// How much it matters.
+    /// Severity.
     pub severity: Severity,
-    /// Who found it.
+    /// The check.
     pub check: Check,
-    /// Where it is.
+    /// Position in the data.
     pub place: Place,
-    /// What is wrong, and the remedy.
+    /// Fault and remedy.
     pub message: String,
 }
 
 impl Finding {
-    /// A finding about no place in particular.
+    /// A finding without a position.
     #[must_use]
     pub fn new(severity: Severity, check: Check, message: impl Into<String>) -> Self {
         Self { severity, check, place: Place::default(), message: message.into() }
     }
 
-    /// The same about a column.
+    /// A finding about a column.
     #[must_use]
     pub fn in_column(mut self, column: impl Into<String>) -> Self {
         self.place.column = Some(column.into());
         self
     }
 
-    /// The same about sample `index` (from 0) of a log with this period.
+    /// A finding about sample `index` (from 0) of a log with this period.
     #[must_use]
     pub fn at_sample(mut self, index: usize, period_s: f64) -> Self {
         self.place.row = Some(index + 1);
@@ -140,7 +140,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// All findings about a log, in the order in which they were made.
+/// All findings about a log, in the order of the checks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// The findings.
@@ -158,13 +158,13 @@ impl Report {
         self.findings.extend(other.findings);
     }
 
-    /// The gravest severity, `None` when nothing was found.
+    /// The highest severity; `None` without findings.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(|finding| finding.severity).max()
     }
 
-    /// Whether anything forbids the purpose.
+    /// Whether a finding forbids the purpose.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.worst() == Some(Severity::Refuse)

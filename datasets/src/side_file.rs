@@ -1,4 +1,4 @@
-//! What a file beside a log says of it, where the log does not speak for itself.
+//! Side files: mapping and period of a log that does not state them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use crate::DatasetError;
 use crate::columns::{Quantity, Unit};
 use crate::options::ReadOptions;
 
-/// Ending that is put to the log's name: `run.txt.columns` for `run.txt`.
+/// Extension that is appended to the log's name: `run.txt.columns` for `run.txt`.
 const ENDING: &str = "columns";
 
-/// Where a file beside the log `path` may say what its columns are: `run.txt.columns` for `run.txt`.
+/// Path of the side file of the log `path`: `run.txt.columns` for `run.txt`.
 #[must_use]
 pub fn side_file(path: &Path) -> PathBuf {
     let mut beside = path.as_os_str().to_owned();
@@ -18,12 +18,13 @@ pub fn side_file(path: &Path) -> PathBuf {
     PathBuf::from(beside)
 }
 
-/// The file beside `path`, and what it says; `None` where there is none.
+/// Reads the side file of `path`; `None` if there is none.
 ///
-/// It has one entry a line: `period = 1 ms`, and those of a column mapping (`x_ref = 1:mm`); `#` begins a comment.
+/// It has one entry per line: `period = 1 ms`, and those of a column mapping (`x_ref = 1:mm`); `#`
+/// begins a comment.
 ///
 /// # Errors
-/// When it cannot be read or an entry is not understood.
+/// When it cannot be read or parsed.
 pub(crate) fn read_side_file(path: &Path) -> Result<Option<(PathBuf, ReadOptions)>, DatasetError> {
     let beside = side_file(path);
     if !beside.is_file() {

@@ -1,4 +1,5 @@
-//! What is held out: whole runs, or rows of a single one. Never windows drawn at random, for neighbouring windows leak.
+//! Held-out data: whole runs, or rows of a single one. Never random windows, since neighbouring
+//! windows leak.
 
 use std::ops::Range;
 
@@ -9,31 +10,34 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{DatasetError, Log, quality};
 
-/// The start of a log that is not scored, s: its samples lack their command history.
+/// Unscored start of a log, s: its samples lack their command history.
 const UNSCORED_S: f64 = 0.3;
-/// Shortest rest at which a log is cut, s.
-pub const REST_S: f64 = 0.1;
-/// Shortest piece between rests, s, and shortest block of a log without rests.
+/// Shortest standstill at which a log is cut, s.
+pub const STANDSTILL_S: f64 = 0.1;
+/// Shortest piece between standstills, s, and shortest block of a log without standstills.
 const SHORTEST_S: f64 = 1.0;
 const SHORTEST_BLOCK_S: f64 = 0.5;
 
-/// For every log the rows that a fold holds out, in order and apart; none of a log that it learns from whole.
+/// Held-out rows of a fold per log, sorted and disjoint; empty for a log that is used for training
+/// only.
 pub type Fold = Vec<Vec<Range<usize>>>;
 
-/// Piece of a log that stays together.
+/// Piece of a log that is not split.
 #[derive(Debug, Clone)]
 struct Unit {
     log: usize,
     rows: Range<usize>,
 }
 
-/// Folds that each hold out about `share` of all rows, at most `most` of them and at most one over the share; no row is held out twice.
+/// Folds that each hold out about `share` of all rows, at most `most` of them and at most one over
+/// the share. No row is held out twice.
 ///
-/// Several logs are held out as whole runs. A single log is cut at its rests, or where it rests less than twice into contiguous
-/// blocks. Which runs go together is drawn by `seed`. An axis that moves in several runs is judged by the first fold.
+/// Several logs are held out as whole runs. A single log is cut at its standstills, or, with fewer
+/// than two, into contiguous blocks. The grouping of runs is drawn by `seed`. An axis that moves in
+/// several runs is in the first fold.
 ///
 /// # Errors
-/// When the share is not between 0 and 1, or a single log is too short to be cut.
+/// When the share is not between 0 and 1, or a single log is too short.
 pub fn folds(logs: &[Log], share: f64, most: usize, seed: u64) -> Result<Vec<Fold>, DatasetError> {
     if !(share > 0.0 && share < 1.0) {
         return Err(DatasetError::BadSetting { name: "held_out_fraction", value: share, remedy: "it must be between 0 and 1" });
@@ -51,7 +55,8 @@ pub fn folds(logs: &[Log], share: f64, most: usize, seed: u64) -> Result<Vec<Fol
     for fold in &mut chosen {
         let mut sum = 0.0;
         while let Some(unit) = left.pop_front() {
-            // A unit is taken when that brings the sum nearer to what is wanted; one is always learned from.
+            // A unit is taken if the sum comes nearer to the target; at least one unit remains for
+            // training.
             let taken = fold.is_empty() || (sum + 0.5 * unit.rows.len() as f64 <= wanted && fold.len() + 1 < count);
             if !taken {
                 left.push_front(unit);
@@ -81,9 +86,9 @@ pub fn folds(logs: &[Log], share: f64, most: usize, seed: u64) -> Result<Vec<Fol
     Ok(chosen.iter().filter(|units| !units.is_empty()).map(fold).collect())
 }
 
-/// Pieces of a single log: between its rests, or blocks of equal length.
+/// Pieces of a single log: between its standstills, or blocks of equal length.
 fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
-    let pieces = between_rests(log, REST_S);
+    let pieces = between_rests(log, STANDSTILL_S);
     if pieces.len() >= parts.max(3) {
         return Ok(pieces);
     }
@@ -99,8 +104,8 @@ fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
     Ok((0..parts).map(|part| part * length..if part + 1 == parts { log.len() } else { (part + 1) * length }).collect())
 }
 
-/// Rows of a log from the middle of one rest of its command of at least `rest_s` to the middle of the next; pieces shorter than a
-/// second join the one before.
+/// Rows of a log from the middle of one standstill of its command of at least `rest_s` to the
+/// middle of the next. Pieces shorter than a second join the previous one.
 #[must_use]
 pub fn between_rests(log: &Log, rest_s: f64) -> Vec<Range<usize>> {
     let shortest = (SHORTEST_S / log.period_s()).ceil() as usize;
@@ -127,8 +132,9 @@ pub fn between_rests(log: &Log, rest_s: f64) -> Vec<Range<usize>> {
     cuts.windows(2).map(|cut| cut[0]..cut[1]).collect()
 }
 
-/// The samples of a run that are scored: all, but for the first 0.3 s of a run that begins in motion, whose samples lack their command
-/// history. `reference` is the commanded position of one axis, one a period.
+/// The scored samples of a run: all, except the first 0.3 s of a run that begins in motion, whose
+/// samples lack their command history. `reference` is the commanded position of one axis, one value
+/// per period.
 #[must_use]
 pub fn scored(reference: &[f64], period_s: f64) -> Range<usize> {
     let begins_in_motion = reference.first() != reference.get(1);
@@ -147,5 +153,5 @@ fn is_still(reference: &Trajectory, k: usize) -> bool {
         .axes()
         .iter()
         .zip(reference.columns())
-        .all(|(axis, column)| (column[k] - column[k - 1]).abs() < quality::rest_speed(axis.kind) * reference.period_s())
+        .all(|(axis, column)| (column[k] - column[k - 1]).abs() < quality::standstill_speed(axis.kind) * reference.period_s())
 }

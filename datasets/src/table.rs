@@ -1,20 +1,20 @@
-//! Named columns of numbers, before anybody knows what they mean.
+//! Named columns of numbers without an interpretation.
 
 use crate::{DatasetError, Finding};
 use std::path::Path;
 
-/// What a [`LogFormat`](crate::LogFormat) reads: columns of equal length, as the file has them.
+/// Output of a [`LogFormat`](crate::LogFormat): columns of equal length, as in the file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// Column names; unit words in brackets or after an underscore may follow the name.
+    /// Column names, optionally followed by a unit in brackets or after an underscore.
     pub names: Vec<String>,
-    /// One column a name; NaN where the file has no number.
+    /// One column per name; NaN for missing numbers.
     pub columns: Vec<Vec<f64>>,
-    /// Line of each row in a text file, row of a binary one, from 1.
+    /// Line of each row in a text file, row of a binary file, from 1.
     pub lines: Vec<usize>,
-    /// Sampling period where the format states it, s.
+    /// Sampling period, s, if the format states it.
     pub period_s: Option<f64>,
-    /// What was mended while reading.
+    /// Corrections while reading.
     pub findings: Vec<Finding>,
 }
 

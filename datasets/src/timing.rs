@@ -1,29 +1,29 @@
-//! Time stamps to a uniform rate.
+//! From time stamps to a uniform rate.
 
 use std::path::Path;
 
 use crate::{Check, DatasetError, Finding, Severity};
 
-/// A stamp may miss the uniform grid by this share of a period before the log counts as unevenly sampled.
+/// Deviation from the uniform grid, as a share of a period, above which a log is unevenly sampled.
 const UNIFORM_SHARE: f64 = 0.05;
-/// An interval further than this share of the period from it is counted in the report.
+/// Deviation of an interval, as a share of the period, above which the report counts it.
 const OFF_SHARE: f64 = 0.25;
-/// Longest gap, in periods, that is bridged by interpolation; a longer one is a loss of rows.
+/// Longest gap, in periods, that is interpolated; a longer one is a loss of rows.
 const BRIDGED_PERIODS: f64 = 10.5;
-/// Gaps reported one by one.
+/// Maximum number of gaps reported one by one.
 const LISTED: usize = 5;
 
-/// How the samples of a log lie in time.
+/// Timing of the samples of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Timing {
     /// Period of the uniform grid, s.
     pub period_s: f64,
-    /// Whether the columns have to be interpolated onto the grid.
+    /// Whether the columns must be interpolated onto the grid.
     pub resample: bool,
     pub findings: Vec<Finding>,
 }
 
-/// Finds the period behind time stamps (s, one a row), and everything that is wrong with them.
+/// Determines the period of time stamps (s, one per row) and their faults.
 pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timing, DatasetError> {
     let count = times.len();
     let (Some(first), Some(last)) = (times.first(), times.last()) else {
@@ -76,7 +76,8 @@ fn too_short(path: &Path, rows: usize) -> DatasetError {
     DatasetError::TooShort { path: path.to_owned(), rows, needed: 4 }
 }
 
-/// Refuses stamps whose grid would have far more rows than the log: a clock that was set, or a damaged number.
+/// Refuses stamps whose grid would have far more rows than the log: a clock change or a damaged
+/// number.
 fn check_span(path: &Path, intervals: &[f64], period_s: f64, lines: &[usize]) -> Result<(), DatasetError> {
     let span_s: f64 = intervals.iter().sum();
     if span_s / period_s <= BRIDGED_PERIODS * intervals.len() as f64 {
@@ -90,7 +91,8 @@ fn check_span(path: &Path, intervals: &[f64], period_s: f64, lines: &[usize]) ->
     Err(DatasetError::format(path, message))
 }
 
-/// The period of which the intervals are multiples: the short intervals' median first, then the mean over all multiples.
+/// The period whose multiples the intervals are: the median of the short intervals first, then the
+/// mean over all multiples.
 fn base_period_s(intervals: &[f64]) -> f64 {
     let mut sorted = intervals.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -101,9 +103,9 @@ fn base_period_s(intervals: &[f64]) -> f64 {
     intervals.iter().sum::<f64>() / multiples
 }
 
-/// The nearest multiple of `step`, when no further away than `tolerance` relative.
+/// The nearest multiple of `step` within a relative `tolerance`.
 fn snap(period_s: f64, step: f64, tolerance: f64) -> f64 {
-    // Divided by a whole number, so that 8 ms comes out as 0.008 and not one bit beside it.
+    // Division by an integer gives the nearest double: 8 ms is exactly 0.008.
     let per_second = (1.0 / step).round();
     let snapped = (period_s * per_second).round() / per_second;
     if snapped > 0.0 && (snapped - period_s).abs() <= tolerance * period_s { snapped } else { period_s }
@@ -145,7 +147,8 @@ fn report(times: &[f64], intervals: &[f64], period_s: f64, lines: &[usize]) -> V
 
 /// Values at `times` (increasing, at least 4) interpolated at `times[0] + k·period_s` by cubic Hermite pieces.
 ///
-/// The tangent at a sample is that of the parabola through it and its two neighbours, so that parabolas come out exact.
+/// The tangent at a sample is that of the parabola through it and its two neighbours, so that
+/// parabolas are exact.
 pub(crate) fn resample(times: &[f64], values: &[f64], period_s: f64) -> Vec<f64> {
     let (Some(first), Some(last)) = (times.first(), times.last()) else {
         return Vec::new();
@@ -163,7 +166,7 @@ pub(crate) fn resample(times: &[f64], values: &[f64], period_s: f64) -> Vec<f64>
             let u = (time - times[piece]) / width;
             let (p, q) = (values[piece], values[piece + 1]);
             let (m, n) = (tangents[piece] * width, tangents[piece + 1] * width);
-            // p + u·(m + …): the form that returns `p` exactly at u = 0.
+            // p + u·(m + …): this form returns `p` exactly at u = 0.
             p + u * (m + u * (3.0 * (q - p) - 2.0 * m - n + u * (2.0 * (p - q) + m + n)))
         })
         .collect()

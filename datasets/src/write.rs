@@ -1,4 +1,4 @@
-//! Logs to files.
+//! Writes logs to files.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,7 +14,7 @@ const DECIMALS: usize = 9;
 /// Writes a run as `t,x_ref,x_act,y_ref,y_act,…` in s, mm, rad: Parquet where the name ends in `.parquet`, else CSV with nine decimals.
 ///
 /// # Errors
-/// When the file cannot be written; what was at `path` is then still there.
+/// When the file cannot be written; the previous file at `path` is then unchanged.
 pub fn write_log(path: &Path, log: &Log) -> Result<(), DatasetError> {
     write_content(path, &log_content(path, log)?)
 }
@@ -43,7 +43,7 @@ pub(crate) fn write_content(path: &Path, content: &[u8]) -> Result<(), DatasetEr
     write_atomically(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
 }
 
-/// Named columns as the ending of `path` wants them.
+/// Named columns in the format given by the extension of `path`.
 pub(crate) fn content(path: &Path, columns: &[(String, Vec<f64>)]) -> Result<Vec<u8>, DatasetError> {
     let as_parquet =
         path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet") || ending.eq_ignore_ascii_case("pq"));

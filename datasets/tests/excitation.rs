@@ -1,4 +1,4 @@
-//! Excitation keeps its limits, starts and ends at rest, and is varied.
+//! Excitation keeps its limits, starts and ends at a standstill, and is varied.
 
 use datasets::{DatasetError, ExcitationPlan, RunPlan, excite};
 use motion::{Axis, Limits, Trajectory};
@@ -14,7 +14,7 @@ fn runs(plan: &ExcitationPlan, limits: &Limits, axes: &[Axis], half: f64) -> Vec
     excite(plan, limits, axes, &travel, PERIOD_S, 7).unwrap()
 }
 
-/// Finite differences of an axis, of one order, with rest before and after.
+/// Finite differences of an axis, of one order, with standstill before and after.
 fn differences(column: &[f64], order: i32) -> Vec<f64> {
     let mut values = vec![column[0]; 3];
     values.extend(column);
@@ -59,7 +59,7 @@ fn the_default_plan_makes_thirty_thousand_samples_within_the_limits() {
             reached[1],
             reached[2]
         );
-        // As fast as one of the limits allows.
+        // One of the limits is reached.
         assert!(reached.iter().any(|share| *share > 0.9), "{reached:?}");
         assert!(run.duration_s() > 0.5 * planned.seconds && run.duration_s() < 2.0 * planned.seconds);
         reversals += turns;

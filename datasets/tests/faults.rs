@@ -1,4 +1,4 @@
-//! Each check sees its fault, and says where it is.
+//! Each check finds its fault and reports its position.
 
 mod common;
 
@@ -72,7 +72,7 @@ fn jumps_of_the_command_are_seen() {
     let report = training(&hurt(|reference, _| reference[0][2000..].iter_mut().for_each(|v| *v += 3.0)));
     assert_found(&report, Warn, Check::Command, "x_ref, row 2001");
     let stop = hurt(|reference, actual| {
-        // At full speed, then at rest from one sample to the next.
+        // At full speed, then at standstill from one sample to the next.
         let (stop, lag) = (reference[0][0], 3);
         for k in 0..1000 {
             reference[0][k] = stop + 0.1 * (k as f64 - 1000.0);

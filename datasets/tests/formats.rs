@@ -1,4 +1,5 @@
-//! Logs as controllers write them: a small one in every format comes back as it was, and every trap says what it is.
+//! Controllers' log formats: a small log in every format is read back unchanged, and every fault is
+//! reported.
 
 mod common;
 
@@ -71,7 +72,7 @@ fn halsampler_logs_are_read_with_a_mapping() {
     assert_found(&report, Severity::Note, Check::Mended, "columns not used: 5");
     let tagged = "x_ref=2:mm,x_act=3:mm,z_ref=4:mm,z_act=5:mm";
     assert_sample(&read("run.txt", &halsampler(None, true), Some(tagged), Some(PERIOD_S)).unwrap().0, 0, SAMPLES);
-    // Without one the columns have only numbers.
+    // Without a mapping the columns have only numbers.
     let error = read("run.txt", &halsampler(None, false), None, Some(PERIOD_S)).unwrap_err().to_string();
     assert!(error.contains("the columns are") && error.contains("mapping"), "{error}");
 }
@@ -102,7 +103,7 @@ fn lost_samples_and_a_cut_off_end_of_halsampler_are_told() {
     assert!(matches!(error, DatasetError::Ragged { .. }), "{error}");
 }
 
-/// What halscope saves of these channels.
+/// Output of halscope for these channels.
 fn halscope(period: &str, names: [&str; 4]) -> String {
     let mut text = format!("# Sampling period is {period}\n{}\n", names.join(";"));
     for k in 0..SAMPLES {
@@ -241,7 +242,7 @@ fn sinumerik_edge_recordings_are_read() {
     let (log, report) = read("capture.json", &edge(0..SAMPLES), None, None).unwrap();
     assert_sample(&log, 0, SAMPLES);
     assert_found(&report, Severity::Note, Check::Mended, "CURRENT|1");
-    // A lost cycle shows in the counter, and is told like any other gap.
+    // A lost cycle shows in the counter, and is reported like any other gap.
     let (log, report) = read("capture.json", &edge((0..SAMPLES).filter(|k| *k != 200)), None, None).unwrap();
     assert_eq!(log.len(), SAMPLES);
     assert!(
@@ -274,7 +275,7 @@ fn sinumerik_traces_are_read() {
     let (log, report) = read("trace.xml", &trace(None), None, None).unwrap();
     assert_sample(&log, 0, SAMPLES);
     assert!(report.findings.is_empty(), "{report}");
-    // A value that was not sampled keeps the one before it, and is told.
+    // A value that was not sampled keeps the one before it, and is reported.
     let (log, report) = read("trace.xml", &trace(Some(20)), None, None).unwrap();
     assert_eq!(log.actual.columns()[0][20], log.actual.columns()[0][19]);
     assert_found(&report, Severity::Warn, Check::Mended, "1 values");

@@ -1,4 +1,4 @@
-//! What the recorded logs of real machines say.
+//! Recorded logs of real machines.
 
 mod common;
 
@@ -65,7 +65,7 @@ fn ur5_with_jitter_is_resampled_and_says_so() {
     assert_eq!(log.period_s(), 0.008);
     assert_found(&reading, Severity::Warn, Check::Timing, "1108 of 2243 intervals are not 8.000 ms");
     assert!((log.reference.duration_s() - 35.796).abs() < 0.008);
-    // The interpolated log still lags by the same half millisecond and nothing stands out of it.
+    // The interpolated log still lags by the same half millisecond and has no outliers.
     let report = assess(&log, Purpose::Training);
     assert!(!report.is_refused(), "{report}");
 }
@@ -91,7 +91,7 @@ fn the_michigan_log_is_refused_with_the_reason() {
     assert!(!assess(&log, Purpose::Measuring).findings.is_empty());
 }
 
-/// Faults put into a real log, as they happen, are seen; the log itself is clean.
+/// Faults inserted into a real log are found; the log itself has none.
 #[test]
 fn faults_put_into_a_real_log_are_seen() {
     let Some((log, _)) = read("emps_train_1kHz.csv") else { return };

@@ -1,4 +1,4 @@
-//! What is held out: whole runs, or rows of a single one.
+//! Held-out data: whole runs, or rows of a single one.
 
 mod common;
 

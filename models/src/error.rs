@@ -16,7 +16,7 @@ pub enum ModelError {
     /// The input does not fit the model (axes, sampling period, length).
     #[error("the input does not fit the model: {0}")]
     Misfit(String),
-    /// The bundle's bytes are not what its checksum says.
+    /// The bundle's bytes do not match its checksum.
     #[error("the model file is damaged: {0}; copy it again or train anew")]
     Damaged(String),
     /// The bundle was written by a version with another format.

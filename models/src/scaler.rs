@@ -40,7 +40,7 @@ impl Scaler {
         self.mean.len()
     }
 
-    /// Whether it has `width` columns of usable numbers; says what is wrong.
+    /// Whether it has `width` columns of valid numbers; the error describes the fault.
     pub(crate) fn check(&self, width: usize) -> Result<(), String> {
         if self.mean.len() != width || self.deviation.len() != width {
             return Err(format!("a scaler of {} and {} columns for {width}", self.mean.len(), self.deviation.len()));

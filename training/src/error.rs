@@ -6,19 +6,19 @@ use thiserror::Error;
 /// Errors of this crate.
 #[derive(Debug, Error)]
 pub enum TrainingError {
-    /// A recipe cannot be used.
+    /// A recipe is invalid.
     #[error("recipe: {0}")]
     Recipe(String),
-    /// The runs do not fit together or say too little.
+    /// The runs do not match or contain too little motion.
     #[error("the runs cannot be used for training: {0}")]
     Unusable(String),
     /// The normal equations of a stage have no unique solution.
     #[error("the equations of the stage `{0}` are singular; the log varies too little")]
     Singular(&'static str),
-    /// The result is not a sound predictor.
+    /// The result is no valid predictor.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A checkpoint cannot be used.
+    /// A checkpoint is invalid or belongs to another training.
     #[error("the checkpoint cannot be used: {0}")]
     Checkpoint(String),
     /// Reading or writing failed.

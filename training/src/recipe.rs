@@ -54,7 +54,7 @@ impl Recipe {
     /// Parses the text of a recipe file.
     ///
     /// # Errors
-    /// When the text is no recipe or a setting is invalid; the message names the place.
+    /// When the text is no recipe or a setting is invalid; the message has the line or the setting.
     pub fn from_toml(text: &str) -> Result<Self, TrainingError> {
         let recipe: Self = toml::from_str(text).map_err(|error| TrainingError::Recipe(error.to_string()))?;
         if recipe.staged.is_none() && recipe.network.is_none() {

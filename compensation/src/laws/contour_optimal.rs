@@ -1,4 +1,4 @@
-//! The contour error itself, minimised step by step through a machine's linear response.
+//! Minimises the contour error by steps through a machine's linear response.
 
 use motion::contour::{ContourEstimator, Exact, Location};
 use motion::{DesiredPath, Trajectory, Vec3};
@@ -8,29 +8,34 @@ use crate::{CompensationError, CompensationLaw, ImpulseResponse, PoseErrors, pos
 
 /// One Gauss–Newton step on the contour error of a machine whose axes place the tip directly.
 ///
-/// With the shift `δ` of the reference, the impulse responses `P` of the axes and the foot point of desired sample `k` at the (fractional) sample
-/// `p(k)` of the run, the error becomes `ε(k) − N(k)·(Pδ)(p(k))`. `N = I − (1 − c)·ττᵀ` takes off what lies along the path's tangent `τ`; `c`, the
-/// squared cosine between error and tangent, keeps all of it where the nearest point is no foot point: at starts, stops and corners. The step minimises
+/// With the shift `δ` of the reference, the impulse responses `P` of the axes and the foot point of
+/// desired sample `k` at the (fractional) sample `p(k)` of the run, the error becomes `ε(k) −
+/// N(k)·(Pδ)(p(k))`. `N = I − (1 − c)·ττᵀ` removes the component along the path's tangent `τ`. The
+/// squared cosine `c` between error and tangent keeps all of it where the nearest point is no foot
+/// point: at starts, stops and corners. The step minimises
 /// ```text
 /// Σ w(k) |ε(k) − N(k)(Pδ)(p(k))|² + λ·Σ |δ|²
 /// ```
-/// by conjugate gradients without any matrix: `P` is a filter, its adjoint the same in reversed time, so that nothing is learned at frequencies to which
-/// the machine does not answer. The weights `w = 1 + (|ε|/2·RMS)²`, at most 10, let large errors count more.
+/// by matrix-free conjugate gradients: `P` is a filter, its adjoint the same filter in reversed
+/// time. Nothing is learned at frequencies where the response of the machine is small. The weights
+/// `w = 1 + (|ε|/2·RMS)²`, at most 10, emphasise large errors.
 pub struct ContourOptimal {
     responses: Vec<ImpulseResponse>,
     estimator: Box<dyn ContourEstimator>,
     damping: f64,
 }
 
-/// Iterations of the solver: its first ones take up what the machine answers to well, the later ones only what the damping allows anyway.
+/// Iterations of the solver. The first ones solve for directions with a large response; the later
+/// ones for directions that the damping limits anyway.
 const ITERATIONS: usize = 25;
-/// Residual, as a share of the right side, at which it stops: a step through a linear response is not exact to more.
+/// Relative residual at which it stops: a step through a linear response is not more accurate.
 const TOLERANCE: f64 = 0.01;
 /// Largest weight of a sample.
 const MOST_WEIGHT: f64 = 10.0;
 
 impl ContourOptimal {
-    /// The law for a machine with these responses, one an axis, with damping `λ` relative to a response of 1.
+    /// The law for a machine with these responses, one per axis, with damping `λ` relative to a
+    /// response of 1.
     ///
     /// # Errors
     /// When the damping is not positive.
@@ -53,7 +58,7 @@ impl ContourOptimal {
         Ok(())
     }
 
-    /// Samples after which the slowest response has mostly arrived.
+    /// Samples after which most of the slowest response has arrived.
     #[must_use]
     pub fn reach(&self) -> usize {
         let late = self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max);
@@ -88,7 +93,8 @@ impl CompensationLaw for ContourOptimal {
         let mean_square = squares.sum::<f64>() / (2 * contour.len()).max(1) as f64;
         let weight =
             |error: Vec3| (1.0 + 0.25 * error.norm_squared() / mean_square.max(f64::MIN_POSITIVE)).min(MOST_WEIGHT).sqrt();
-        // How far `N` takes off what lies along the path: not where the error itself lies along it.
+        // Share of the tangential component that `N` removes: none if the error itself is
+        // tangential.
         let across = |tangent: Vec3, error: Vec3| {
             let along = tangent.dot(&error).powi(2) / error.norm_squared().max(f64::MIN_POSITIVE);
             tangent * (1.0 - along).max(0.0).sqrt()
@@ -96,7 +102,8 @@ impl CompensationLaw for ContourOptimal {
         let of_desired = contour.iter().enumerate().map(|(k, error)| {
             let step = tips[(k + 1).min(tips.len() - 1)] - tips[k.saturating_sub(1)];
             let tangent = step.try_normalize(1e-9).unwrap_or_else(Vec3::zeros);
-            // At the run's last sample an axis that is late is still on its way: the rest of the way is no error of the shape.
+            // At the run's last sample a lagging axis is still moving: the remaining distance is no
+            // contour error.
             let off = if error.at_end { tangent } else { across(tangent, error.vector) };
             (Row { off, weight: weight(error.vector), location: error.location }, error.vector)
         });
@@ -114,7 +121,7 @@ impl CompensationLaw for ContourOptimal {
     }
 }
 
-/// How the error of one desired sample answers to the run.
+/// Linear response of the error at one desired sample.
 struct Row {
     /// `√(1 − c)·τ`: `N = I − off·offᵀ`.
     off: Vec3,

@@ -1,4 +1,4 @@
-//! The laws, a file each.
+//! The laws, one file each.
 
 mod contour_optimal;
 mod norm_optimal;

@@ -7,11 +7,12 @@ use crate::{CompensationError, CompensationLaw, ImpulseResponse};
 /// Weights of the cost `J = eᵀ(a·Q_cc + b·I)e + uᵀSu + (u⁺ − u)ᵀR(u⁺ − u)`, `b = 1 − a` (Paper E, eq. 18); `S = s·I`, `R = r·I`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormOptimalSettings {
-    /// Share of the contour error: 0 weighs every axis's error by itself (N.O.-ILC), 1 the contour error only (N.O.-CCILC).
+    /// Share of the contour error: 0 weighs the error of every axis separately (N.O.-ILC), 1 the
+    /// contour error only (N.O.-CCILC).
     pub a: f64,
-    /// Weight of the shift; it bounds effort and decides about robustness.
+    /// Weight of the shift; it limits effort and sets the robustness.
     pub s: f64,
-    /// Weight of a shift's change from run to run; it damps noise.
+    /// Weight of the change of the shift from run to run; it damps noise.
     pub r: f64,
 }
 
@@ -22,9 +23,9 @@ impl Default for NormOptimalSettings {
     }
 }
 
-/// `u⁺ = 𝒬u + ℒe` (Paper E, eq. 9) with the shift `u` = reference − desired, the tracking error `e`, and `P` the axes' impulse responses
-/// (eq. 3-6). Solved as `(PᵀQP + S + R)(u⁺ − u) = PᵀQe − Su` without any matrix: `P` is a filter, `Pᵀ` the same in reversed time, and the
-/// solver conjugate gradients.
+/// `u⁺ = 𝒬u + ℒe` (Paper E, eq. 9) with the shift `u` = reference − desired, the tracking error
+/// `e`, and `P` the axes' impulse responses (eq. 3-6). Solved as `(PᵀQP + S + R)(u⁺ − u) = PᵀQe −
+/// Su` by matrix-free conjugate gradients: `P` is a filter, `Pᵀ` the same filter in reversed time.
 ///
 /// In `n` axes the contour error's weight at a sample is the projector `I − ττᵀ` off the path's tangent `τ` (in the plane `CᵀC`, eq. 1-2).
 pub struct NormOptimalIlc {
@@ -32,13 +33,13 @@ pub struct NormOptimalIlc {
     responses: Vec<ImpulseResponse>,
 }
 
-/// Residual, as a share of the right side, at which the solver stops.
+/// Relative residual at which the solver stops.
 const TOLERANCE: f64 = 1e-11;
-/// Iterations after which it stops whatever the residual.
+/// Maximum number of iterations.
 const ITERATIONS: usize = 2000;
 
 impl NormOptimalIlc {
-    /// The law for a machine with these responses, one an axis.
+    /// The law for a machine with these responses, one per axis.
     ///
     /// # Errors
     /// When `a` is not within 0…1, or `s` and `r` are negative or both zero.
@@ -54,11 +55,11 @@ impl NormOptimalIlc {
         Ok(Self { settings, responses })
     }
 
-    /// Relative error of the responses up to which learning converges monotonically: `1/‖(PᵀQP + S)⁻¹PᵀQP‖` (Paper E, section III-C);
-    /// `R` has no part in it. By power iteration.
+    /// Relative error of the responses up to which learning converges monotonically: `1/‖(PᵀQP +
+    /// S)⁻¹PᵀQP‖` (Paper E, section III-C), independent of `R`. By power iteration.
     ///
     /// # Errors
-    /// When the path's axes are not those of the responses.
+    /// When the axes of the path are not those of the responses.
     pub fn permitted_model_error(&self, desired: &DesiredPath) -> Result<f64, CompensationError> {
         let lifted = self.lifted(desired.trajectory(), self.settings.s.max(1e-9))?;
         let mut x: Vec<f64> = (0..lifted.size()).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
@@ -213,11 +214,11 @@ impl Lifted<'_> {
     }
 }
 
-/// Samples from which on an axis is worth a thread.
+/// Minimum number of samples for one thread per axis.
 const SPAWN_SAMPLES: usize = 10_000;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Several sums side by side: the additions need not wait for each other.
+    // Independent partial sums: the additions need not wait for each other.
     let (a_chunks, a_rest) = a.as_chunks::<8>();
     let (b_chunks, b_rest) = b.as_chunks::<8>();
     let mut sums = [0.0; 8];
@@ -229,7 +230,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
-/// Unit tangents by central differences, axis by axis; zero, so that all of the error counts, where the path rests.
+/// Unit tangents by central differences, axis by axis; zero at standstill, so that the whole error
+/// counts.
 fn tangents(path: &Trajectory) -> Vec<f64> {
     let samples = path.len();
     let mut tangents: Vec<f64> = path

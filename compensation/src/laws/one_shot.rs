@@ -7,7 +7,7 @@ use crate::{CompensationError, CompensationLaw, PoseErrors, Shift, move_poses, p
 
 /// `P_new = P_k + η (P_k − R_k)`, with `R_k` the point of the predicted path nearest to `P_k` (Paper D, eq. 21-24); the tool axis likewise.
 pub struct OneShot {
-    /// Share of the contour error that is taken off, 1 in the paper.
+    /// Gain on the contour error, 1 in the paper.
     pub eta: f64,
     estimator: SplineSearch,
 }
@@ -37,8 +37,8 @@ impl CompensationLaw for OneShot {
     }
 }
 
-/// The error without what lies along the path: the search takes one of ten points between samples, and the way to the next of them,
-/// micrometres at speed, would jerk the reference to and fro.
+/// The error without its tangential component. The search takes one of ten points between samples;
+/// the distance to the next point, micrometres at speed, would make the reference oscillate.
 fn across(error: &ContourError) -> Vec3 {
     error.vector - error.tangent * error.tangent.dot(&error.vector)
 }

@@ -5,12 +5,13 @@ use motion::{DesiredPath, Trajectory, Vec3};
 
 use crate::{CompensationError, CompensationLaw, LowPass, PoseErrors, Shift, move_poses, pose_errors};
 
-/// How the learning gain changes from run to run.
+/// Learning gain by run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gain {
-    /// The same in every run; the papers use 0.8.
+    /// Constant; the papers use 0.8.
     Constant(f64),
-    /// `1/j` in run `j`: averages the noise of the runs away, where a constant gain learns it anew each time.
+    /// `1/j` in run `j`: averages the noise of the runs; a constant gain learns the noise of each
+    /// run.
     Decreasing,
 }
 
@@ -60,11 +61,12 @@ impl SpatialIlc {
         self
     }
 
-    /// The same law, which takes the tracking error instead of the contour error where the path turns sharply or stops within `turn_s`
-    /// (a servo's time constant, s).
+    /// The same law with the tracking error instead of the contour error where the path turns
+    /// sharply or stops within `turn_s` (a servo's time constant, s).
     ///
-    /// A shift takes effect only after that time. By then the normal of a sharp turn points elsewhere, and a path that has stopped shows
-    /// no foot point for axes that are still on their way; the tracking error says in time what to do.
+    /// A shift acts only after that time. By then the normal of a sharp turn has rotated, and a
+    /// stopped path has no foot point for axes that still move; the tracking error shows them in
+    /// time.
     #[must_use]
     pub fn with_tracking_in_turns(mut self, turn_s: f64) -> Self {
         self.turn_s = Some(turn_s);
@@ -88,7 +90,7 @@ impl CompensationLaw for SpatialIlc {
         let mut shifts: Vec<Shift> = errors.into_iter().map(|error| error.times(gain)).collect();
         if let Some(turn_s) = self.turn_s {
             let reach = (turn_s / desired.trajectory().period_s()).round() as usize;
-            let shares = turns(&desired.tips(), reach);
+            let shares = turn_shares(&desired.tips(), reach);
             for ((shift, share), (wanted, actual)) in shifts.iter_mut().zip(shares).zip(desired.poses().iter().zip(&actual)) {
                 let in_time = Shift { tip: wanted.tip - actual.tip, tool: wanted.tool - actual.tool };
                 *shift = shift.lerp(in_time.times(gain), share);
@@ -102,9 +104,9 @@ impl CompensationLaw for SpatialIlc {
     }
 }
 
-/// Filters each coordinate of the shifts; those of the tool only where it turns.
-fn smooth(shifts: &mut [Shift], filter: &LowPass, turns: bool) {
-    if turns {
+/// Filters each coordinate of the shifts; those of the tool only if it rotates.
+fn smooth(shifts: &mut [Shift], filter: &LowPass, has_rotary_axes: bool) {
+    if has_rotary_axes {
         let both: Vec<[f64; 6]> = shifts.iter().map(|Shift { tip: a, tool: b }| [a.x, a.y, a.z, b.x, b.y, b.z]).collect();
         for (shift, [x, y, z, i, j, k]) in shifts.iter_mut().zip(filter.zero_phase_of(&both)) {
             *shift = Shift { tip: Vec3::new(x, y, z), tool: Vec3::new(i, j, k) };
@@ -120,8 +122,9 @@ fn smooth(shifts: &mut [Shift], filter: &LowPass, turns: bool) {
 /// Turn within the reach at which the tracking error counts as much as the contour error, rad.
 const SHARP_RAD: f64 = 0.5;
 
-/// For every sample how much of a turn or a stop lies within `reach` samples, 0 to 1, smooth over as many.
-fn turns(path: &[Vec3], reach: usize) -> Vec<f64> {
+/// Share of the tracking error at every sample, 0 to 1: from the turns and stops within `reach`
+/// samples, smoothed over as many.
+fn turn_shares(path: &[Vec3], reach: usize) -> Vec<f64> {
     let last = path.len().saturating_sub(1);
     let moves = |k: usize| path[(k + 1).min(last)] != path[k];
     let raw: Vec<f64> = (0..path.len())
@@ -149,16 +152,16 @@ mod tests {
 
     #[test]
     fn turns_and_stops_count_and_straights_do_not() {
-        // Rest, 1 mm a sample along x, a corner, along y, rest.
+        // Standstill, 1 mm a sample along x, a corner, along y, standstill.
         let mut path = vec![Vec3::zeros(); 20];
         path.extend((1..=50).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)));
         path.extend((1..=50).map(|k| Vec3::new(50.0, f64::from(k), 0.0)));
         path.extend(vec![Vec3::new(50.0, 50.0, 0.0); 20]);
-        let shares = turns(&path, 5);
+        let shares = turn_shares(&path, 5);
         assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
         assert_eq!((shares[5], shares[134]), (1.0, 1.0));
         assert!(shares[69] > 0.5, "{}", shares[69]);
         assert_eq!((shares[45], shares[95]), (0.0, 0.0));
-        assert!(turns(&[], 5).is_empty() && turns(&[Vec3::zeros()], 5) == [1.0]);
+        assert!(turn_shares(&[], 5).is_empty() && turn_shares(&[Vec3::zeros()], 5) == [1.0]);
     }
 }

@@ -5,7 +5,8 @@ use motion::{DesiredPath, Trajectory};
 use crate::laws::Gain;
 use crate::{CompensationError, CompensationLaw, LowPass};
 
-/// `x_r ← x_r + γ·Q(x_d − x)`, with `Q` a zero-phase low-pass: drives each axis to its desired position at its time.
+/// `x_r ← x_r + γ·Q(x_d − x)` with a zero-phase low-pass `Q`: moves each axis to its desired
+/// position at its time.
 pub struct TrackingIlc {
     gain: Gain,
     low_pass: Option<LowPass>,

@@ -1,8 +1,8 @@
-//! Which columns of a table make a log.
+//! The columns of a table that form a log.
 
 use motion::Axis;
 
-/// A column of a table, and what its values are multiplied by to become s, mm or rad.
+/// A column of a table and its factor to s, mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Source {
     /// Index of the column.
@@ -22,13 +22,13 @@ pub struct AxisColumns {
     pub actual: Source,
 }
 
-/// Which columns of a table make a log.
+/// The columns of a table that form a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Time stamps, where there are any.
+    /// Time stamps, if any.
     pub time: Option<Source>,
     /// The axes, in the order of their first column.
     pub axes: Vec<AxisColumns>,
-    /// Names of the columns that are not used.
+    /// Names of the unused columns.
     pub unused: Vec<String>,
 }

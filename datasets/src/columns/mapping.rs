@@ -7,23 +7,24 @@ use super::recognise::{axis, time_column, unit_of_name, unused};
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
-/// A column named on the right of an entry.
+/// A column on the right-hand side of an entry.
 struct Named {
     source: Source,
     unit: Option<Unit>,
 }
 
-/// Name of an axis with the columns of its reference and its actual position, as far as they are given.
+/// Name of an axis with the columns of its reference and its actual position, if given.
 type Sides = (String, Option<Named>, Option<Named>);
 
 impl ColumnMap {
-    /// The map that a text like `t=time_s,x_ref=x_cmd_mm,x_act=raw*0.001,y_ref=#4:um,y_act=#5:um` says.
+    /// Parses a map such as `t=time_s,x_ref=x_cmd_mm,x_act=raw*0.001,y_ref=#4:um,y_act=#5:um`.
     ///
-    /// On the right: a column's name or `#` and its number, then `*factor` or `:unit` where the unit in the column's name, else s, mm
-    /// or rad, is not meant. Without `t` a time column is looked for by its name.
+    /// Right-hand side: a column name or `#` and its number, then `*factor` or `:unit`. The default
+    /// is the unit in the column's name, else s, mm or rad. Without `t` a time column is searched
+    /// by its name.
     ///
     /// # Errors
-    /// When the text cannot be read, or names what the table has not.
+    /// When the text cannot be parsed, or the table lacks a column.
     pub fn parse(text: &str, path: &Path, table: &Table) -> Result<Self, DatasetError> {
         parse(text, path, table)
     }
@@ -89,7 +90,7 @@ fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), Da
     Ok((time, sides))
 }
 
-/// Refuses an axis of which one column is missing.
+/// Refuses an axis with one missing column.
 fn both_sides((name, reference, actual): Sides) -> Result<AxisColumns, String> {
     let (Some(reference), Some(actual)) = (reference, actual) else {
         return Err(format!("axis `{name}` needs both `{name}_ref` and `{name}_act`"));

@@ -1,4 +1,4 @@
-//! What the columns of a table mean: which axis, commanded or actual, in which unit.
+//! Meaning of the columns of a table: axis, commanded or actual, unit.
 
 mod map;
 mod mapping;

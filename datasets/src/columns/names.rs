@@ -2,17 +2,17 @@
 
 use super::unit::Unit;
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Time,
     Reference,
     Actual,
-    /// A position of which the name does not say whether it is commanded or actual.
+    /// A position whose name does not state whether it is commanded or actual.
     Position,
 }
 
-/// A column name that was understood to its last word.
+/// Meaning of a column name of which every word is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Meaning {
     pub role: Role,
@@ -27,7 +27,8 @@ const REFERENCE: &[&str] =
 const ACTUAL: &[&str] = &["act", "actual", "enc", "encoder", "fb", "feedback", "meas", "measured"];
 const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value"];
 
-/// What a column name says; `None` when it has a word that is not known, so that `x_act_velocity` is never taken for a position.
+/// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
+/// for a position.
 pub(super) fn understand(name: &str) -> Option<Meaning> {
     if let Some(meaning) = joint_pin(name) {
         return Some(meaning);
@@ -74,10 +75,11 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
     Some(Meaning { role, axis, unit })
 }
 
-/// Axes of LinuxCNC's joints 0 to 5 where its configuration names no others.
+/// Axes of LinuxCNC's joints 0 to 5 if its configuration names no others.
 const JOINTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
 
-/// A pin of a joint in LinuxCNC's HAL: `joint.0.motor-pos-cmd`, `joint.0.pos-fb`. Joints that turn are in degrees.
+/// A pin of a joint in LinuxCNC's HAL: `joint.0.motor-pos-cmd`, `joint.0.pos-fb`. Rotary joints are
+/// in degrees.
 fn joint_pin(name: &str) -> Option<Meaning> {
     let (number, pin) = name.strip_prefix("joint.")?.split_once('.')?;
     let role = match pin.strip_prefix("motor-").unwrap_or(pin) {
@@ -90,7 +92,7 @@ fn joint_pin(name: &str) -> Option<Meaning> {
     Some(Meaning { role, axis: axis.to_owned(), unit: Unit::named(unit) })
 }
 
-/// Whether a column is called as a joint's pin, which does not say which axis it moves.
+/// Whether a column has the name of a joint's pin, which does not state the axis.
 pub(crate) fn is_joint_pin(name: &str) -> bool {
     joint_pin(name).is_some()
 }

@@ -1,4 +1,4 @@
-//! Columns known by their names.
+//! Recognises columns by their names.
 
 use std::path::Path;
 
@@ -10,10 +10,12 @@ use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
 impl ColumnMap {
-    /// The map that a table's column names speak for; names are understood only when every word in them is.
+    /// The map that follows from a table's column names. A name counts only if every word in it is
+    /// known.
     ///
     /// # Errors
-    /// When no axis has both columns, two columns claim the same place, or units contradict each other.
+    /// When no axis has both columns, two columns have the same meaning, or units contradict each
+    /// other.
     pub fn recognise(path: &Path, table: &Table) -> Result<Self, DatasetError> {
         recognise(path, table)
     }
@@ -69,7 +71,7 @@ pub(super) fn time_column(table: &Table) -> Result<Option<Source>, String> {
 
 pub(super) fn unit_of_name(name: &str) -> Option<Unit> {
     understand(name).and_then(|meaning| meaning.unit).or_else(|| {
-        // Names that are not understood as a whole still end in their unit: `motor_travel_um`.
+        // Names with unknown words may still end in their unit: `motor_travel_um`.
         let (_, last) = name.rsplit_once(['_', ' ', '[', '('])?;
         Unit::named(last)
     })
@@ -95,7 +97,8 @@ pub(super) fn axis(name: &str, units: &[Option<Unit>]) -> Result<Axis, String> {
     Ok(axis)
 }
 
-/// Period from a column of positions and one of speeds, s: the regression of the position's steps on the speed; a hint, no measurement.
+/// Estimated period from a column of positions and one of speeds, s: the regression of the
+/// position's steps on the speed.
 pub(crate) fn implied_period_s(table: &Table) -> Option<f64> {
     table.names.iter().zip(&table.columns).find_map(|(name, positions)| {
         let speed_name = name.replace("Position", "Velocity").replace("pos", "vel");
@@ -142,7 +145,7 @@ fn axis_names(meanings: &[Option<Meaning>], roles: &[Role]) -> Vec<String> {
     names
 }
 
-/// `x1` becomes `x` where no other axis begins with that letter.
+/// `x1` becomes `x` if no other axis begins with that letter.
 fn short_name(name: &str, meanings: &[Option<Meaning>]) -> String {
     let letter = &name[..name.len().min(1)];
     let alone = meanings.iter().flatten().all(|meaning| meaning.axis == name || !meaning.axis.starts_with(letter));

@@ -1,20 +1,20 @@
 //! Units in column names.
 
-/// What a unit measures.
+/// Quantity of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Inside in s.
+    /// Internal unit s.
     Time,
-    /// Inside in mm.
+    /// Internal unit mm.
     Length,
-    /// Inside in rad.
+    /// Internal unit rad.
     Angle,
 }
 
-/// A unit: what it measures and how much of the inner unit (s, mm, rad) it is.
+/// A unit: its quantity and its factor to the internal unit (s, mm, rad).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// What it measures.
+    /// Quantity.
     pub quantity: Quantity,
     /// Factor to s, mm or rad.
     pub scale: f64,

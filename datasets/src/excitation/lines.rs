@@ -1,4 +1,5 @@
-//! Straight lines with corners and stops, planned as a control plans them: what most part programs are made of.
+//! Straight lines with corners and stops, planned as by a control: the content of most part
+//! programs.
 
 use std::sync::Arc;
 
@@ -10,23 +11,24 @@ use rand::{Rng, RngExt};
 
 use crate::DatasetError;
 
-/// How far corners are rounded off, mm.
+/// Corner tolerance, mm.
 const CORNER_TOLERANCE_MM: f64 = 0.02;
 /// Share of lines that end at a stop, and the longest dwell there, s.
 const STOPS: f64 = 0.35;
 const LONGEST_DWELL_S: f64 = 0.15;
-/// Share of lines along a single axis, which alone reach its full speed.
+/// Share of lines along a single axis: only these reach its full speed.
 const SINGLE: f64 = 0.4;
-/// Share of lines at full speed, and the slowest of the others, as a share of it.
+/// Share of lines at full speed, and the slowest speed of the others, as a share of it.
 const FULL: f64 = 0.5;
 const SLOWEST: f64 = 0.25;
-/// Share of lines that approach a stop as a tool plunges: short, slow and along one linear axis; their lengths, mm, and speeds as a share of the
-/// full one. What a slow stop leaves behind differs from what a fast one does.
+/// Share of lines that approach a stop like a plunging tool: short, slow and along one linear axis;
+/// their lengths, mm, and speeds as a share of full speed. The standstill error after a slow stop
+/// differs from that after a fast one.
 const APPROACHES: f64 = 0.25;
 const APPROACH_MM: std::ops::Range<f64> = 0.2..2.0;
 const APPROACH_SPEED: std::ops::Range<f64> = 0.02..0.2;
 
-/// Lines through places that `position` draws for an axis, from `home` and back.
+/// Lines through positions that `position` draws for an axis, from `home` and back.
 pub(super) struct Lines<'a> {
     pub axes: &'a [Axis],
     pub limits: &'a Limits,
@@ -34,19 +36,19 @@ pub(super) struct Lines<'a> {
     /// Lowest and highest position of every axis, mm or rad.
     pub travel: &'a [(f64, f64)],
     pub seconds: f64,
-    pub rest_s: f64,
+    pub standstill_s: f64,
     pub speed_share: f64,
     pub period_s: f64,
 }
 
 impl Lines<'_> {
-    /// `None` where the machine has none of the axes x, y, z, a, b, c.
-    pub fn play<R: Rng>(
+    /// `None` if the machine has none of the axes x, y, z, a, b, c.
+    pub fn generate<R: Rng>(
         &self,
         rng: &mut R,
         mut position: impl FnMut(&mut R, usize) -> f64,
     ) -> Result<Option<Trajectory>, DatasetError> {
-        // The axes that lines know, each with its place among x, y, z, a, b, c.
+        // The axes of the lines, each with its index among x, y, z, a, b, c.
         let moved: Vec<(usize, usize)> = (0..self.axes.len()).filter_map(|axis| Some((axis, self.axes[axis].slot()?))).collect();
         if moved.is_empty() {
             return Ok(None);
@@ -55,7 +57,7 @@ impl Lines<'_> {
         self.planned(&path, &moved).map(Some)
     }
 
-    /// Lines drawn until their estimated time is over, and back home.
+    /// Lines drawn until their estimated time is reached, and the return home.
     fn draw<R: Rng>(&self, moved: &[(usize, usize)], rng: &mut R, position: &mut impl FnMut(&mut R, usize) -> f64) -> ToolPath {
         let has_linear = moved.iter().any(|(_, slot)| *slot < 3);
         let turns = moved.iter().any(|(_, slot)| *slot >= 3);
@@ -63,13 +65,13 @@ impl Lines<'_> {
         moved.iter().for_each(|&(axis, slot)| home[slot] = self.home[axis]);
         let (mut at, mut path, mut planned_s) = (home, ToolPath::default(), 0.0);
         loop {
-            let last = planned_s >= self.seconds - 2.0 * self.rest_s;
+            let last = planned_s >= self.seconds - 2.0 * self.standstill_s;
             let approach = !last && has_linear && rng.random_bool(APPROACHES);
             let end = if last { home } else { self.end_of_line(&at, approach, moved, rng, position) };
-            let way: [f64; 6] = std::array::from_fn(|slot| (end[slot] - at[slot]) * way_mm(slot));
-            let length = way.iter().map(|step| step * step).sum::<f64>().sqrt();
+            let distance: [f64; 6] = std::array::from_fn(|slot| (end[slot] - at[slot]) * distance_mm(slot));
+            let length = distance.iter().map(|step| step * step).sum::<f64>().sqrt();
             if length > 1e-3 {
-                let top = self.speed_share * self.top_speed(moved, &way.map(|step| step / length));
+                let top = self.speed_share * self.top_speed(moved, &distance.map(|step| step / length));
                 let share = match approach {
                     true => rng.random_range(APPROACH_SPEED),
                     false if rng.random_bool(FULL) => 1.0,
@@ -92,7 +94,8 @@ impl Lines<'_> {
         }
     }
 
-    /// Where a line from `at` ends: a short way along a linear axis for an `approach`, else along one axis or all of them.
+    /// End of a line from `at`: a short distance along a linear axis for an `approach`, else along
+    /// one axis or all of them.
     fn end_of_line<R: Rng>(
         &self,
         at: &[f64; 6],
@@ -117,12 +120,12 @@ impl Lines<'_> {
         end
     }
 
-    /// The motion of all axes along `path`; those that lines do not know stay at home.
+    /// The motion of all axes along `path`; other axes stay at home.
     fn planned(&self, path: &ToolPath, moved: &[(usize, usize)]) -> Result<Trajectory, DatasetError> {
         let settings = PlanSettings {
             period_s: self.period_s,
             corner_tolerance_mm: CORNER_TOLERANCE_MM,
-            rest_s: self.rest_s,
+            rest_s: self.standstill_s,
             ..PlanSettings::default()
         };
         let kinematics: Arc<dyn Kinematics> = Arc::new(Cartesian::new(self.axes.to_vec()));
@@ -136,7 +139,7 @@ impl Lines<'_> {
         Ok(planned.with_columns(columns)?)
     }
 
-    /// The limits with those of the path out of the way.
+    /// The limits without those of the path.
     fn axis_limits_only(&self, moved: &[(usize, usize)]) -> Limits {
         let norm = |of: fn(&motion::AxisLimits) -> f64| {
             let linear = moved.iter().filter(|(_, slot)| *slot < 3);
@@ -156,13 +159,13 @@ impl Lines<'_> {
     fn top_speed(&self, moved: &[(usize, usize)], direction: &[f64; 6]) -> f64 {
         moved
             .iter()
-            .map(|&(axis, slot)| self.limits.axes[axis].velocity * way_mm(slot) / direction[slot].abs().max(1e-9))
+            .map(|&(axis, slot)| self.limits.axes[axis].velocity * distance_mm(slot) / direction[slot].abs().max(1e-9))
             .fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Way of a unit of an axis, mm.
-fn way_mm(slot: usize) -> f64 {
+/// Distance per unit of an axis, mm.
+fn distance_mm(slot: usize) -> f64 {
     if slot < 3 { 1.0 } else { MM_PER_RAD }
 }
 

@@ -1,9 +1,10 @@
-//! Excitation: random motion that shows all that a model has to learn, within the machine's limits.
+//! Excitation: random motion within the machine's limits that identifies all effects of a model.
 //!
 //! Paper D, eq. 13: each axis passes random positions `~ N(c, σ²)` at random knots `t_{j+1} = t_j + 0.04 + U(0.04, 0.08)` on a spline of
-//! degree five, with time scaled until speed and acceleration keep their limits. Unlike the paper's one long path, each run here is a few
-//! seconds with starts and stops of its own, and runs differ in speed, sharpness and place (`c`; zero in
-//! the paper): variety teaches more than length. Some runs are straight lines with corners and stops, as in part programs.
+//! degree five, with time scaled until speed and acceleration keep their limits. Unlike the paper's
+//! single long path, each run is a few seconds long with its own starts and stops, and runs differ
+//! in speed, sharpness and position (`c`; zero in the paper): variety improves a model more than
+//! length. Some runs are straight lines with corners and stops, as in part programs.
 
 mod lines;
 mod plan;
@@ -21,22 +22,27 @@ pub use plan::{ExcitationPlan, RunPlan, Shape};
 use scale::Sampled;
 use spline::QuinticSpline;
 
-/// Lever arm with which a spread of positions in mm is turned into one of angles, mm.
+/// Lever arm that converts a spread of positions in mm to one of angles, mm.
 const LEVER_MM: f64 = 100.0;
 /// Mean knot interval before time is scaled, s.
 const MEAN_INTERVAL_S: f64 = 0.1;
-/// Rest before and after the motion of each run, s.
-const REST_S: f64 = 0.1;
-/// Stops between pieces keep this share of the way to the ends of the travel, so that the motion around them has room.
+/// Standstill before and after the motion of each run, s.
+const STANDSTILL_S: f64 = 0.1;
+/// Share of the distance to the travel limits within which pieces stop, so that the motion around
+/// the stops has room.
 const STOP_SHARE: f64 = 0.5;
-/// Draws of a piece, and how near to the planned duration (logarithm of the ratio) ends them.
+/// Number of draws of a piece, and the accepted deviation from the planned duration (logarithm of
+/// the ratio).
 const DRAWS: usize = 8;
 const NEAR: f64 = 0.1;
 
-/// Random runs for a machine: name and reference of each, every one from rest to rest at the middle of the travel.
+/// Random runs for a machine: name and reference of each, from standstill to standstill at the
+/// middle of the travel.
 ///
-/// `travel` holds the lowest and highest position of each axis (mm or rad); `period_s` is the sampling period. The axes' limits hold
-/// for finite differences of the samples; the path's do not apply, so that every axis is seen at its top speed. The same plan, settings and seed give the same runs.
+/// `travel` holds the lowest and highest position of each axis (mm or rad); `period_s` is the
+/// sampling period. The axes' limits hold for finite differences of the samples. The path's limits
+/// do not apply, so that every axis reaches its top speed. The same plan, settings and seed give
+/// the same runs.
 ///
 /// # Errors
 /// When a limit, the period, the plan or the travel is out of range.
@@ -77,14 +83,14 @@ pub fn excite(
         .iter()
         .zip(plan.names())
         .map(|(run, name)| {
-            let mut stage = Stage { run, limits, axes, travel, period_s, rng: &mut rng };
-            Ok((name, stage.play()?))
+            let mut generator = Generator { run, limits, axes, travel, period_s, rng: &mut rng };
+            Ok((name, generator.generate()?))
         })
         .collect()
 }
 
-/// One run in the making.
-struct Stage<'a> {
+/// State of a run during its generation.
+struct Generator<'a> {
     run: &'a RunPlan,
     limits: &'a Limits,
     axes: &'a [Axis],
@@ -93,12 +99,12 @@ struct Stage<'a> {
     rng: &'a mut ChaCha8Rng,
 }
 
-impl Stage<'_> {
-    fn play(&mut self) -> Result<Trajectory, DatasetError> {
+impl Generator<'_> {
+    fn generate(&mut self) -> Result<Trajectory, DatasetError> {
         let home: Vec<f64> = self.travel.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
         match self.run.shape {
             Shape::Splines => self.splines_and_dwells(&home),
-            // A machine whose axes have other names, such as an arm's joints, has no lines.
+            // A machine with other axis names, such as an arm's joints, has no lines.
             Shape::Lines => match self.lines(&home)? {
                 Some(run) => Ok(run),
                 None => self.splines_and_dwells(&home),
@@ -114,18 +120,18 @@ impl Stage<'_> {
             home,
             travel: self.travel,
             seconds: self.run.seconds,
-            rest_s: REST_S,
+            standstill_s: STANDSTILL_S,
             speed_share: self.run.speed_share,
             period_s: self.period_s,
         };
         let draws: Vec<Draw> = (0..home.len()).map(|axis| self.draw(axis)).collect();
-        lines.play(self.rng, |rng, axis| draws[axis].position(rng, centres[axis], 1.0))
+        lines.generate(self.rng, |rng, axis| draws[axis].position(rng, centres[axis], 1.0))
     }
 
-    /// Rest, pieces with dwells between them, rest.
+    /// Standstill, pieces with dwells between them, standstill.
     fn splines_and_dwells(&mut self, home: &[f64]) -> Result<Trajectory, DatasetError> {
         let mut columns: Vec<Vec<f64>> = home.iter().map(|&position| vec![position]).collect();
-        self.dwell(&mut columns, REST_S);
+        self.dwell(&mut columns, STANDSTILL_S);
         for piece in 0..self.run.pieces {
             let start: Vec<f64> = columns.iter().filter_map(|column| column.last().copied()).collect();
             let end = if piece + 1 == self.run.pieces {
@@ -137,14 +143,14 @@ impl Stage<'_> {
             for (column, samples) in columns.iter_mut().zip(motion) {
                 column.extend(samples.into_iter().skip(1));
             }
-            let rest_s = if piece + 1 == self.run.pieces { REST_S } else { self.run.dwell_s };
-            self.dwell(&mut columns, rest_s);
+            let standstill_s = if piece + 1 == self.run.pieces { STANDSTILL_S } else { self.run.dwell_s };
+            self.dwell(&mut columns, standstill_s);
         }
         Ok(Trajectory::new(self.period_s, self.axes.to_vec(), columns)?)
     }
 
-    fn dwell(&self, columns: &mut [Vec<f64>], rest_s: f64) {
-        let samples = (rest_s / self.period_s).round() as usize;
+    fn dwell(&self, columns: &mut [Vec<f64>], standstill_s: f64) {
+        let samples = (standstill_s / self.period_s).round() as usize;
         for column in columns {
             if let Some(&last) = column.last() {
                 column.resize(column.len() + samples, last);
@@ -152,9 +158,10 @@ impl Stage<'_> {
         }
     }
 
-    /// A piece from rest to rest: of a few draws, with more or fewer knots, the one whose duration is nearest to the planned.
+    /// A piece from standstill to standstill: of a few draws, with more or fewer knots, the one
+    /// with the duration nearest to the plan.
     fn piece(&mut self, start: &[f64], end: &[f64]) -> Result<Vec<Vec<f64>>, DatasetError> {
-        let wanted_s = self.run.piece_s(REST_S);
+        let wanted_s = self.run.piece_s(STANDSTILL_S);
         let mut intervals: usize = 8;
         let mut best = (f64::INFINITY, Vec::new());
         for _ in 0..DRAWS {
@@ -195,8 +202,8 @@ impl Stage<'_> {
             .collect()
     }
 
-    /// Where an axis moves about during a piece: anywhere that leaves two standard deviations to the ends of its travel, so that all
-    /// pieces together cover it. Friction varies with place.
+    /// Centre of an axis during a piece: anywhere at least two standard deviations from the ends of
+    /// its travel, so that all pieces together cover the travel. Friction depends on the position.
     fn centre(&mut self, axis: usize) -> f64 {
         let draw = self.draw(axis);
         let room = (draw.half - 2.0 * draw.sigma).max(0.0);
@@ -217,7 +224,7 @@ impl Stage<'_> {
     }
 }
 
-/// How positions of an axis are drawn.
+/// Distribution of the positions of an axis.
 struct Draw {
     middle: f64,
     half: f64,
@@ -225,7 +232,8 @@ struct Draw {
 }
 
 impl Draw {
-    /// A random position around `centre`, never beyond `share` of the way from the middle to the ends of the travel.
+    /// A random position around `centre`, within `share` of the distance from the middle to the
+    /// ends of the travel.
     fn position(&self, rng: &mut impl Rng, centre: f64, share: f64) -> f64 {
         let normal: f64 = StandardNormal.sample(rng);
         let reach = share * self.half;

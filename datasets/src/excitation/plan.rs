@@ -1,16 +1,16 @@
-//! Which runs an excitation has.
+//! Plan of an excitation: its runs.
 
 use crate::DatasetError;
 
-/// The longest run, s: variety teaches more than length.
+/// The longest run, s: variety improves a model more than length.
 const LONGEST_S: f64 = 400.0;
 
-/// What a run is made of.
+/// Kind of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Splines through random positions (Paper D, eq. 13).
     Splines,
-    /// Straight lines with rounded corners and stops, as jerk-limited controls run them.
+    /// Straight lines with rounded corners and stops, as by jerk-limited controls.
     Lines,
 }
 
@@ -19,17 +19,18 @@ pub enum Shape {
 pub struct RunPlan {
     /// Part of the run's name.
     pub name: String,
-    /// Planned duration with rests, s; reached within about a quarter.
+    /// Planned duration including standstills, s; reached within about a quarter.
     pub seconds: f64,
-    /// Standard deviation of the positions that linear axes pass, mm; rotary axes take it at a lever arm of 100 mm.
+    /// Standard deviation of the positions of linear axes, mm; rotary axes use it at a lever arm of
+    /// 100 mm.
     pub sigma_mm: f64,
-    /// Share of the speed limits that is used, 0 to 1; acceleration and jerk keep theirs.
+    /// Share of the speed limits, 0 to 1; acceleration and jerk use their full limits.
     pub speed_share: f64,
-    /// What it is made of.
+    /// Kind of motion.
     pub shape: Shape,
-    /// Pieces of splines from rest to rest.
+    /// Number of spline pieces from standstill to standstill.
     pub pieces: usize,
-    /// Rest between pieces, s.
+    /// Dwell between pieces, s.
     pub dwell_s: f64,
 }
 
@@ -40,22 +41,22 @@ impl RunPlan {
         Self { name: name.to_owned(), seconds, sigma_mm: 18.0, speed_share, shape: Shape::Splines, pieces: 2, dwell_s: 0.1 }
     }
 
-    /// Many small sharp turns, σ = 4 mm.
+    /// Many small sharp reversals, σ = 4 mm.
     #[must_use]
     pub fn sharp(name: &str, seconds: f64) -> Self {
         Self { sigma_mm: 4.0, ..Self::standard(name, seconds, 1.0) }
     }
 
-    /// Straight lines of all lengths up to some σ = 18 mm.
+    /// Straight lines with lengths up to a few times σ = 18 mm.
     #[must_use]
     pub fn lines(name: &str, seconds: f64) -> Self {
         Self { shape: Shape::Lines, ..Self::standard(name, seconds, 1.0) }
     }
 
-    /// Planned duration of one piece, s, without `rest_s` before and after the run.
-    pub(super) fn piece_s(&self, rest_s: f64) -> f64 {
+    /// Planned duration of one piece, s, without `standstill_s` before and after the run.
+    pub(super) fn piece_s(&self, standstill_s: f64) -> f64 {
         let dwells_s = self.pieces.saturating_sub(1) as f64 * self.dwell_s;
-        ((self.seconds - 2.0 * rest_s - dwells_s) / self.pieces as f64).max(0.2)
+        ((self.seconds - 2.0 * standstill_s - dwells_s) / self.pieces as f64).max(0.2)
     }
 
     fn check(&self) -> Result<(), DatasetError> {
@@ -99,8 +100,8 @@ impl Default for ExcitationPlan {
 }
 
 impl ExcitationPlan {
-    /// Ten runs of together about `seconds`: four at full speed, one each at half and at a quarter of it, two with sharp turns, two of
-    /// straight lines.
+    /// Ten runs of about `seconds` in total: four at full speed, one each at half and at a quarter
+    /// of it, two with sharp reversals, two of straight lines.
     #[must_use]
     pub fn of_seconds(seconds: f64) -> Self {
         let each = seconds / 10.0;

@@ -1,11 +1,13 @@
-//! Interpolating splines of degree five that start and end at rest.
+//! Interpolating splines of degree five that start and end at a standstill.
 
 use crate::DatasetError;
 
-/// A C⁴ spline of degree five through points over time, with no speed and no acceleration at both ends.
+/// A C⁴ spline of degree five through points over time, with zero speed and acceleration at both
+/// ends.
 ///
-/// It is held as position, speed and acceleration at its knots. Those between follow from the third and fourth derivatives being
-/// continuous: a block-tridiagonal system of 2 × 2 blocks.
+/// It is stored as position, speed and acceleration at its knots. The inner speeds and
+/// accelerations follow from the continuity of the third and fourth derivatives: a
+/// block-tridiagonal system of 2 × 2 blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct QuinticSpline {
     times: Vec<f64>,
@@ -66,7 +68,7 @@ impl QuinticSpline {
         &self.times
     }
 
-    /// Position and its first three derivatives at `time`, which is clipped to the spline.
+    /// Position and its first three derivatives at `time`, which is clamped to the spline.
     pub fn at(&self, time: f64) -> [f64; 4] {
         let piece = self.times.partition_point(|knot| *knot <= time).clamp(1, self.times.len() - 1) - 1;
         let h = self.times[piece + 1] - self.times[piece];
@@ -84,7 +86,8 @@ impl QuinticSpline {
         ]
     }
 
-    /// The same shape, drawn towards its two ends' line until it stays between `low` and `high`, which hold both ends.
+    /// The same shape, scaled towards the line between its ends until it stays between `low` and
+    /// `high`, which contain both ends.
     pub fn squeezed(mut self, (low, high): (f64, f64)) -> Self {
         const PER_KNOT: usize = 40;
         let (start, end) = (self.knots[0][0], self.knots[self.knots.len() - 1][0]);
@@ -102,7 +105,7 @@ impl QuinticSpline {
             }
         }
         if share < 1.0 {
-            // A little less, for what lies between the places looked at.
+            // A margin for the motion between the sampled times.
             share *= 0.99;
             for (time, knot) in self.times.iter().zip(&mut self.knots) {
                 let base = line.at(time - begin);

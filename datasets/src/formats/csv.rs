@@ -8,7 +8,7 @@ use super::{HEAD_BYTES, LogFormat};
 use crate::columns::Unit;
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
-/// Text tables with a header line; the separator and the decimal sign are found by themselves.
+/// Text tables with a header line. Separator and decimal sign are detected.
 ///
 /// Files without a header get the column names `1`, `2`, …, for a mapping to refer to.
 #[derive(Debug, Clone, Copy)]
@@ -66,14 +66,14 @@ fn is_part_program(lines: &[Line<'_>]) -> bool {
     2 * code.iter().filter(|code| is_block(code)).count() > code.len()
 }
 
-/// Lines by which a part program is told.
+/// Number of lines for the detection of a part program.
 const PROGRAM_LINES: usize = 100;
 
 /// Column names from the last line of the right width before the data (with a row of units added to the names), or from a comment.
 fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<String> {
     let trimmed = |line| {
         let mut fields = dialect.fields(line);
-        // As in rows, a separator at the end makes no column.
+        // As in rows, a separator at the end adds no column.
         while fields.len() > dialect.width && fields.last().is_some_and(|field| field.is_empty()) {
             fields.pop();
         }
@@ -100,7 +100,7 @@ fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<
     }
 }
 
-/// Refuses rows of the wrong width; the last one may have been cut off by a stop of the recording and is dropped.
+/// Refuses rows of the wrong width. An incomplete last row, from a stopped recording, is dropped.
 fn check_widths(
     path: &Path,
     dialect: &Dialect,
@@ -137,7 +137,8 @@ fn check_widths(
     Ok(())
 }
 
-/// A file that ends within a number has a last row of full width with a wrong last value: fewer decimals than the row before.
+/// Drops a last row of full width whose last number is cut off: it has fewer decimals than in the
+/// row before.
 fn drop_cut_number(text: &str, dialect: &Dialect, rows: &mut Vec<Line<'_>>, findings: &mut Vec<Finding>) {
     if text.ends_with('\n') || !findings.is_empty() {
         return;
@@ -158,7 +159,7 @@ fn drop_cut_number(text: &str, dialect: &Dialect, rows: &mut Vec<Line<'_>>, find
     }
 }
 
-/// The columns; a field that is no number is not a number.
+/// The columns; a field that is no number becomes NaN.
 fn parse(dialect: &Dialect, rows: &[Line<'_>]) -> Vec<Vec<f64>> {
     let mut columns = vec![Vec::with_capacity(rows.len()); dialect.width];
     for row in rows {

@@ -2,7 +2,7 @@
 
 use super::text::Line;
 
-/// How the fields of a text log are written.
+/// Notation of the fields of a text log.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Dialect {
     /// Between fields; `' '` stands for any run of blanks.
@@ -13,11 +13,12 @@ pub(crate) struct Dialect {
     pub width: usize,
 }
 
-/// How many lines are looked at.
+/// Number of lines for the detection.
 const SNIFFED: usize = 200;
 
 impl Dialect {
-    /// The dialect in which rows have the most numbers, counted by their share of all fields: a wrong one leaves `5;1` behind.
+    /// The dialect in which rows have the most numbers, as a share of all fields: a wrong one
+    /// leaves fields such as `5;1`.
     pub fn sniff(lines: &[Line<'_>]) -> Self {
         let lines = &lines[..lines.len().min(SNIFFED)];
         let mut best = (0.0, Self::new(',', false, 1));
@@ -31,7 +32,7 @@ impl Dialect {
             let mut rows: Vec<&Vec<&str>> = rows.iter().filter(|row| row.len() == dialect.width).collect();
             let numbers = |row: &&Vec<&str>| row.iter().filter(|field| dialect.number(field).is_some()).count() as f64;
             let score: f64 = rows.iter().map(|row| numbers(row).powi(2) / row.len() as f64).sum();
-            // A separator at the end of every row makes no column.
+            // A separator at the end of every row adds no column.
             rows.retain(|row| numbers(row) > 0.0);
             if dialect.width > 1 && rows.iter().all(|row| row.last().is_some_and(|field| field.is_empty())) {
                 dialect.width -= 1;
@@ -61,7 +62,7 @@ impl Dialect {
         .collect()
     }
 
-    /// The number that a field is.
+    /// The value of a field, if it is a number.
     pub fn number(&self, field: &str) -> Option<f64> {
         if self.decimal_comma {
             if field.contains('.') {

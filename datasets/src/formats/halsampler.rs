@@ -12,7 +12,7 @@ use crate::{Check, DatasetError, Finding, Severity, Table};
 #[derive(Debug, Clone, Copy)]
 pub struct Halsampler;
 
-/// What it prints when its buffer ran full.
+/// Its output after a buffer overrun.
 const OVERRUN: &str = "overrun";
 
 impl LogFormat for Halsampler {
@@ -22,7 +22,7 @@ impl LogFormat for Halsampler {
 
     fn recognises(&self, head: &[u8]) -> bool {
         let Ok(head) = std::str::from_utf8(head) else { return false };
-        // The head may end within a line, which says nothing then.
+        // The head may end within a line, which is then ignored.
         let whole = head.rfind('\n').map_or(head, |end| &head[..end]);
         let mut lines = whole.lines().map(str::trim).filter(|line| !line.is_empty()).peekable();
         let of_numbers = |line: &str| line.split_whitespace().all(|word| word.parse::<f64>().is_ok());
@@ -53,7 +53,7 @@ impl LogFormat for Halsampler {
         let mut numbers = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             let words: Vec<&str> = row.text.split_whitespace().collect();
-            // A recording that was killed ends within a line, or even within a number.
+            // An interrupted recording ends within a line, or even within a number.
             let last = index + 1 == lines.len().min(rows.len()) && row.number == lines.last().map_or(0, |line| line.number);
             if last && (words.len() < width || !text.ends_with('\n')) {
                 findings.push(Finding::new(
@@ -81,7 +81,7 @@ impl LogFormat for Halsampler {
     }
 }
 
-/// The longest run of lines between overruns.
+/// The longest range of lines between overruns.
 fn longest(lines: &[Line<'_>]) -> Range<usize> {
     let mut best = 0..0;
     let mut start = 0;

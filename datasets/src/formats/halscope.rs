@@ -7,11 +7,12 @@ use crate::columns::is_joint_pin;
 use crate::side_file::period_s;
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
-/// What `halscope` saves from LinuxCNC 2.9 on. Columns are called as the pins, signals or parameters that its channels show.
+/// Output of `halscope` from LinuxCNC 2.9 on. Columns have the names of the pins, signals or
+/// parameters of its channels.
 #[derive(Debug, Clone, Copy)]
 pub struct Halscope;
 
-/// What the comment begins with; the period follows.
+/// Beginning of the comment; the period follows.
 const PERIOD: &str = "Sampling period is";
 
 impl LogFormat for Halscope {

@@ -1,4 +1,4 @@
-//! File formats: one file a format, each of which turns bytes into a [`Table`].
+//! File formats: one file per format, from bytes to a [`Table`].
 
 mod csv;
 mod dialect;
@@ -22,45 +22,46 @@ pub use sinumerik_json::SinumerikJson;
 pub use sinumerik_xml::SinumerikTrace;
 pub use twincat::TwincatScope;
 
-/// A way in which logs are stored.
+/// A storage format of logs.
 ///
-/// A new controller's format is one file with an implementation of this and one line in [`FORMATS`]. What its columns mean is not
-/// decided here: it only has to name them so that [`ColumnMap::recognise`](crate::ColumnMap::recognise) understands, as `x_ref`, `x_act_um`.
+/// A new controller's format is one file with an implementation of this trait and one line in
+/// [`FORMATS`]. It only names its columns, as `x_ref`, `x_act_um`;
+/// [`ColumnMap::recognise`](crate::ColumnMap::recognise) interprets the names.
 pub trait LogFormat: Sync {
     /// Name for messages.
     fn name(&self) -> &'static str;
 
-    /// Whether a file that begins with `head` (up to [`HEAD_BYTES`] bytes) is of this format.
+    /// Whether a file with the beginning `head` (up to [`HEAD_BYTES`] bytes) has this format.
     fn recognises(&self, head: &[u8]) -> bool;
 
     /// The file's columns; `path` is for messages.
     ///
     /// # Errors
-    /// When the bytes break the format's rules.
+    /// When the bytes violate the format.
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError>;
 }
 
-/// How much of a file a format may look at to recognise it.
+/// Length of the beginning of a file for the recognition of its format.
 pub const HEAD_BYTES: usize = 4096;
 
-/// How a ZIP archive begins, models among them.
+/// Beginning of a ZIP archive, such as a model.
 pub const ARCHIVE: &[u8] = b"PK\x03\x04";
 
-/// All formats, the most particular first.
+/// All formats, the most specific first.
 pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
 
-/// The columns of a file in any format that is known.
+/// Reads the columns of a file in any known format.
 ///
 /// # Errors
-/// When the file cannot be read, no format recognises it, or it breaks its format's rules.
+/// When the file cannot be read, no format recognises it, or it violates its format.
 pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
     table_of(path, std::fs::read(path).map_err(|source| DatasetError::io(path, source))?)
 }
 
-/// As [`read_table`], of bytes that are at hand; errors name `path`.
+/// As [`read_table`], from bytes; errors name `path`.
 ///
 /// # Errors
-/// When no format recognises the bytes, or they break its rules.
+/// When no format recognises the bytes, or they violate it.
 pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
     if bytes.is_empty() {
         return Err(DatasetError::format(path, "the file is empty"));

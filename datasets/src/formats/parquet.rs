@@ -17,10 +17,10 @@ use parquet::schema::types::{ColumnDescriptor, Type};
 use super::LogFormat;
 use crate::{DatasetError, Table};
 
-/// Values that are taken from a column at once.
+/// Number of values read from a column at once.
 const BATCH: usize = 1 << 16;
 
-/// Parquet files with one column of numbers a signal; columns of other types are kept as empty.
+/// Parquet files with one numeric column per signal; columns of other types are kept empty.
 #[derive(Debug, Clone, Copy)]
 pub struct Parquet;
 
@@ -37,7 +37,7 @@ impl LogFormat for Parquet {
         if bytes.len() < 12 || !bytes.ends_with(b"PAR1") {
             return Err(DatasetError::format(path, "the Parquet file is cut off: its footer is missing; copy it again"));
         }
-        // The reader panics on some damaged footers and pages; a damaged file is to be an error like any other.
+        // The reader panics on some damaged footers and pages; the panic becomes an error.
         catch_unwind(AssertUnwindSafe(|| read(Bytes::from(bytes))))
             .map_err(|_| DatasetError::format(path, "the Parquet file is damaged; copy it again"))?
             .map_err(|error| DatasetError::format(path, error))
@@ -50,7 +50,7 @@ fn read(bytes: Bytes) -> Result<Table, ParquetError> {
     let mut table = Table::default();
     let mut rows = None;
     for (index, field) in schema.root_schema().get_fields().iter().enumerate() {
-        // A column of lists or structures has leaves of its own, deeper than one name.
+        // A column of lists or structures has nested leaves with longer names.
         let leaf = (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == index);
         let leaf = leaf.filter(|&leaf| field.is_primitive() && is_number(&schema.column(leaf)));
         let mut values = Vec::new();
@@ -76,7 +76,7 @@ fn read(bytes: Bytes) -> Result<Table, ParquetError> {
         table.names.push(field.name().to_owned());
         table.columns.push(values);
     }
-    // The number of rows that the footer states is not believed before a column has as many.
+    // The number of rows in the footer is checked against a column.
     let rows = rows.unwrap_or(0);
     table.lines = (1..=rows).collect();
     for column in &mut table.columns {
@@ -85,7 +85,7 @@ fn read(bytes: Bytes) -> Result<Table, ParquetError> {
     Ok(table)
 }
 
-/// Whether a leaf holds plain numbers: no list, no truth values, text, dates, times or decimals.
+/// Whether a leaf holds plain numbers: no lists, booleans, text, dates, times or decimals.
 fn is_number(leaf: &ColumnDescriptor) -> bool {
     use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE, UINT_8, UINT_16, UINT_32, UINT_64};
     let plain = match (leaf.logical_type_ref(), leaf.converted_type()) {
@@ -114,7 +114,7 @@ fn read_numbers(reader: ColumnReader, leaf: &ColumnDescriptor, column: &mut Vec<
     }
 }
 
-/// Appends a column's values; a missing one is not a number.
+/// Appends a column's values; a missing one becomes NaN.
 fn read_as<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     number: impl Fn(T::T) -> f64,
@@ -137,7 +137,7 @@ fn read_as<T: DataType>(
     }
 }
 
-/// Writes columns of one length as numbers of double precision that are all there, compressed with Zstandard.
+/// Writes columns of equal length as non-null double-precision numbers, compressed with Zstandard.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -169,7 +169,8 @@ mod tests {
 
     use super::*;
 
-    /// What other tools write: missing values, narrow and unsigned numbers, text, times and lists, several row groups.
+    /// Features of other tools' files: missing values, narrow and unsigned numbers, text, times and
+    /// lists, several row groups.
     fn foreign(compression: Compression) -> Vec<u8> {
         let schema = "message table {
             required double t;

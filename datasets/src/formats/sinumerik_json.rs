@@ -38,7 +38,7 @@ struct Signal {
     axis: String,
 }
 
-/// Counts the position-control cycles.
+/// Name of the signal that counts the position-control cycles.
 const CYCLE: &str = "CYCLE";
 
 impl LogFormat for SinumerikJson {
@@ -79,7 +79,8 @@ impl LogFormat for SinumerikJson {
         let period_s = cycle_ms(&file.header.rest).map(|ms| ms * 1e-3);
         let mut findings = Vec::new();
         if let (Some(counter), Some(period_s)) = (names.iter().position(|name| name == CYCLE), period_s) {
-            // Lost cycles show in the counter; as time stamps they are found and judged like those of any other log.
+            // Lost cycles show in the counter. As time stamps they are handled like those of any
+            // other log.
             let start = columns[counter][0];
             let step = smallest_step(&columns[counter]).max(1.0);
             columns[counter].iter_mut().for_each(|cycle| *cycle = (*cycle - start) / step * period_s);
@@ -121,7 +122,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().or_else(|| value.as_str()?.parse().ok()).or_else(|| value.as_bool().map(f64::from)).unwrap_or(f64::NAN)
 }
 
-/// `CycleTimeMs`, wherever in the header it stands.
+/// `CycleTimeMs`, anywhere in the header.
 fn cycle_ms(header: &Value) -> Option<f64> {
     match header {
         Value::Object(entries) => entries
@@ -133,7 +134,7 @@ fn cycle_ms(header: &Value) -> Option<f64> {
     }
 }
 
-/// Usual distance of two counts: one, or more where the recorder takes only every so many cycles.
+/// Usual distance of two counts: one, or more if the recorder skips cycles.
 fn smallest_step(counts: &[f64]) -> f64 {
     counts.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }

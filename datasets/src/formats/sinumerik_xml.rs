@@ -8,7 +8,7 @@ use quick_xml::events::{BytesStart, Event};
 use super::LogFormat;
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
-/// Values from here on stand for none: the bits of a NaN, printed as an integer.
+/// Values from here on mean missing: the bits of a NaN, printed as an integer.
 const NO_VALUE: f64 = 9.2e18;
 
 /// Trace XML: `dataSignal` elements name the signals, `rec` elements hold the time (s) and the values `f1`, `f2`, … in their order.
@@ -63,7 +63,7 @@ impl LogFormat for SinumerikTrace {
                     columns[0].push(time.parse().unwrap_or(f64::NAN));
                     for (index, column) in columns.iter_mut().enumerate().skip(1) {
                         let value = attribute(element, &format!("f{index}")).and_then(|text| text.parse::<f64>().ok());
-                        // A signal that was not sampled at this time keeps its value.
+                        // A signal without a sample at this time keeps its value.
                         let value = value.filter(|value| value.abs() < NO_VALUE).unwrap_or_else(|| {
                             missing += 1;
                             column.last().copied().unwrap_or(f64::NAN)

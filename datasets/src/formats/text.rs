@@ -1,6 +1,6 @@
-//! Bytes of a text log to its lines: encodings, comments, line ends.
+//! From the bytes of a text log to its lines: encodings, comments, line ends.
 
-/// A line that carries data or a header.
+/// A line with data or a header.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Line<'a> {
     /// Number in the file, from 1.
@@ -9,7 +9,8 @@ pub(crate) struct Line<'a> {
     pub text: &'a str,
 }
 
-/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; foreign bytes become U+FFFD.
+/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; invalid bytes
+/// become U+FFFD.
 pub(crate) fn decode(bytes: &[u8]) -> String {
     let utf16 = |read: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| read([pair[0], pair[1]])).collect();

@@ -11,7 +11,7 @@ use crate::{Check, DatasetError, Finding, Severity, Table};
 #[derive(Debug, Clone, Copy)]
 pub struct TwincatScope;
 
-/// Key of the row that states every channel's sampling time; no other format has it.
+/// Key of the row with the sampling time of every channel; no other format has it.
 const SAMPLE_TIME: &str = "SampleTime[ms]";
 /// Time stamps from here on are file times: 100 ns since 1601.
 const FILE_TIME: f64 = 1e15;
@@ -48,7 +48,7 @@ impl LogFormat for TwincatScope {
     }
 }
 
-/// How a line is cut into fields, and numbers are written in them.
+/// Separators of fields and decimals.
 #[derive(Clone, Copy)]
 struct Fields {
     separator: char,
@@ -59,14 +59,14 @@ impl Fields {
         line.text.split(self.separator).map(|field| field.trim().trim_matches('"').trim().to_owned()).collect()
     }
 
-    /// A number with a decimal point, or a decimal comma where that does not separate fields.
+    /// A number with a decimal point, or with a decimal comma if commas do not separate fields.
     fn number(self, field: &str) -> f64 {
         let point = if self.separator == ',' { field.to_owned() } else { field.replace(',', ".") };
         point.parse().unwrap_or(f64::NAN)
     }
 }
 
-/// What the rows before the data state.
+/// Content of the rows before the data.
 struct Header {
     labels: Vec<String>,
     units: Option<Vec<String>>,
@@ -83,7 +83,7 @@ impl Header {
     fn find(path: &Path, lines: &[Line<'_>], fields: Fields) -> Result<Self, DatasetError> {
         let broken = |message: &str| DatasetError::format(path, message);
         let rates = lines.iter().position(|line| line.text.trim_matches('"').starts_with(SAMPLE_TIME)).unwrap_or_default();
-        // The scope itself has a name, too, further up.
+        // The scope itself has a name, too, in an earlier row.
         let named = lines[..rates].iter().rposition(|line| fields.of(line).first().is_some_and(|key| key == "Name"));
         let labels = named.map(|row| fields.of(&lines[row])).ok_or_else(|| broken("no row `Name` states the channels"))?;
         let mut head = lines.iter().take(rates + 12).map(|line| fields.of(line));
@@ -98,7 +98,7 @@ impl Header {
         Ok(Self { units, periods: fields.of(&lines[rates]), data, times, channels, labels })
     }
 
-    /// Sampling time of all channels, ms; infinite where none is stated.
+    /// Sampling time of all channels, ms; infinite if not stated.
     fn common_period_ms(&self, path: &Path, fields: Fields) -> Result<f64, DatasetError> {
         let stated = || self.channels.iter().filter_map(|index| self.periods.get(*index)).map(|period| fields.number(period));
         let (fastest, slowest) = (stated().fold(f64::INFINITY, f64::min), stated().fold(0.0, f64::max));
@@ -110,7 +110,7 @@ impl Header {
         Ok(fastest)
     }
 
-    /// Names of the columns that are read: time, where there is one, then the channels with their units.
+    /// Names of the columns to read: time, if any, then the channels with their units.
     fn names(&self) -> Vec<String> {
         let time = (!self.times.is_empty()).then(|| "time [ms]".to_owned());
         let channel = |index: &usize| {
@@ -130,7 +130,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// Reads the `wanted` columns from line `first` on; a last row that is cut off is left out.
+    /// Reads the `wanted` columns from line `first` on; an incomplete last row is dropped.
     fn fill(
         &mut self,
         path: &Path,
@@ -162,7 +162,7 @@ impl Rows {
     }
 }
 
-/// What stands after the first key of the row of sampling times.
+/// The character after the first key of the row of sampling times.
 fn separator(lines: &[Line<'_>]) -> char {
     let row = lines.iter().find_map(|line| line.text.trim_matches('"').strip_prefix(SAMPLE_TIME));
     row.and_then(|rest| rest.chars().find(|c| ['\t', ';', ','].contains(c))).unwrap_or('\t')

@@ -4,10 +4,10 @@ use super::purpose::Purpose;
 use super::signals::Signals;
 use crate::{Check, Finding, Report, Severity};
 
-/// Shortest total, in rows, and share of the log, from which equal rows are reported.
+/// Minimum total, in rows, and share of the log, for equal rows to be reported.
 const FEWEST_ROWS: usize = 20;
 const FEWEST_SHARE: f64 = 0.01;
-/// Stretches named in the message.
+/// Number of segments named in the message.
 const LISTED: usize = 3;
 
 pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) {
@@ -41,10 +41,10 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
         return;
     }
     let severity = if in_motion >= FEWEST_ROWS || purpose == Purpose::Training { Severity::Warn } else { Severity::Note };
-    let mut stretches = stretches(&equal);
-    stretches.sort_by_key(|(start, end)| std::cmp::Reverse(end - start));
-    let listed: Vec<String> = stretches.iter().take(LISTED).map(|(start, end)| format!("{}-{}", start + 1, end)).collect();
-    let start = stretches.iter().map(|(start, _)| *start).min().unwrap_or(0);
+    let mut segments = segments(&equal);
+    segments.sort_by_key(|(start, end)| std::cmp::Reverse(end - start));
+    let listed: Vec<String> = segments.iter().take(LISTED).map(|(start, end)| format!("{}-{}", start + 1, end)).collect();
+    let start = segments.iter().map(|(start, _)| *start).min().unwrap_or(0);
     report.push(
         Finding::new(
             severity,
@@ -52,7 +52,7 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
             format!(
                 "{total} of {rows} rows have command = actual on all moving axes, {in_motion} of them while the command moves \
                  ({} stretches, longest: rows {}): the logger fills in one for the other there; leave these rows out or fix the logger",
-                stretches.len(),
+                segments.len(),
                 listed.join(", ")
             ),
         )
@@ -61,7 +61,7 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
 }
 
 /// Ranges of consecutive `true`, as start and end (excluded).
-pub(super) fn stretches(flags: &[bool]) -> Vec<(usize, usize)> {
+pub(super) fn segments(flags: &[bool]) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut start = None;
     for (k, &flag) in flags.iter().chain(std::iter::once(&false)).enumerate() {

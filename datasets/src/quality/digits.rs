@@ -1,16 +1,16 @@
-//! Digits: rounding of the positions, found as a grid on which all values lie.
+//! Digits: rounding of the positions, detected as a grid that contains all values.
 
 use super::purpose::Purpose;
 use super::signals::{Signals, rms};
 use crate::{Check, Finding, Report, Severity};
 
-/// Rounding that shows in a model: 10 µm cost 8 µm of accuracy, 0.1 mrad the same at 100 mm.
+/// Rounding that degrades a model: 10 µm cost 8 µm of accuracy, 0.1 mrad the same at 100 mm.
 const COARSE: (f64, f64) = (0.01, 1e-4);
-/// Rounding from which no machine can be learned: 100 µm cost 30 µm.
+/// Rounding that prevents learning: 100 µm cost 30 µm.
 const TOO_COARSE: (f64, f64) = (0.1, 1e-3);
-/// Rounding this large against the tracking error is most of what would be learned.
+/// Ratio of the rounding to the tracking error above which a model would mostly learn rounding.
 const SHARE_OF_ERROR: f64 = 0.5;
-/// Differences below this share of the values are rounding of the last bit.
+/// Differences below this share of the values are floating-point rounding.
 const LAST_BITS: f64 = 1e-12;
 
 pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
@@ -20,7 +20,7 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
         };
         let coarse = axis.of_kind(COARSE.0, COARSE.1);
         let too_coarse = axis.of_kind(TOO_COARSE.0, TOO_COARSE.1);
-        // A step of 0.01 comes out of the subtraction a few bits smaller.
+        // By subtraction a step of 0.01 is a few bits smaller.
         let at_least = |limit: f64| step >= limit * (1.0 - 1e-6);
         let of_error = step > SHARE_OF_ERROR * rms(&axis.error) && at_least(0.1 * coarse);
         let severity = if at_least(too_coarse) {
@@ -54,9 +54,10 @@ fn short(step: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The step of the grid on which all values lie, `None` where there is none.
+/// The step of the grid that contains all values; `None` if there is none.
 ///
-/// The candidate is the smallest distance of two different values; rounded values are whole multiples of it, others are not.
+/// The candidate is the smallest distance of two different values. Rounded values are integer
+/// multiples of it, others are not.
 pub(crate) fn step_of(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,15 +1,16 @@
-//! Rows in which the actual position was not measured: zeros, or the last value again and again.
+//! Rows without a measured actual position: zeros, or a repeated last value.
 
-use super::copied::stretches;
+use super::copied::segments;
 use super::purpose::Purpose;
 use super::signals::{Signals, largest, quantile};
 use crate::{Check, Finding, Report};
 
-/// Fewest rows with the same actual position, and longest command travel in them as a multiple of the largest usual tracking error.
+/// Minimum number of rows with the same actual position, and longest command travel in them as a
+/// multiple of the largest usual tracking error.
 const FROZEN_ROWS: usize = 10;
 const FROZEN_TRAVEL: f64 = 3.0;
 
-/// Reports zeros and frozen values, and returns the rows that they touch.
+/// Reports zeros and frozen values, and returns the affected rows.
 pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> Vec<bool> {
     let zero = zeros(axis);
     let frozen = frozen(axis);
@@ -17,14 +18,14 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> Ve
         (&zero, "read exactly 0 amid the travel: the position was not transmitted there"),
         (&frozen, "repeat one value while the command moves on: the log lost contact with the encoder"),
     ] {
-        let stretches = stretches(rows);
-        if let Some((first, _)) = stretches.first() {
+        let segments = segments(rows);
+        if let Some((first, _)) = segments.first() {
             let total = rows.iter().filter(|lost| **lost).count();
             report.push(
                 Finding::new(
                     purpose.grave(),
                     Check::Dropout,
-                    format!("{total} rows in {} stretches {what}; cut them out, the rest as separate runs", stretches.len()),
+                    format!("{total} rows in {} stretches {what}; cut them out, the rest as separate runs", segments.len()),
                 )
                 .in_column(axis.actual_name())
                 .at_sample(*first, axis.period_s),
@@ -34,7 +35,8 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> Ve
     zero.iter().zip(&frozen).map(|(zero, frozen)| *zero || *frozen).collect()
 }
 
-/// Zeros that no motion leads to: the command is further away from 0 than it ever is from the actual position elsewhere.
+/// Zeros that no motion explains: the command is further from 0 than it ever is from the actual
+/// position elsewhere.
 fn zeros(axis: &Signals) -> Vec<bool> {
     let elsewhere: Vec<f64> =
         axis.error.iter().zip(axis.actual).filter(|(_, actual)| **actual != 0.0).map(|(error, _)| *error).collect();
@@ -46,7 +48,7 @@ fn frozen(axis: &Signals) -> Vec<bool> {
     let still: Vec<bool> = axis.actual_steps.iter().map(|step| *step == 0.0).collect();
     let limit = FROZEN_TRAVEL * quantile(&axis.error, 0.95) + axis.of_kind(0.05, 5e-4);
     let mut rows = vec![false; axis.actual.len()];
-    for (start, end) in stretches(&still) {
+    for (start, end) in segments(&still) {
         let travel = (axis.reference[end] - axis.reference[start]).abs();
         if end - start >= FROZEN_ROWS && travel > limit && axis.actual[start] != 0.0 {
             rows[start..=end].fill(true);

@@ -1,31 +1,31 @@
-//! Steps that no motion makes: counter resets, lost rows, spikes, and commands that jump.
+//! Steps that no motion explains: counter resets, lost rows, spikes, and jumps of the command.
 
 use super::purpose::Purpose;
 use super::signals::{Signals, quantile, steps};
 use crate::{Check, Finding, Report, Severity};
 
-/// A step is one when it exceeds its two neighbours, and all but 1 % of its kind, by this factor …
+/// A step exceeds its two neighbours, and all but 1 % of its kind, by this factor …
 const ISOLATED: f64 = 4.0;
 /// … and is at least this large: 5 µm or 0.05 mrad.
 const SMALLEST: (f64, f64) = (5e-3, 5e-5);
 /// A command's speed may change in one sample by this share of its largest.
 const SPEED_SHARE: f64 = 0.4;
 
-/// Samples that stand out of an axis's signals.
+/// Outliers of an axis's signals.
 struct Jumps {
-    /// Steps of the command, and those of them at which the actual position steps as well.
+    /// Steps of the command, and those of them with a step of the actual position.
     alone: Vec<usize>,
     together: Vec<usize>,
     /// Changes of the command's speed.
     speed_changes: Vec<usize>,
     /// Steps of the tracking error that the command does not explain.
     resets: Vec<usize>,
-    /// Single samples, and how far they stand out.
+    /// Single samples, and their distances from their neighbours.
     spikes: Vec<(usize, f64)>,
 }
 
 impl Jumps {
-    /// Those of an axis, apart from rows that are known to be `lost`.
+    /// Outliers of an axis, without rows that are known to be `lost`.
     fn find(axis: &Signals, lost: &[bool]) -> Self {
         let smallest = axis.of_kind(SMALLEST.0, SMALLEST.1);
         let lost_at = |k: usize| lost.get(k).copied().unwrap_or(false);
@@ -34,7 +34,7 @@ impl Jumps {
         let deviated = isolated(&steps(&axis.error), smallest);
         let speed_changes =
             isolated(&steps(&axis.reference_steps), SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
-        // After a jump of the command or of its speed the tracking error has a kink of its own.
+        // After a jump of the command or of its speed the tracking error itself has a kink.
         let explained = |k: usize| {
             let near = |other: &usize| other.abs_diff(k) <= 3;
             commanded.iter().any(near) || speed_changes.iter().any(near)
@@ -97,7 +97,7 @@ pub(super) fn check(axis: &Signals, lost: &[bool], purpose: Purpose, report: &mu
     );
 }
 
-/// Indices of steps that stand out of their neighbours and of all steps.
+/// Indices of steps that exceed their neighbours and nearly all steps.
 fn isolated(steps: &[f64], smallest: f64) -> Vec<usize> {
     let usual = (ISOLATED * quantile(steps, 0.99)).max(smallest);
     let size = |k: Option<usize>| k.and_then(|k| steps.get(k)).map_or(0.0, |step| step.abs());
@@ -109,7 +109,7 @@ fn isolated(steps: &[f64], smallest: f64) -> Vec<usize> {
         .collect()
 }
 
-/// Samples that lie off the line between their neighbours, which lie close together, and how far.
+/// Samples off the line between their neighbours, which lie close together, and their distances.
 fn spikes(values: &[f64], smallest: f64) -> Vec<(usize, f64)> {
     let bends: Vec<f64> = values.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2])).collect();
     let usual = (2.0 * ISOLATED * quantile(&bends, 0.99)).max(smallest);

@@ -1,4 +1,5 @@
-//! Whether a log is fit for its purpose: each check is a function of the log alone, with its thresholds beside it.
+//! Fitness of a log for its purpose. Each check is a function of the log alone, with its thresholds
+//! beside it.
 
 mod copied;
 mod digits;
@@ -16,12 +17,13 @@ pub(crate) use digits::{significant_digits, step_of};
 pub use purpose::Purpose;
 pub use rate::SLOWEST_HZ;
 pub use runs::assess_runs;
-pub(crate) use signals::rest_speed;
+pub(crate) use signals::standstill_speed;
 
 use crate::{Log, Report};
 use signals::Signals;
 
-/// All checks of one run. For training, ask [`assess_runs`] about all runs together: it also sees what no run of them shows.
+/// All checks of one run. For training use [`assess_runs`] on all runs: it includes the checks of
+/// the set.
 #[must_use]
 pub fn assess(log: &Log, purpose: Purpose) -> Report {
     let mut report = Report::default();
@@ -38,7 +40,7 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
         units::check(axis, purpose, &mut report);
         let lost = dropout::check(axis, purpose, &mut report);
         jumps::check(axis, &lost, purpose, &mut report);
-        // What is missing does not follow the command either: that would only be said twice.
+        // A missing value does not follow the command either; one report is enough.
         if !lost.contains(&true) && !motion_checks::is_dead(axis) {
             whole.push(axis);
         }
@@ -47,7 +49,7 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
     report
 }
 
-/// Indices of the axes whose command moves in this run; the others teach nothing and are left out of training.
+/// Indices of the axes whose command moves in this run; the others are left out of training.
 #[must_use]
 pub fn moving_axes(log: &Log) -> Vec<usize> {
     Signals::of(log).iter().enumerate().filter(|(_, axis)| axis.moves()).map(|(index, _)| index).collect()

@@ -1,10 +1,11 @@
-//! Axes that never move, and axes that never move back.
+//! Axes without motion, and axes without reversals.
 
 use super::purpose::Purpose;
 use super::signals::{Signals, range};
 use crate::{Check, Finding, Report, Severity};
 
-/// A turn counts as a reversal when the axis goes on for this share of its range, and at least for 5 µm or 0.05 mrad.
+/// A change of direction counts as a reversal if the axis continues for this share of its range,
+/// and at least for 5 µm or 0.05 mrad.
 const REVERSAL_SHARE: f64 = 1e-3;
 
 pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) {
@@ -65,13 +66,13 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
     }
 }
 
-/// Whether the actual position stays while the command moves.
+/// Whether the actual position is constant while the command moves.
 pub(super) fn is_dead(axis: &Signals) -> bool {
     let still = axis.of_kind(1e-3, 1e-5);
     range(axis.actual) < still && range(axis.reference) > 10.0 * still
 }
 
-/// Number of times that the command turns back.
+/// Number of reversals of the command.
 pub(super) fn reversals(axis: &Signals) -> usize {
     let least = (REVERSAL_SHARE * range(axis.reference)).max(axis.of_kind(5e-3, 5e-5));
     let Some(&first) = axis.reference.first() else {

@@ -1,24 +1,26 @@
-//! Whether each actual position belongs to its command: swapped columns or axes, wrong sign, actual ahead of the command.
+//! Assignment of each actual position to its command: swapped columns or axes, wrong sign, actual
+//! ahead of the command.
 
 use super::digits::step_of;
 use super::signals::{Signals, correlation, quantile, rms, steps};
 use crate::{Check, Finding, Report, Severity};
 
-/// Speeds are compared over this time, s, which averages encoder noise away.
+/// Window for the comparison of speeds, s; it averages encoder noise.
 const STRIDE_S: f64 = 0.02;
-/// Correlation of speeds above which a pair belongs together, and below which it does not.
+/// Correlation of speeds above which a pair matches, and below which it does not.
 const BELONGS: f64 = 0.9;
 const STRANGE: f64 = 0.5;
 /// An actual position that leads by more than this share of a period is suspect.
 const LEAD_PERIODS: f64 = 0.5;
-/// One that leads by more than this share is, where its command is also noisier than itself by this factor, the command in truth.
+/// Lead, as a share of a period, and ratio of noise above which the command is in truth the actual
+/// position.
 const SWAPPED_LEAD_PERIODS: f64 = 0.02;
 const NOISIER: f64 = 1.5;
-/// Share of an axis's own error below which that of another axis's position says that the two are exchanged.
+/// Ratio of errors below which the actual positions of two axes are swapped.
 const EXCHANGED: f64 = 0.2;
 /// The third quartile of a normal distribution's magnitude, in standard deviations.
 const QUARTILE: f64 = 1.1503;
-/// A column is the rougher one when its third differences are larger by this factor.
+/// Ratio of third differences above which a column is rougher.
 const ROUGHER: f64 = 1.05;
 
 pub(super) fn check(moving: &[&Signals], report: &mut Report) {
@@ -56,7 +58,8 @@ pub(super) fn check(moving: &[&Signals], report: &mut Report) {
     }
 }
 
-/// The axis whose actual position leaves of the command of axis `index` a fraction of what its own leaves, offsets aside.
+/// The axis whose actual position leaves a fraction of the error of axis `index`'s own, without
+/// offsets.
 fn exchanged_with<'a>(index: usize, moving: &[&'a Signals<'a>]) -> Option<&'a Signals<'a>> {
     let axis = moving[index];
     let left = |actual: &[f64]| {
@@ -105,12 +108,14 @@ fn check_lead(axis: &Signals, report: &mut Report) {
     );
 }
 
-/// Noise of positions from sample to sample, without that of their rounding: what three quarters of their fourth differences stay below.
+/// Sample-to-sample noise of positions without that of their rounding, from the third quartile of
+/// their fourth differences.
 ///
-/// Fourth differences take a planned motion out but for the instants at which its jerk changes.
+/// Fourth differences remove a planned motion except at changes of its jerk.
 fn noise(positions: &[f64]) -> f64 {
     let fourth = steps(&steps(&steps(&steps(positions))));
-    // White noise of variance s² has fourth differences of variance 70·s² (1 + 16 + 36 + 16 + 1); a rounding step q one of q²/12.
+    // White noise of variance s² has fourth differences of variance 70·s² (1 + 16 + 36 + 16 + 1); a
+    // rounding step q has q²/12.
     let rounding = step_of(positions).map_or(0.0, |step| step * step / 12.0);
     ((quantile(&fourth, 0.75) / QUARTILE).powi(2) / 70.0 - rounding).max(0.0).sqrt()
 }

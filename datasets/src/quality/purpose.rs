@@ -1,18 +1,18 @@
-//! What a log is wanted for.
+//! Purpose of a log.
 
 use crate::Severity;
 
-/// What a log is wanted for.
+/// Purpose of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// To learn a machine from.
+    /// Training of a model.
     Training,
-    /// To measure tracking and contour error of the run.
+    /// Measurement of the run's tracking and contour error.
     Measuring,
 }
 
 impl Purpose {
-    /// `Refuse` for training, for measuring only `Warn`.
+    /// `Refuse` for training, `Warn` for measuring.
     pub(super) fn grave(self) -> Severity {
         match self {
             Self::Training => Severity::Refuse,

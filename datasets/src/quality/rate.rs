@@ -3,13 +3,13 @@
 use super::purpose::Purpose;
 use crate::{Check, Finding, Log, Report, Severity};
 
-/// Slowest sampling rate from which a machine can be learned, Hz: below it reversals and starts fall between samples.
+/// Lowest sampling rate for training, Hz: below it reversals and starts fall between samples.
 pub const SLOWEST_HZ: f64 = 50.0;
-/// Below this rate the peaks at reversals are blunted, Hz.
+/// Rate below which the peaks at reversals are flattened, Hz.
 const SLOW_HZ: f64 = 100.0;
-/// Fewest samples on which anything can be said.
+/// Minimum number of samples for any check.
 pub(super) const FEWEST_SAMPLES: usize = 50;
-/// Shortest run that is worth something for training, s.
+/// Shortest useful run for training, s.
 const SHORT_S: f64 = 1.0;
 
 pub(super) fn check(log: &Log, purpose: Purpose, report: &mut Report) {

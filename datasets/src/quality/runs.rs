@@ -1,4 +1,4 @@
-//! What only all runs together show.
+//! Checks of a set of runs.
 
 use super::assess;
 use super::motion_checks::reversals;
@@ -6,7 +6,8 @@ use super::purpose::Purpose;
 use super::signals::Signals;
 use crate::{Check, Finding, Log, Report, Severity};
 
-/// Less motion than this in all runs together costs accuracy, s: 7.5 / 15 / 30 s gave 0.43 / 0.33 / 0.26 µm.
+/// Minimum duration of motion in all runs together, s; less costs accuracy: 7.5 / 15 / 30 s gave
+/// 0.43 / 0.33 / 0.26 µm.
 const LITTLE_S: f64 = 15.0;
 
 /// All checks of each run, with its name, and of the runs as a set: same axes and rate, every moving axis in both directions, enough data.

@@ -1,10 +1,10 @@
-//! The signals of one axis that the checks look at, and the statistics they share.
+//! The signals of one axis for the checks, and their statistics.
 
 use motion::{Axis, AxisKind};
 
 use crate::Log;
 
-/// Commanded and actual position of one axis, with what is derived from them.
+/// Commanded and actual position of one axis, with derived signals.
 pub(super) struct Signals<'a> {
     pub axis: &'a Axis,
     pub reference: &'a [f64],
@@ -19,7 +19,7 @@ pub(super) struct Signals<'a> {
 }
 
 impl<'a> Signals<'a> {
-    /// One an axis.
+    /// One per axis.
     pub fn of(log: &'a Log) -> Vec<Self> {
         let columns = log.reference.columns().iter().zip(log.actual.columns());
         log.axes()
@@ -63,8 +63,8 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// Below this speed a command counts as at rest: 0.01 mm/s, 1e-4 rad/s.
-pub(crate) fn rest_speed(kind: AxisKind) -> f64 {
+/// Speed below which a command is at standstill: 0.01 mm/s, 1e-4 rad/s.
+pub(crate) fn standstill_speed(kind: AxisKind) -> f64 {
     match kind {
         AxisKind::Linear => 1e-2,
         AxisKind::Rotary => 1e-4,
@@ -89,13 +89,13 @@ pub(super) fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// The `share` quantile of the magnitudes, 0 for none.
+/// The `share` quantile of the magnitudes, 0 for no values.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     motion::quantile(&mut magnitudes, share).unwrap_or(0.0)
 }
 
-/// Correlation about the means, and the slope of `b` on `a`; 0 where one of them is constant.
+/// Correlation about the means, and the slope of `b` on `a`; 0 if one of them is constant.
 pub(super) fn correlation(a: &[f64], b: &[f64]) -> (f64, f64) {
     let count = a.len().min(b.len()).max(1) as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count;

@@ -1,24 +1,26 @@
-//! Units and scales that look wrong.
+//! Implausible units and scales.
 
 use super::purpose::Purpose;
 use super::signals::{Signals, correlation, largest, range, rms};
 use crate::{Check, Finding, Report, Severity};
 
-/// Longest linear travel, mm, and largest turn, rad, that look like what they say.
+/// Longest plausible linear travel, mm, and rotation, rad.
 const TRAVEL: (f64, f64) = (2e4, 20.0);
-/// Smallest linear travel of a run in which the error is yet below 1 µm: positions in m look like that, mm.
+/// Smallest linear travel, mm, of a run with an error below 1 µm; less is probably in m.
 const TRAVEL_OF_METRES: f64 = 2.0;
-/// Travel, mm, and speed, mm/s, below which a log of excitation is rather one in inches: a twenty-fifth of what small machines do.
+/// Travel, mm, and speed, mm/s, below which an excitation is probably in inches: a twenty-fifth of
+/// those of small machines.
 const TRAVEL_OF_INCHES: f64 = 10.0;
 const SPEED_OF_INCHES: f64 = 8.0;
 /// Largest plausible speed, mm/s and rad/s.
 const SPEED: (f64, f64) = (5e3, 200.0);
-/// Actual over command travel may differ from 1 by this share.
+/// Largest deviation of the ratio of actual to command travel from 1.
 const SCALE_SHARE: f64 = 0.05;
-/// A mean offset larger than this many times the spread of the tracking error, and than 1 mm or 10 mrad, is one of zero points.
+/// A mean offset above this multiple of the tracking error's spread, and above 1 mm or 10 mrad, is
+/// a difference of zero points.
 const OFFSET_SPREADS: f64 = 5.0;
 
-/// A finding, the column that it is about, and what is wrong there.
+/// A finding, its column, and the fault.
 type Fault = (Severity, String, String);
 
 pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
@@ -31,7 +33,7 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
     }
 }
 
-/// Actual and command position in different units.
+/// Actual and command positions in different units.
 fn different_travel(axis: &Signals) -> Option<Fault> {
     let (correlation, scale) = correlation(axis.reference, axis.actual);
     (correlation > 0.9 && (scale - 1.0).abs() > SCALE_SHARE).then(|| {
@@ -43,7 +45,7 @@ fn different_travel(axis: &Signals) -> Option<Fault> {
     })
 }
 
-/// Positions or speeds of a size that tells of another unit.
+/// Positions or speeds of a size that suggests another unit.
 fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let travel = range(axis.reference).max(largest(axis.reference));
     let speed = largest(&axis.reference_steps) / axis.period_s;
@@ -85,7 +87,7 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     Some((Severity::Warn, axis.reference_name(), message))
 }
 
-/// Positions that are counted from different zeros.
+/// Positions with different zero points.
 fn different_zeros(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
     let spread = rms(&axis.error.iter().map(|error| error - mean).collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! What several test files need.
+//! Shared by several test files.
 #![allow(dead_code)]
 
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use datasets::{Check, Log, Report, Severity};
 use motion::{Axis, Trajectory};
 
-/// A recorded log beside the project, or `None` (with a word on it) where there is none.
+/// A recorded log outside the project, or `None` (with a message) if it is missing.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/logs");
     let path = PathBuf::from(folder).join(name);

@@ -7,7 +7,7 @@
 //!
 //! Conventions are PyTorch's: gates in the order `i f g o` (LSTM) and `r z n` (GRU, whose reset gate multiplies the hidden
 //! product *with* its bias `b_hn`). A layer has one bias vector of `4·hidden`: for an LSTM the sum `b_ih + b_hh`; for a GRU the
-//! sums of `r` and `z`, then `b_in`, then `b_hn`, which is all that can be told apart.
+//! sums of `r` and `z`, then `b_in`, then `b_hn`, which are all that can be identified.
 
 mod adam;
 mod init;

@@ -1,17 +1,20 @@
 //! Sigmoid and tanh on vectors, to better than 6e-7 absolute.
 //!
-//! Both come from one exponential and one reciprocal; several reciprocals share a division, which is the slow part.
+//! Both use one exponential and one reciprocal; several reciprocals share one division, the slow
+//! operation.
 
 use pulp::Simd;
 
-/// Exponents of two beyond this change neither function by more than 4e-9, and products of four denominators stay finite.
+/// Limit of the exponents of two: beyond it neither function changes by more than 4e-9, and
+/// products of four denominators stay finite.
 const LIMIT: f32 = 28.0;
 
 /// `1 + e^(s·x)`: `e^(s·x) = 2ⁿ·2^r` with `n` the integer nearest to the exponent, clamped to [`LIMIT`], and a polynomial in
 /// `|r| ≤ 1/2`, whose coefficients keep the relative error below 1.1e-7.
 #[inline(always)]
 fn denominator<S: Simd>(simd: S, x: S::f32s, s: f32) -> S::f32s {
-    // Adding 1.5·2²³ rounds to an integer; the further 127 leaves the exponent field's bias in the low bits.
+    // Adding 1.5·2²³ rounds to an integer; the additional 127 leaves the exponent bias in the low
+    // bits.
     const ROUND: f32 = 12_582_912.0 + 127.0;
     let splat = |value| simd.splat_f32s(value);
     let exponent = simd.mul_f32s(x, splat(s * std::f32::consts::LOG2_E));
@@ -33,7 +36,7 @@ fn reciprocals<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> (S::f32s, S::f32s) {
     (simd.mul_f32s(both, b), simd.mul_f32s(both, a))
 }
 
-/// `1 − 2·x`, which makes a tanh of the reciprocal of its denominator.
+/// `1 − 2·x`: gives tanh from the reciprocal of its denominator.
 #[inline(always)]
 fn one_minus_twice<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.mul_add_e_f32s(x, simd.splat_f32s(-2.0), simd.splat_f32s(1.0))

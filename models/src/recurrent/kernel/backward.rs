@@ -13,14 +13,14 @@ use super::{
 /// Rows of a block of steps.
 const ROWS: usize = 128;
 
-/// Gradients of everything that a layer was given.
+/// Gradients of all inputs of a layer.
 #[derive(Debug, Clone, Default)]
 pub struct Gradients {
-    /// At the state before the first step, `[batch][hidden]`.
+    /// Of the state before the first step, `[batch][hidden]`.
     pub h0: Vec<f32>,
-    /// At the cells before the first step, `[batch][hidden]`; empty for a GRU.
+    /// Of the cells before the first step, `[batch][hidden]`; empty for a GRU.
     pub c0: Vec<f32>,
-    /// Of the input weights, as they are laid out.
+    /// Of the input weights, in their layout.
     pub input: Vec<f32>,
     /// Of the hidden weights.
     pub hidden: Vec<f32>,
@@ -31,20 +31,20 @@ pub struct Gradients {
 /// Working memory of the backward pass; reused from call to call.
 #[derive(Debug, Clone, Default)]
 pub struct Work {
-    /// Hidden weights, for the gradient at the state.
+    /// Hidden weights, for the gradient of the state.
     to_state: Packed,
-    /// Input weights, for the gradient at the input.
+    /// Input weights, for the gradient of the input.
     to_input: Packed,
-    /// Gradients at a block's gates.
+    /// Gradients of a block's gates.
     gates: Packed,
-    /// What the gates were fed.
+    /// Inputs of the gates.
     fed: Packed,
     input: Buffer,
     hidden: Buffer,
     bias: Buffer,
 }
 
-/// What [`backward`] is about: a layer, its input, and what its forward pass made of it.
+/// Inputs of [`backward`]: a layer, its input, and the tape of its forward pass.
 #[derive(Debug)]
 pub struct Pass<'a> {
     /// The weights.
@@ -53,34 +53,35 @@ pub struct Pass<'a> {
     pub shape: Shape,
     /// The input, `[steps][batch][input]`.
     pub x: &'a [f32],
-    /// The forward pass's tape.
+    /// Tape of the forward pass.
     pub tape: &'a Tape,
 }
 
-/// Where the gradient at the input, `[steps][batch][input]`, goes.
+/// Destination of the gradient of the input, `[steps][batch][input]`.
 #[derive(Debug)]
 pub enum AtInput<'a> {
-    /// It is not asked for.
+    /// Not computed.
     Nowhere,
-    /// Over the one at the outputs, where an input is as wide as an output: that memory is in the cache already.
+    /// In the memory of the outputs' gradient, if an input is as wide as an output: it is in the
+    /// cache already.
     OverOutputs,
-    /// Here.
+    /// In this slice.
     Into(&'a mut [f32]),
 }
 
-/// Gradients at a layer's two ends.
+/// Gradients of a layer's input and output.
 #[derive(Debug)]
 pub struct Ends<'a> {
-    /// At the outputs, `[steps][batch][hidden]`, as given; what is left of them afterwards is not specified.
+    /// Of the outputs, `[steps][batch][hidden]`; the content after the call is unspecified.
     pub outputs: &'a mut [f32],
-    /// At the input, to be made.
+    /// Of the input; computed here.
     pub input: AtInput<'a>,
 }
 
-/// Gradients of a layer, given those at its outputs.
+/// Gradients of a layer, given those of its outputs.
 ///
-/// Goes back through time block by block of steps; each block's products follow at once, while the gradients at its gates are
-/// still in the cache.
+/// Processes blocks of steps backwards in time. The products of a block follow at once, while the
+/// gradients of its gates are in the cache.
 pub fn backward(level: Level, pass: &Pass<'_>, mut ends: Ends<'_>, work: &mut Work) -> Gradients {
     let &Pass { weights, shape, .. } = pass;
     let (n, features, kind) = (shape.hidden, shape.input, weights.kind);
@@ -116,8 +117,8 @@ pub fn backward(level: Level, pass: &Pass<'_>, mut ends: Ends<'_>, work: &mut Wo
     out
 }
 
-/// One step back, the `index`-th of its block: makes the gradients at the gates' inputs and at `x`, and turns `out`'s state from
-/// after to before the step.
+/// One step back, the `index`-th of its block: computes the gradients of the gates' inputs and of
+/// `x`, and moves `out`'s state from after to before the step.
 fn step_back(
     level: Level,
     pass: &Pass<'_>,
@@ -178,7 +179,7 @@ fn step_back(
     });
 }
 
-/// Adds what the gradients at a block of steps' gates give to the weights' gradients.
+/// Adds the contribution of a block of steps to the weights' gradients.
 fn block_products(level: Level, pass: &Pass<'_>, steps: Range<usize>, work: &mut Work) {
     let (n, features, kind) = (pass.shape.hidden, pass.shape.input, pass.weights.kind);
     let rows = steps.start * pass.shape.batch..steps.end * pass.shape.batch;
@@ -193,7 +194,7 @@ fn block_products(level: Level, pass: &Pass<'_>, steps: Range<usize>, work: &mut
     outer(&pass.tape.outputs[rows.start * n..rows.end * n], n, kind.hidden_gates(), hidden);
 }
 
-/// Turns a weight gradient, `[features]` rows of gates, into PyTorch's order.
+/// Reorders a weight gradient, `[features]` rows of gates, into PyTorch's order.
 fn unpack(level: Level, kind: Kind, fed: &Range<usize>, sums: &[f32], hidden: usize, out: &mut [f32]) {
     let (columns, lanes) = (gate_columns(level, hidden), level.lanes());
     let features = sums.len() / columns;

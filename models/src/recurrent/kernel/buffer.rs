@@ -1,11 +1,11 @@
-//! Memory that vector loads like.
+//! Memory aligned for vector loads.
 
 use std::ops::{Deref, DerefMut};
 
 /// One cache line, in `f32`s.
 const LINE: usize = 16;
 
-/// A resizable run of `f32` that starts on a cache line and keeps its memory when it shrinks.
+/// A resizable array of `f32` that starts on a cache line and keeps its memory when it shrinks.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Buffer {
     memory: Vec<f32>,
@@ -14,10 +14,10 @@ pub(crate) struct Buffer {
 }
 
 impl Buffer {
-    /// Sets the length; what the values are afterwards is not specified (but they are numbers that were there or zeros).
+    /// Sets the length. The values are unspecified: old values or zeros.
     pub fn resize(&mut self, len: usize) {
         if self.memory.len() < len + LINE {
-            // A fresh allocation: nothing of the old content needs to move.
+            // A new allocation: the old content is not copied.
             self.memory = vec![0.0; len + LINE];
         }
         self.start = self.memory.as_ptr().align_offset(4 * LINE).min(LINE);

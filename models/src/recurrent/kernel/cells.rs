@@ -1,7 +1,7 @@
-//! One time step of a cell: what follows a product, vector by vector of units.
+//! One time step of a cell after its product, vector by vector of units.
 //!
-//! Rows of gates have the four gates of a vector of units side by side; rows of the state are as they are, so that their last
-//! vector may be a part.
+//! A row of gates has the four gates of a vector of units side by side. A row of the state is
+//! unpadded, so that its last vector may be partial.
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ fn gates_at<S: Simd>(row: &[f32], at: usize) -> [S::f32s; VECTORS] {
     vectors[0]
 }
 
-/// The gates' vectors at `at`, to change.
+/// The gates' vectors at `at`, mutable.
 #[inline(always)]
 fn gates_at_mut<S: Simd>(row: &mut [f32], at: usize) -> &mut [S::f32s; VECTORS] {
     let (vectors, _) = S::as_mut_simd_f32s(&mut row[at..][..VECTORS * S::F32_LANES]);
@@ -28,7 +28,7 @@ fn gates_at_mut<S: Simd>(row: &mut [f32], at: usize) -> &mut [S::f32s; VECTORS] 
     &mut vectors[0]
 }
 
-/// A vector of units, zeros where it is a part.
+/// A vector of units, padded with zeros if it is partial.
 #[inline(always)]
 fn load<S: Simd>(simd: S, units: &[f32]) -> S::f32s {
     match S::as_simd_f32s(units) {
@@ -37,7 +37,7 @@ fn load<S: Simd>(simd: S, units: &[f32]) -> S::f32s {
     }
 }
 
-/// Writes a vector of units, or the part that there is room for.
+/// Writes a vector of units, or the part that fits.
 #[inline(always)]
 fn store<S: Simd>(simd: S, units: &mut [f32], values: S::f32s) {
     match S::as_mut_simd_f32s(units) {
@@ -46,15 +46,16 @@ fn store<S: Simd>(simd: S, units: &mut [f32], values: S::f32s) {
     }
 }
 
-/// Where a row of `hidden` units has the vector whose gates start at `column`.
+/// Range of the vector in a row of `hidden` units whose gates start at `column`.
 #[inline(always)]
 fn units(row: usize, column: usize, hidden: usize, lanes: usize) -> Range<usize> {
     let first = column / VECTORS;
     row * hidden + first..row * hidden + hidden.min(first + lanes)
 }
 
-/// LSTM: makes of the hidden product, what the input gave in `sums` and the `bias` the `gates`' values, and of these `c` and `h`:
-/// `c = σ(f)·c' + σ(i)·tanh(g)`, `h = σ(o)·tanh(c)`. Gates are `i f g o`; `bias` is one row of them, `columns` long.
+/// LSTM: computes the `gates`' values from the hidden product, the input product in `sums` and the
+/// `bias`, then `c` and `h`: `c = σ(f)·c' + σ(i)·tanh(g)`, `h = σ(o)·tanh(c)`. Gates are `i f g o`;
+/// `bias` is one row of them, `columns` long.
 pub(crate) struct LstmForward<'a> {
     pub hidden: usize,
     pub columns: usize,
@@ -95,9 +96,9 @@ impl LstmForward<'_> {
     }
 }
 
-/// GRU: makes of the hidden product (of the gates `r z q`), what the input gave in `sums` (for `n r z`) and the `bias` the
-/// `gates`' values `r = σ(r)`, `z = σ(z)`, `q = q + b_hn`, `n = tanh(n + r·q)`, and of these `h = (1 − z)·n + z·h'`. Gates are
-/// `n r z q`.
+/// GRU: computes the `gates`' values from the hidden product (of the gates `r z q`), the input
+/// product in `sums` (for `n r z`) and the `bias`: `r = σ(r)`, `z = σ(z)`, `q = q + b_hn`, `n =
+/// tanh(n + r·q)`, then `h = (1 − z)·n + z·h'`. Gates are `n r z q`.
 pub(crate) struct GruForward<'a> {
     pub hidden: usize,
     pub columns: usize,
@@ -134,8 +135,9 @@ impl GruForward<'_> {
     }
 }
 
-/// LSTM backwards: makes of the gates' values the gradients at their inputs, rows `rows` of `d_gates`, and adds them to
-/// `d_bias`. `d_hidden` is what later steps send to `h` (without `d_output`); `d_cell` goes from `c` to `c'`.
+/// LSTM backwards: computes the gradients of the gates' inputs from the gates' values, rows `rows`
+/// of `d_gates`, and adds them to `d_bias`. `d_hidden` is the gradient of `h` from later steps
+/// (without `d_output`); `d_cell` changes from `c` to `c'`.
 pub(crate) struct LstmBackward<'a> {
     pub hidden: usize,
     pub gates: &'a [f32],
@@ -162,7 +164,7 @@ impl WithSimd for LstmBackward<'_> {
                 let [i, f, g, o] = gates_at::<S>(self.gates, row * columns + column);
                 let units = units(row, column, self.hidden, S::F32_LANES);
                 let unit = |array: &[f32]| load(simd, &array[units.clone()]);
-                // Cheaper than another exponential; `o` is never zero.
+                // Faster than another exponential; `o` is never zero.
                 let tanh_cell = simd.div_f32s(unit(self.output), o);
                 let d_h = simd.add_f32s(unit(self.d_output), unit(self.d_hidden));
                 let steep = simd.negate_mul_add_e_f32s(tanh_cell, tanh_cell, one);
@@ -183,9 +185,10 @@ impl WithSimd for LstmBackward<'_> {
     }
 }
 
-/// GRU backwards: makes of the gates' values the gradients at their inputs (at `q`: at the hidden product), rows `rows` of
-/// `d_gates`, and adds them to `d_bias`. `d_hidden` comes in as what later steps send to `h` (without `d_output`) and leaves as
-/// `z·d_h`, for the hidden product to be added.
+/// GRU backwards: computes the gradients of the gates' inputs (for `q`: of the hidden product) from
+/// the gates' values, rows `rows` of `d_gates`, and adds them to `d_bias`. `d_hidden` is the
+/// gradient of `h` from later steps (without `d_output`) on entry, and `z·d_h` on return, without
+/// the hidden product.
 pub(crate) struct GruBackward<'a> {
     pub hidden: usize,
     pub gates: &'a [f32],

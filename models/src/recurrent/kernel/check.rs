@@ -1,4 +1,4 @@
-//! The kernels' gradients against central differences, and plain code against vectors.
+//! The kernels' gradients compared with central differences, and plain code with vectors.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::{AtInput, Ends, Level, PackedLayer, Pass, Shape, Tape, Weights, Work, backward, forward};
 use crate::recurrent::Kind;
 
-/// Sizes that leave rests everywhere: rows, columns, vectors.
+/// Sizes with remainders in all dimensions: rows, columns, vectors.
 const SHAPE: Shape = Shape { steps: 6, batch: 9, input: 5, hidden: 21 };
 
 /// Input, the three weights, `h0`, `c0`, and the loss's weights on the outputs.
@@ -62,7 +62,7 @@ impl Case {
         let ends = Ends { outputs: &mut at_outputs, input: AtInput::Into(&mut x) };
         let made = backward(level, &pass, ends, &mut Work::default());
         if shape.input == shape.hidden {
-            // The same where it takes the place of the one at the outputs.
+            // The same in the memory of the outputs' gradient.
             let mut over = self.loss.clone();
             let ends = Ends { outputs: &mut over, input: AtInput::OverOutputs };
             backward(level, &pass, ends, &mut Work::default());
@@ -113,7 +113,7 @@ fn every_level_and_repetition_agrees() {
             for (fast, plain) in gradients.iter().zip(&plain) {
                 assert!(largest(fast, plain) < 1e-5, "{kind:?} {}", largest(fast, plain));
             }
-            // The very same bits again.
+            // The same bits again.
             assert_eq!((y, gradients), case.gradients(Level::detect(), shape));
         }
     }

@@ -8,7 +8,8 @@ use super::{
     product::{Left, Packed, Product, Store, fed_product, gate_columns},
 };
 
-/// Rows whose input product is made at once: many enough to be efficient, few enough to be in the cache when their steps come.
+/// Rows per input product: enough for efficiency, few enough to stay in the cache until their
+/// steps.
 const ROWS: usize = 128;
 
 /// A layer's weights, packed for the forward products.
@@ -51,16 +52,16 @@ impl PackedLayer {
     }
 }
 
-/// What a forward pass leaves behind for the backward pass; reused from call to call.
+/// Tape of a forward pass for the backward pass; reused from call to call.
 #[derive(Debug, Clone, Default)]
 pub struct Tape {
     /// The gates' values, `[steps][batch]` rows of gates.
     pub(super) gates: Buffer,
-    /// The outputs, with the state before the first step in front, `[steps + 1][batch][hidden]`.
+    /// The outputs, preceded by the state before the first step, `[steps + 1][batch][hidden]`.
     pub(super) outputs: Buffer,
-    /// The cells, likewise (LSTM).
+    /// The cells, in the same layout (LSTM).
     pub(super) cells: Buffer,
-    /// Products of the steps at hand.
+    /// Input products of the present steps.
     sums: Buffer,
     skip: usize,
 }
@@ -85,8 +86,9 @@ impl Tape {
     }
 }
 
-/// Runs a layer over `x` (`[steps][batch][input]`) from the state `h0`, `c0` (`[batch][hidden]`; `c0` is empty for a GRU). `see` is shown the
-/// outputs of every step, `[batch][hidden]`, while they are in the cache.
+/// Runs a layer over `x` (`[steps][batch][input]`) from the state `h0`, `c0` (`[batch][hidden]`;
+/// `c0` is empty for a GRU). `see` receives the outputs of every step, `[batch][hidden]`, while
+/// they are in the cache.
 pub fn forward(
     layer: &PackedLayer,
     shape: Shape,
@@ -111,7 +113,7 @@ pub fn forward(
     for first in (0..shape.steps).step_by(together) {
         let last = (first + together).min(shape.steps);
         let rows = first * shape.batch..last * shape.batch;
-        // The products of a few steps wait in the cache for theirs.
+        // The products of a few steps stay in the cache until their steps.
         tape.sums.resize(rows.len() * columns);
         let a = Left::matrix(&x[rows.start * shape.input..rows.end * shape.input], shape.input);
         let finish = Store { c: &mut tape.sums, columns, from: 0, add: false };
@@ -123,7 +125,8 @@ pub fn forward(
     }
 }
 
-/// One time step, the `index`-th of those whose input products are in `tape.sums`: the hidden product with the cell after it.
+/// One time step, the `index`-th of those whose input products are in `tape.sums`: the hidden
+/// product, then the cell.
 fn advance(layer: &PackedLayer, shape: Shape, step: usize, index: usize, tape: &mut Tape) {
     let Shape { batch, hidden, .. } = shape;
     let (state, columns, bias) = (shape.state(), layer.bias.len(), &layer.bias);

@@ -1,27 +1,27 @@
-//! Which instructions the kernels use.
+//! Instruction sets of the kernels.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// The instructions that a kernel is compiled for; picked when the program runs.
+/// The instruction set of a kernel, selected at run time.
 ///
-/// The same level, machine and input give the same bits; two levels differ in the last bits.
+/// The same level, machine and input give the same bits. Two levels differ in the last bits.
 #[derive(Debug, Clone, Copy)]
 pub struct Level(Arch);
 
 impl Level {
-    /// The widest that this machine has: AVX-512, AVX2 with FMA, NEON, or plain code.
+    /// The widest of this machine: AVX-512, AVX2 with FMA, NEON, or plain code.
     #[must_use]
     pub fn detect() -> Self {
         Self(Arch::new())
     }
 
-    /// Plain code, which every machine runs.
+    /// Plain code, available on every machine.
     #[must_use]
     pub fn portable() -> Self {
         Self(Arch::Scalar)
     }
 
-    /// Numbers in a vector.
+    /// Number of lanes of a vector.
     #[must_use]
     pub fn lanes(self) -> usize {
         self.run(Lanes)
@@ -39,7 +39,7 @@ impl Default for Level {
     }
 }
 
-/// Asks for the number of lanes.
+/// Queries the number of lanes.
 struct Lanes;
 
 impl WithSimd for Lanes {

@@ -1,9 +1,10 @@
 //! The arithmetic of a recurrent layer on plain `f32` slices.
 //!
-//! Sequences are time-major: `[steps][batch][features]`, the last index running fastest. Inside, a row of gates has, for every
-//! vector of units, the four gates' vectors side by side: `i f g o` for an LSTM, `n r z q` for a GRU, so that the gates which the
-//! input feeds, and those which the hidden state feeds, are each one run. One panel of a product thus has all that a vector of
-//! cells needs, and the cells follow while the sums are still in registers.
+//! Sequences are time-major: `[steps][batch][features]`, with the last index fastest. Internally a
+//! row of gates has the four gates' vectors side by side for every vector of units: `i f g o` for
+//! an LSTM, `n r z q` for a GRU, so that the gates of the input, and those of the hidden state, are
+//! contiguous. One panel of a product thus contains all that a vector of cells needs, and the cells
+//! are computed while the sums are in registers.
 
 mod activation;
 mod backward;
@@ -24,12 +25,12 @@ use std::ops::Range;
 
 use super::Kind;
 
-/// Sizes of a layer and of the sequence that it is given.
+/// Sizes of a layer and of its sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     /// Time steps.
     pub steps: usize,
-    /// Sequences side by side.
+    /// Parallel sequences.
     pub batch: usize,
     /// Features of an input.
     pub input: usize,
@@ -38,13 +39,13 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Rows of all steps together.
+    /// Number of rows of all steps.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.steps * self.batch
     }
 
-    /// Numbers in one step's state.
+    /// Number of values in one step's state.
     #[must_use]
     pub fn state(&self) -> usize {
         self.batch * self.hidden
@@ -65,7 +66,7 @@ pub struct Weights<'a> {
 }
 
 impl Kind {
-    /// Which gates of a row the input feeds.
+    /// Gates of a row that the input feeds.
     fn input_gates(self) -> Range<usize> {
         match self {
             Kind::Lstm => 0..4,
@@ -73,7 +74,7 @@ impl Kind {
         }
     }
 
-    /// Which gates of a row the hidden state feeds.
+    /// Gates of a row that the hidden state feeds.
     fn hidden_gates(self) -> Range<usize> {
         match self {
             Kind::Lstm => 0..4,
@@ -81,7 +82,8 @@ impl Kind {
         }
     }
 
-    /// Where PyTorch's order has a row's gates, in a weight matrix of those `fed` and likewise in its gradient.
+    /// Position of a row's gates in PyTorch's order, in a weight matrix of those `fed` and in its
+    /// gradient.
     fn places(self, fed: &Range<usize>) -> impl Iterator<Item = (usize, usize)> {
         let places = match self {
             Kind::Lstm => [0, 1, 2, 3],
@@ -90,7 +92,8 @@ impl Kind {
         fed.clone().map(move |gate| (gate, places[gate]))
     }
 
-    /// The weights of the gates that are `fed`, in the order of a row of gates; the others have none.
+    /// The weights of the gates that are `fed`, in the order of a row of gates; empty for the
+    /// others.
     fn gate_weights(self, weights: &[f32], fed: Range<usize>) -> [&[f32]; 4] {
         let each = weights.len() / fed.len();
         let mut gates: [&[f32]; 4] = [&[]; 4];
@@ -100,7 +103,8 @@ impl Kind {
         gates
     }
 
-    /// Where a row of gates, and where PyTorch's bias vector, has the biases of each gate's vector of units.
+    /// Positions of the biases of each gate's vector of units, in a row of gates and in PyTorch's
+    /// bias vector.
     fn bias_blocks(self, level: Level, hidden: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
         let places = match self {
             Kind::Lstm => [0, 1, 2, 3],

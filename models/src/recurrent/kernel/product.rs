@@ -1,8 +1,8 @@
-//! The one dense product of the layers, `A·B`, with `B` packed into panels beforehand.
+//! The dense product of the layers, `A·B`, with `B` packed into panels beforehand.
 //!
-//! `B` is a weight matrix that is used at every time step, so packing it once a sequence pays, and the small products of a
-//! step (32 × 128 × 512, say) run from the second-level cache without being repacked. What becomes of the sums is the caller's:
-//! they are handed over while still in registers.
+//! `B` is a weight matrix that every time step uses, so it is packed once per sequence; the small
+//! products of a step (such as 32 × 128 × 512) then run from the second-level cache. The caller
+//! receives the sums while they are in registers.
 
 use std::ops::Range;
 
@@ -10,22 +10,24 @@ use pulp::{Simd, WithSimd};
 
 use super::{buffer::Buffer, level::Level};
 
-/// Vectors in a panel's row; if its columns are gates, each has one.
+/// Vectors in a row of a panel; one per gate if its columns are gates.
 pub(crate) const VECTORS: usize = 4;
-/// Rows of `A` that stay in the second-level cache while the panels take turns.
+/// Rows of `A` that stay in the second-level cache during all panels.
 const ROWS: usize = 128;
 
-/// Width of a turned `A`'s panels, one cache line: read straight from the matrix, a few columns would touch a page for every row
-/// or two, more than the first-level translation buffer holds.
+/// Width of the panels of a transposed `A`, one cache line. Read directly from the matrix, a few
+/// columns would touch a page for every one or two rows, more than the first-level translation
+/// buffer holds.
 const TURNED: usize = 16;
 
-/// Columns of a row of gates of `hidden` units: for every vector of units, the four gates' vectors side by side. The last units
-/// may be there for padding alone.
+/// Columns of a row of gates of `hidden` units: for every vector of units, the four gates' vectors
+/// side by side. The last units may be padding.
 pub(crate) fn gate_columns(level: Level, hidden: usize) -> usize {
     VECTORS * hidden.next_multiple_of(level.lanes())
 }
 
-/// A matrix cut into panels of a few vectors' width, each stored row by row; the last one is padded with zeros.
+/// A matrix cut into panels a few vectors wide, each stored row by row; the last one is padded with
+/// zeros.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Packed {
     data: Buffer,
@@ -35,7 +37,7 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Sizes panels of a `width` for a matrix `rows × columns`; the values are those that were there.
+    /// Sets the size to panels of a `width` for a matrix `rows × columns`; old values remain.
     fn reshape(&mut self, width: usize, rows: usize, columns: usize) {
         self.width = width;
         self.rows = rows;
@@ -43,7 +45,7 @@ impl Packed {
         self.data.resize(columns.next_multiple_of(width) * rows);
     }
 
-    /// Sizes panels of gates, `rows` of them, to be filled by [`Self::panel_row`].
+    /// Sets the size to panels of gates, `rows` of them, to be filled by [`Self::panel_row`].
     pub fn reshape_gates(&mut self, level: Level, rows: usize, hidden: usize) {
         self.reshape(VECTORS * level.lanes(), rows, gate_columns(level, hidden));
     }
@@ -83,13 +85,15 @@ impl Packed {
         }
     }
 
-    /// Packs a matrix, rows of `n` one after the other, to be the turned `A` of a product; beyond its columns anything may be.
+    /// Packs a matrix, rows of `n` in sequence, as the transposed `A` of a product; values beyond
+    /// its columns are unspecified.
     pub fn turned(&mut self, matrix: &[f32], n: usize) {
         self.reshape(TURNED, matrix.len() / n.max(1), n);
         let panel = self.rows;
         let (panels, _) = self.data.as_chunks_mut::<TURNED>();
         for (index, row) in matrix.chunks_exact(n).enumerate() {
-            // Whole lines are moved in registers: a call for each would cost more than the move.
+            // Whole lines are moved in registers: a function call per line would cost more than the
+            // move.
             let (lines, rest) = row.as_chunks::<TURNED>();
             let mut slots = panels[index..].iter_mut().step_by(panel);
             for (line, slot) in lines.iter().zip(slots.by_ref()) {
@@ -115,19 +119,19 @@ impl Packed {
 pub(crate) enum Left<'a> {
     /// Terms side by side.
     Rows(Rows<'a>),
-    /// What [`Packed::turned`] made of its transpose.
+    /// Output of [`Packed::turned`] for its transpose.
     Turned(&'a Packed),
 }
 
-/// Rows of terms, in one piece or in a few.
+/// Rows of terms, in one or several pieces.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a> {
     data: &'a [f32],
-    /// From row to row.
+    /// Stride of the rows.
     stride: usize,
     /// Terms in a piece.
     terms: usize,
-    /// From piece to piece.
+    /// Stride of the pieces.
     step: usize,
 }
 
@@ -149,7 +153,7 @@ impl<'a> Left<'a> {
     }
 }
 
-/// What becomes of a product's sums.
+/// Receives the sums of a product.
 pub(crate) trait Finish<const V: usize> {
     /// Takes, of the `R` rows from `row` on, the `V` vectors of the panel that starts at `column`.
     fn finish<S: Simd, const R: usize>(&mut self, simd: S, row: usize, column: usize, sums: [[S::f32s; V]; R]);
