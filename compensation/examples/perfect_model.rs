@@ -59,28 +59,28 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
     let memory_s = 0.4_f64.min(0.25 * path.duration_s());
     let responses = ImpulseResponse::probe_model(&mut model, path, memory_s)?;
     let lag_s: f64 = responses.iter().map(|r| r.delay_samples() * path.period_s()).fold(0.0, f64::max);
-    let guard = CorrectionLimits { limits: Some(spec.limits()), settle_s: lag_s.max(0.012), ..CorrectionLimits::default() };
+    let limits = CorrectionLimits { limits: Some(spec.limits()), settle_s: lag_s.max(0.012), ..CorrectionLimits::default() };
     let mut law = ContourOptimal::new(responses, 0.03)?;
     let mut measure = |desired: &DesiredPath, actual: &Trajectory| {
         figures(desired, actual).map_or(f64::INFINITY, |f| f.rms_mm + 0.1 * f.max_mm)
     };
-    let ladder = spatial_candidates(
+    let candidates = spatial_candidates(
         &mut model,
         desired,
-        &guard,
+        &limits,
         &CutOffCandidates { turn_s: Some(lag_s.clamp(0.01, 0.1)), updates: 4, cut_offs: 5 },
         &mut measure,
     )?;
-    let first = ladder[0].clone();
+    let first = candidates[0].clone();
     let (more, _) =
-        descend(&mut model, &mut law, desired, first, &guard, &Descent { runs: 5, ..Descent::default() }, &mut measure)?;
-    let ladder: Vec<_> = ladder.into_iter().chain(more.into_iter().skip(1)).collect();
-    let start = ladder.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).cloned().ok_or("no run")?;
-    let (mut rounds, ended) =
-        descend(&mut model, &mut law, desired, start, &guard, &Descent { runs: 9, ..Descent::default() }, &mut measure)?;
-    let steps = ladder.len();
-    rounds.splice(0..0, ladder);
-    let best = rounds.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).ok_or("no run")?;
+        descend(&mut model, &mut law, desired, first, &limits, &Descent { runs: 5, ..Descent::default() }, &mut measure)?;
+    let candidates: Vec<_> = candidates.into_iter().chain(more.into_iter().skip(1)).collect();
+    let start = candidates.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).cloned().ok_or("no run")?;
+    let (mut iterations, ended) =
+        descend(&mut model, &mut law, desired, start, &limits, &Descent { runs: 9, ..Descent::default() }, &mut measure)?;
+    let steps = candidates.len();
+    iterations.splice(0..0, candidates);
+    let best = iterations.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).ok_or("no run")?;
     let real = || SimulatedMachine::new(spec, 1);
     let um = |f: ContourSummary| format!("{:.3}/{:.2}", f.rms_mm * 1e3, f.max_mm * 1e3);
     let before = figures(desired, &real()?.run(path)?)?;
@@ -98,7 +98,7 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
         }
         ilc.1 = ilc.1.min(last.max_mm);
     }
-    let trace: Vec<String> = rounds.iter().map(|r| format!("{:.2}", r.measure * 1e3)).collect();
+    let trace: Vec<String> = iterations.iter().map(|r| format!("{:.2}", r.measure * 1e3)).collect();
     println!(
         "  {name}: before {} forecast {} after {} | ILC {:.3}/{:.2} {} | {:.2} {:.2} | lag {:.1} ms, {ended:?} {steps}, {took:.1} s | {}",
         um(before),

@@ -377,8 +377,8 @@ mod tests {
     #[test]
     fn no_shift_exceeds_the_bound() {
         let path = there_and_back();
-        let guard = CorrectionLimits { max_shift: 0.02, ..CorrectionLimits::default() };
-        let bounded = correction(&path, &guard.apply(&path, &shifted(&path, |_| 5.0)).unwrap());
+        let correction_limits = CorrectionLimits { max_shift: 0.02, ..CorrectionLimits::default() };
+        let bounded = correction(&path, &correction_limits.apply(&path, &shifted(&path, |_| 5.0)).unwrap());
         assert!(bounded.iter().all(|c| c.abs() <= 0.02 + 1e-15));
     }
 
@@ -418,8 +418,8 @@ mod tests {
     fn the_axis_limits_are_held() {
         let path = there_and_back();
         let limits = Limits::uniform(1, 10.0, 100.0, 0.02);
-        let guard = CorrectionLimits { limits: Some(limits), ..CorrectionLimits::default() };
-        let reference = guard.apply(&path, &shifted(&path, |k| 0.01 * (k as f64 * 0.9).sin())).unwrap();
+        let correction_limits = CorrectionLimits { limits: Some(limits), ..CorrectionLimits::default() };
+        let reference = correction_limits.apply(&path, &shifted(&path, |k| 0.01 * (k as f64 * 0.9).sin())).unwrap();
         let x = &reference.columns()[0];
         for k in 2..x.len() {
             let a = (x[k] - 2.0 * x[k - 1] + x[k - 2]) / 4e-6;
@@ -427,7 +427,7 @@ mod tests {
         }
         // A slow correction remains unchanged.
         let gentle = shifted(&path, |k| 0.001 * (k as f64 * 0.01).sin());
-        let kept = correction(&path, &guard.apply(&path, &gentle).unwrap());
+        let kept = correction(&path, &correction_limits.apply(&path, &gentle).unwrap());
         assert!((kept[200] - 0.001 * 2.0_f64.sin()).abs() < 1e-9);
     }
 }

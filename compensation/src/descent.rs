@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn a_descent_ends_at_the_floor_and_says_so() {
+    fn a_descent_ends_at_the_floor_and_reports_it() {
         let path = circles();
         let start = Iteration { reference: path.trajectory().clone(), actual: path.trajectory().clone(), measure: 1e-5 };
         let mut law = ContourOptimal::new(vec![ImpulseResponse::new(vec![1.0]).unwrap(); 3], 0.03).unwrap();

@@ -38,6 +38,6 @@ pub use read::{log_from_bytes, read_log};
 pub use reference::{read_reference, reference_content, write_reference};
 pub use report::{Check, Finding, Place, Report, Severity};
 pub use side_file::side_file;
-pub use splits::{Fold, between_rests, folds, scored};
+pub use splits::{Fold, between_standstills, folds, scored};
 pub use table::Table;
 pub use write::{log_content, write_log};

@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn another_period_keeps_the_run_and_is_told() {
+    fn another_period_keeps_the_run_and_is_reported() {
         let (fine, coarse) = (log(0.001), log(0.002));
         let (at_two, finding) = fine.resampled(0.002).unwrap();
         assert_eq!(at_two.len(), 100);

@@ -88,7 +88,7 @@ pub fn folds(logs: &[Log], share: f64, most: usize, seed: u64) -> Result<Vec<Fol
 
 /// Pieces of a single log: between its standstills, or blocks of equal length.
 fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
-    let pieces = between_rests(log, STANDSTILL_S);
+    let pieces = between_standstills(log, STANDSTILL_S);
     if pieces.len() >= parts.max(3) {
         return Ok(pieces);
     }
@@ -104,12 +104,12 @@ fn pieces(log: &Log, parts: usize) -> Result<Vec<Range<usize>>, DatasetError> {
     Ok((0..parts).map(|part| part * length..if part + 1 == parts { log.len() } else { (part + 1) * length }).collect())
 }
 
-/// Rows of a log from the middle of one standstill of its command of at least `rest_s` to the
+/// Rows of a log from the middle of one standstill of its command of at least `standstill_s` to the
 /// middle of the next. Pieces shorter than a second join the previous one.
 #[must_use]
-pub fn between_rests(log: &Log, rest_s: f64) -> Vec<Range<usize>> {
+pub fn between_standstills(log: &Log, standstill_s: f64) -> Vec<Range<usize>> {
     let shortest = (SHORTEST_S / log.period_s()).ceil() as usize;
-    let needed = (rest_s / log.period_s()).ceil() as usize;
+    let needed = (standstill_s / log.period_s()).ceil() as usize;
     let mut cuts = vec![0];
     let mut start = None;
     for k in 1..=log.len() {

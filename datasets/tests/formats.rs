@@ -91,7 +91,7 @@ fn a_mapping_may_stand_in_a_file_beside_the_log() {
 }
 
 #[test]
-fn lost_samples_and_a_cut_off_end_of_halsampler_are_told() {
+fn lost_samples_and_a_cut_off_end_of_halsampler_are_reported() {
     let (log, report) = read("run.txt", &halsampler(Some(150), false), Some(PINS), Some(PERIOD_S)).unwrap();
     assert_sample(&log, 150, SAMPLES - 150);
     assert_found(&report, Severity::Warn, Check::Dropout, "line 151 (`overrun`)");
@@ -115,7 +115,7 @@ fn halscope(period: &str, names: [&str; 4]) -> String {
 const JOINTS: [&str; 4] = ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.2.motor-pos-cmd", "joint.2.motor-pos-fb"];
 
 #[test]
-fn halscope_logs_say_themselves_what_they_hold() {
+fn halscope_logs_state_their_content() {
     let text = halscope("2000000 ns", JOINTS);
     let (log, report) = read("run.csv", &text, None, None).unwrap();
     assert_sample(&log, 0, SAMPLES);
@@ -141,7 +141,7 @@ fn halscope_logs_say_themselves_what_they_hold() {
 }
 
 #[test]
-fn the_traps_of_halscope_are_told() {
+fn faults_of_halscope_logs_are_reported() {
     let text = halscope("2000000 ns", JOINTS);
     // Cut off within a row, and within its last number.
     for cut in [30, 5] {

@@ -228,7 +228,7 @@ fn a_failed_write_leaves_what_was_there() {
 }
 
 #[test]
-fn numbers_that_no_machine_has_are_refused_with_their_place() {
+fn implausible_numbers_are_refused_with_their_position() {
     let folder = tempfile::tempdir().unwrap();
     let rows = |period_s: f64, row: usize, value: f64| {
         let row_of = |k: usize| format!("{:e},{:e},0.0\n", k as f64 * period_s, if k == row { value } else { 0.001 * k as f64 });

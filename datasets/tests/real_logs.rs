@@ -46,7 +46,7 @@ fn one_long_log_is_split_into_contiguous_pieces() {
 }
 
 #[test]
-fn ur5_with_copied_rows_is_accepted_with_their_place() {
+fn ur5_with_copied_rows_is_accepted_with_their_position() {
     let Some((log, _)) = read("ur5_no6_125Hz.csv") else { return };
     assert_eq!((log.axes().len(), log.period_s()), (6, 0.008));
     assert!(log.axes().iter().all(|axis| axis.kind == AxisKind::Rotary));
@@ -60,7 +60,7 @@ fn ur5_with_copied_rows_is_accepted_with_their_place() {
 }
 
 #[test]
-fn ur5_with_jitter_is_resampled_and_says_so() {
+fn ur5_with_jitter_is_resampled_with_a_finding() {
     let Some((log, reading)) = read("ur5_no1_125Hz_jitter.csv") else { return };
     assert_eq!(log.period_s(), 0.008);
     assert_found(&reading, Severity::Warn, Check::Timing, "1108 of 2243 intervals are not 8.000 ms");

@@ -5,7 +5,7 @@ mod common;
 use std::ops::Range;
 
 use common::{healthy, hurt};
-use datasets::{DatasetError, Log, between_rests, folds, scored};
+use datasets::{DatasetError, Log, between_standstills, folds, scored};
 
 fn ten() -> Vec<Log> {
     (0..10).map(|k| healthy().part(format!("run {k}"), 0, 1000 + 100 * k).unwrap()).collect()
@@ -58,7 +58,7 @@ fn an_axis_that_few_runs_move_is_judged_by_one_of_them() {
 }
 
 #[test]
-fn a_log_is_cut_in_the_middle_of_its_rests() {
+fn a_log_is_cut_in_the_middle_of_its_standstills() {
     let stops = hurt(|reference, _| {
         for column in reference {
             for start in [1200, 3000] {
@@ -67,15 +67,15 @@ fn a_log_is_cut_in_the_middle_of_its_rests() {
             }
         }
     });
-    let lengths: Vec<usize> = between_rests(&stops, 0.1).iter().map(ExactSizeIterator::len).collect();
+    let lengths: Vec<usize> = between_standstills(&stops, 0.1).iter().map(ExactSizeIterator::len).collect();
     assert_eq!(lengths.iter().sum::<usize>(), stops.len());
     assert_eq!(lengths.len(), 3);
     assert!(lengths[0].abs_diff(1300) <= 1 && lengths[1].abs_diff(1800) <= 1, "{lengths:?}");
-    assert_eq!(between_rests(&stops, 1.0).len(), 1);
+    assert_eq!(between_standstills(&stops, 1.0).len(), 1);
 }
 
 #[test]
-fn a_log_without_rests_is_cut_by_time() {
+fn a_log_without_standstills_is_cut_by_time() {
     let log = healthy();
     let all = folds(std::slice::from_ref(&log), 0.25, 9, 5).unwrap();
     assert_eq!(all.len(), 4);

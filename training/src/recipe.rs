@@ -82,7 +82,7 @@ mod tests {
     use crate::network::NetworkKind;
 
     #[test]
-    fn every_recipe_says_what_the_library_defaults_to() {
+    fn every_recipe_equals_the_defaults_of_the_library() {
         let alone = |network| Recipe { staged: None, network: Some(network) };
         let linear = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
         for (name, recipe) in [
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_recipe_is_refused_with_the_place() {
+    fn invalid_recipes_are_refused_with_the_reason() {
         let error = |text: &str| Recipe::from_toml(text).unwrap_err().to_string();
         assert!(error("").contains("[staged]"));
         assert!(error("[staged]\nfoldz = 3\n").contains("foldz"));

@@ -37,7 +37,7 @@ fn run(number: usize, samples: usize) -> AxisRun {
 }
 
 #[test]
-fn a_tight_place_is_found_and_predicted() {
+fn a_tight_position_is_found_and_predicted() {
     let runs: Vec<AxisRun> = (0..8).map(|number| run(number, 4000)).collect();
     let flat = StagedRecipe { map: MapRecipe { rounds: 0, ..MapRecipe::default() }, ..StagedRecipe::default() };
     let (without, _) = fit(&runs, &flat).unwrap();

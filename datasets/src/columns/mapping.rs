@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_meant_is_said() {
+    fn invalid_mappings_are_reported() {
         for (text, word) in [
             ("", "no axis"),
             ("x_ref", "no `=`"),

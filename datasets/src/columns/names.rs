@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_many_houses_are_understood() {
+    fn names_of_many_vendors_are_recognised() {
         for (name, role, axis) in [
             ("t", Role::Time, ""),
             ("time [s]", Role::Time, ""),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_that_is_not_known_makes_the_name_unknown() {
+    fn an_unknown_word_makes_the_name_unknown() {
         for name in [
             "X1_ActualVelocity",
             "x_act_error",

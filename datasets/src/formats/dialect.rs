@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn separators_and_decimal_commas_are_told_apart() {
+    fn separators_and_decimal_commas_are_distinguished() {
         assert_eq!(sniff("t,x\n0,1\n1,2\n"), Dialect::new(',', false, 2));
         assert_eq!(sniff("t;x\n0.5;1\n1;2\n"), Dialect::new(';', false, 2));
         assert_eq!(sniff("t;x\n0,5;1,25\n1,0;2,5\n"), Dialect::new(';', true, 2));

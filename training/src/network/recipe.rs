@@ -108,8 +108,8 @@ impl NetworkRecipe {
         }
     }
 
-    /// A small LSTM for what the staged predictor leaves. No early stopping: the blocks that would decide it are better used to decide
-    /// whether there is a network at all.
+    /// A small LSTM for the residual of the staged predictor. No early stopping: the held-out blocks decide
+    /// whether the network is kept.
     #[must_use]
     pub fn residual() -> Self {
         Self { hidden: 32, learning_rate: 0.003, epochs: 100, validate_every: 25, ..Self::quick(NetworkKind::Lstm) }

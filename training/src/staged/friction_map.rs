@@ -55,7 +55,7 @@ pub fn with_friction_map(
         let weights = gathered.total().reduced(&base_penalties).and_then(|reduced| reduced.solve(&precision));
         let Some(weights) = weights else { return Ok(None) };
         map = Values::from(&weights[base_penalties.len()..], knots.count);
-        if !map.is_sound() {
+        if !map.is_plausible() {
             return Ok(None);
         }
         let mut features = last.features.clone();
@@ -98,7 +98,7 @@ impl Values {
     }
 
     /// Whether all levels are positive and plausible.
-    fn is_sound(&self) -> bool {
+    fn is_plausible(&self) -> bool {
         let [least, most] = LEVELS;
         self.even.iter().zip(&self.odd).all(|(even, odd)| 1.0 + even - odd.abs() >= least && 1.0 + even + odd.abs() <= most)
     }
@@ -309,10 +309,10 @@ mod tests {
     }
 
     #[test]
-    fn a_map_of_levels_that_friction_cannot_have_is_not_believed() {
-        assert!(Values { even: vec![0.5, -0.5], odd: vec![0.3, -0.3] }.is_sound());
+    fn a_map_of_levels_that_friction_cannot_have_is_refused() {
+        assert!(Values { even: vec![0.5, -0.5], odd: vec![0.3, -0.3] }.is_plausible());
         for (even, odd) in [(-1.2, 0.0), (-0.5, 0.45), (-0.5, -0.45), (12.0, 0.0), (f64::NAN, 0.0)] {
-            assert!(!Values { even: vec![0.0, even], odd: vec![0.0, odd] }.is_sound(), "{even} {odd}");
+            assert!(!Values { even: vec![0.0, even], odd: vec![0.0, odd] }.is_plausible(), "{even} {odd}");
         }
     }
 }

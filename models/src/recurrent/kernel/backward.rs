@@ -198,10 +198,10 @@ fn block_products(level: Level, pass: &Pass<'_>, steps: Range<usize>, work: &mut
 fn unpack(level: Level, kind: Kind, fed: &Range<usize>, sums: &[f32], hidden: usize, out: &mut [f32]) {
     let (columns, lanes) = (gate_columns(level, hidden), level.lanes());
     let features = sums.len() / columns;
-    for (gate, place) in kind.places(fed) {
+    for (gate, position) in kind.positions(fed) {
         for unit in (0..hidden).step_by(lanes) {
             let units = lanes.min(hidden - unit);
-            let to = &mut out[(place * hidden + unit) * features..][..units * features];
+            let to = &mut out[(position * hidden + unit) * features..][..units * features];
             transpose(&sums[VECTORS * unit + gate * lanes..], columns, units, to);
         }
     }

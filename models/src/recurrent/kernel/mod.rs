@@ -84,12 +84,12 @@ impl Kind {
 
     /// Position of a row's gates in PyTorch's order, in a weight matrix of those `fed` and in its
     /// gradient.
-    fn places(self, fed: &Range<usize>) -> impl Iterator<Item = (usize, usize)> {
-        let places = match self {
+    fn positions(self, fed: &Range<usize>) -> impl Iterator<Item = (usize, usize)> {
+        let positions = match self {
             Kind::Lstm => [0, 1, 2, 3],
             Kind::Gru => [2, 0, 1, 2],
         };
-        fed.clone().map(move |gate| (gate, places[gate]))
+        fed.clone().map(move |gate| (gate, positions[gate]))
     }
 
     /// The weights of the gates that are `fed`, in the order of a row of gates; empty for the
@@ -97,8 +97,8 @@ impl Kind {
     fn gate_weights(self, weights: &[f32], fed: Range<usize>) -> [&[f32]; 4] {
         let each = weights.len() / fed.len();
         let mut gates: [&[f32]; 4] = [&[]; 4];
-        for (gate, place) in self.places(&fed) {
-            gates[gate] = &weights[place * each..][..each];
+        for (gate, position) in self.positions(&fed) {
+            gates[gate] = &weights[position * each..][..each];
         }
         gates
     }
@@ -106,15 +106,15 @@ impl Kind {
     /// Positions of the biases of each gate's vector of units, in a row of gates and in PyTorch's
     /// bias vector.
     fn bias_blocks(self, level: Level, hidden: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
-        let places = match self {
+        let positions = match self {
             Kind::Lstm => [0, 1, 2, 3],
             Kind::Gru => [2, 0, 1, 3],
         };
         let lanes = level.lanes();
         (0..hidden).step_by(lanes).flat_map(move |unit| {
             let length = lanes.min(hidden - unit);
-            places.into_iter().enumerate().map(move |(gate, place)| {
-                let (row, vector) = (4 * unit + gate * lanes, place * hidden + unit);
+            positions.into_iter().enumerate().map(move |(gate, position)| {
+                let (row, vector) = (4 * unit + gate * lanes, position * hidden + unit);
                 (row..row + length, vector..vector + length)
             })
         })
