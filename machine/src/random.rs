@@ -52,7 +52,7 @@ mod common;
 mod draw;
 mod stable;
 
-use crate::spec::{AxisSpec, Carrier, ControllerSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec};
+use crate::spec::{AxisSpec, ControllerSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, ProfileFormat};
 use crate::{MachineError, Sensor};
 use axis::AxisDraw;
 use common::{Common, POSITION_GAIN_1_S};
@@ -90,7 +90,7 @@ impl MachineSpec {
                 short_line_acceleration: 1.0,
             },
             kinematics: KinematicsSpec::Cartesian,
-            controller: Some(ControllerSpec { carrier: Carrier::Keep, ..ControllerSpec::default() }),
+            controller: Some(ControllerSpec { format: ProfileFormat::Keep, ..ControllerSpec::default() }),
             work_offsets: Default::default(),
             axes: Vec::new(),
         };

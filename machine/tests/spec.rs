@@ -84,7 +84,7 @@ fn unsound_files_are_refused_with_key_and_remedy() {
         ("model = \"lugre\"", "model = \"dahl\"", &["dahl", "lugre", "maxwell"]),
         ("kind = \"cartesian\"", "kind = \"hexapod\"", &["hexapod", "cartesian"]),
         ("name = \"y\"", "name = \"x\"", &["`x` is described twice"]),
-        ("carrier = \"keep\"", "carrier = \"g95\"", &["g95", "g93", "g94", "keep"]),
+        ("format = \"keep\"", "format = \"g95\"", &["g95", "g93", "g94", "keep"]),
     ];
     for (from, to, words) in cases {
         assert!(BALLSCREW.contains(from), "{from}");
@@ -312,7 +312,7 @@ fn no_number_is_taken_out_of_its_range() {
 fn a_number_out_of_range_is_refused_with_its_range() {
     let error = MachineSpec::from_toml(&BALLSCREW.replacen("lead_mm = 5.0", "lead_mm = 1e300", 1)).unwrap_err().to_string();
     assert!(error.contains("axes.x.drive.screw.lead_mm") && error.contains("positive and finite, from 0.01 to 1e6"), "{error}");
-    let profile = "decimals = 5\ncarrier = \"keep\"\npoint_spacing_ms = 1e-300\n";
+    let profile = "decimals = 5\nformat = \"keep\"\npoint_spacing_ms = 1e-300\n";
     let error = machine::ControllerSpec::from_toml(profile).unwrap_err().to_string();
     assert!(error.contains("controller.point_spacing_ms") && error.contains("from 0.01 to 10000"), "{error}");
 }

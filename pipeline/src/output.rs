@@ -28,14 +28,14 @@ pub enum OutputFormat {
     Setpoints(SetpointKind),
 }
 
-impl From<machine::Carrier> for OutputFormat {
-    fn from(carrier: machine::Carrier) -> Self {
-        match carrier {
-            machine::Carrier::G93 => Self::Program(TimeEncoding::G93),
-            machine::Carrier::G94 => Self::Program(TimeEncoding::G94),
-            machine::Carrier::Keep => Self::Program(TimeEncoding::Keep),
-            machine::Carrier::Table => Self::Setpoints(SetpointKind::Table),
-            machine::Carrier::Pvt => Self::Setpoints(SetpointKind::Pvt),
+impl From<machine::ProfileFormat> for OutputFormat {
+    fn from(format: machine::ProfileFormat) -> Self {
+        match format {
+            machine::ProfileFormat::G93 => Self::Program(TimeEncoding::G93),
+            machine::ProfileFormat::G94 => Self::Program(TimeEncoding::G94),
+            machine::ProfileFormat::Keep => Self::Program(TimeEncoding::Keep),
+            machine::ProfileFormat::Table => Self::Setpoints(SetpointKind::Table),
+            machine::ProfileFormat::Pvt => Self::Setpoints(SetpointKind::Pvt),
         }
     }
 }
@@ -70,7 +70,7 @@ impl OutputSettings {
     pub fn new(setup: &Setup, format: Option<OutputFormat>, decimals: Option<usize>, spacing_ms: Option<f64>) -> Self {
         // Measured with the planner of this project in place of the control: G93 lengthens the cycle by up to 13 %, the
         // program's own feeds do not lengthen it.
-        let own = setup.controller.map_or(OutputFormat::Program(TimeEncoding::Keep), |profile| profile.carrier.into());
+        let own = setup.controller.map_or(OutputFormat::Program(TimeEncoding::Keep), |profile| profile.format.into());
         Self { format: format.unwrap_or(own), mark: None, decimals, spacing_ms, controller: setup.controller }
     }
 
@@ -100,7 +100,7 @@ impl OutputSettings {
 
     /// Settings of a setpoint table of this kind for a reference with this sampling period, s.
     fn setpoints(&self, kind: SetpointKind, period_s: f64) -> SetpointSettings {
-        let profile = self.controller.filter(|profile| OutputFormat::from(profile.carrier) == self.format);
+        let profile = self.controller.filter(|profile| OutputFormat::from(profile.format) == self.format);
         let usual_ms = match kind {
             SetpointKind::Table => period_s * 1e3,
             SetpointKind::Pvt => PVT_MS,

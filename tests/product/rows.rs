@@ -34,7 +34,7 @@ fn compensate(folder: &Folder, out: &str, options: &[&str]) -> Value {
 fn a_table_run_as_a_reference_is_closer_to_the_path_than_the_program() {
     let folder = folder_with_program();
     let made = compensate(&folder, "table.csv", &["--format", "table"]);
-    assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"table".into(), &2.0.into()));
+    assert_eq!((&made["format"], &made["setpoints"]["interval_ms"]), (&"table".into(), &2.0.into()));
     let raw = folder.figures(&["simulate", "rows.nc", "-o", "raw.csv"]);
     let cut = folder.figures(&["simulate", "table.csv", "--against", "rows.nc", "-o", "cut.csv"]);
     let rms = |figures: &Value| figures["contour_um"]["rms"].as_f64().unwrap();

@@ -63,16 +63,16 @@ fn text_of<'a>(kind: &str, all: &[(&str, &'a str)], name: &str) -> Result<&'a st
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Carrier;
+    use crate::ProfileFormat;
 
     #[test]
     fn every_profile_is_sound_and_others_are_refused() {
         for (name, _) in BUILTIN_CONTROLLERS {
             ControllerSpec::builtin(name).unwrap();
         }
-        assert_eq!(ControllerSpec::builtin("linuxcnc").unwrap().carrier, Carrier::G93);
+        assert_eq!(ControllerSpec::builtin("linuxcnc").unwrap().format, ProfileFormat::G93);
         assert!(ControllerSpec::builtin("abacus").unwrap_err().to_string().contains("grbl"));
-        assert!(ControllerSpec::from_toml("decimals = 40\ncarrier = \"keep\"\npoint_spacing_ms = 4.0\n").is_err());
+        assert!(ControllerSpec::from_toml("decimals = 40\nformat = \"keep\"\npoint_spacing_ms = 4.0\n").is_err());
         assert!(ControllerSpec::from_toml("decimals = 4\n").is_err());
     }
 }

@@ -98,7 +98,8 @@ pub struct ControllerSpec {
     /// Decimals of a coordinate in mm.
     pub decimals: u8,
     /// Time encoding of the points.
-    pub carrier: Carrier,
+    #[serde(alias = "carrier")]
+    pub format: ProfileFormat,
     /// Time between points or setpoints, ms.
     pub point_spacing_ms: f64,
     /// Dialect of its programs. Absent: detected from each program.
@@ -137,7 +138,7 @@ impl ControllerSpec {
 /// Time encoding of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Carrier {
+pub enum ProfileFormat {
     /// Inverse time: `F` is one over the duration of the block in minutes.
     G93,
     /// Feed per minute on every block.
@@ -275,6 +276,6 @@ impl MachineSpec {
 impl Default for ControllerSpec {
     /// Six decimals, inverse time, a point every 4 ms: within the capability of LinuxCNC.
     fn default() -> Self {
-        Self { decimals: 6, carrier: Carrier::G93, point_spacing_ms: 4.0, dialect: None, path_tolerance_mm: None }
+        Self { decimals: 6, format: ProfileFormat::G93, point_spacing_ms: 4.0, dialect: None, path_tolerance_mm: None }
     }
 }
