@@ -19,7 +19,7 @@ pub fn write_log(path: &Path, log: &Log) -> Result<(), DatasetError> {
     write_content(path, &log_content(path, log)?)
 }
 
-/// The bytes that [`write_log`] writes to `path`.
+/// The log as bytes. The extension of `path` selects the format, as in [`write_log`]; nothing is written.
 ///
 /// # Errors
 /// When command and actual positions of the log do not match.

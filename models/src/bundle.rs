@@ -84,7 +84,7 @@ pub struct Manifest {
     pub data_sha256: String,
     /// Delay that all axes share, s.
     pub common_delay_s: f64,
-    /// Description of the machine as TOML: limits, kinematics, controller.
+    /// Description of the machine as TOML, as given to the training, with its drives where it had them; else limits and kinematics from the log.
     pub machine_toml: String,
     /// Whether its limits were estimated from the log.
     pub limits_from_log: bool,

@@ -16,7 +16,7 @@ fn compensated(logs: &[Vec<u8>], program: &[u8], machine: &MachineSpec) -> Resul
     let settings = model_based_ilc::Settings { written: format.program(), ..Default::default() };
     let outcome = model_based_ilc(&input, &model, &settings, SILENT)?;
     println!("{:.2} → {:.2} µm RMS", outcome.before.tip.rms_mm * 1e3, outcome.after.tip.rms_mm * 1e3);
-    Ok(input.write(&outcome.reference, &format, outcome.max_shift, "out.nc".as_ref())?.content)
+    Ok(outcome.write(&input, &format, "out.nc".as_ref())?.content)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -33,11 +33,14 @@ pub struct Expectation {
 const STEP: f64 = 1e-4;
 
 impl Expectation {
-    /// Expected figures of a run of `reference` with the model's `forecast`; of a program over feed moves. `None` where
+    /// Expected figures of a run of `reference` with the model's `forecast`; of a program over feed moves. Before compensation `reference` is
+    /// [`Input::command`] and `forecast` a run of it by [`machine_for`](crate::machine_for), after it those of the
+    /// [`Outcome`](crate::model_based_ilc::Outcome). `None` where
     /// the model has no error distribution, or no sample counts.
     ///
     /// The error of an axis counts perpendicular to the path: with the direction of motion `t` and the tip displacement
-    /// `J` per unit of the axis, `|J − t(t·J)|`. Errors of axes are assumed independent, so that their squares add.
+    /// `J` per unit of the axis, `|J − t(t·J)|`. Errors of axes are assumed independent, so that their squares add. They are added to the
+    /// forecast, never subtracted: where the forecast is large beside the model's error, a run can lie below `low`.
     ///
     /// # Errors
     /// When the samples of forecast and path do not match.

@@ -140,7 +140,8 @@ impl Input {
         statistics::figures(self.desired(), self.part(), actual)
     }
 
-    /// Refuses a program that states that it was compensated before.
+    /// Refuses a program that carries the comment of [`OutputSettings::marked`](crate::OutputSettings::marked), as every program does that
+    /// [`Outcome::write`](crate::model_based_ilc::Outcome::write) changed. A program written without a mark is not recognised.
     ///
     /// # Errors
     /// [`Error::AlreadyCompensated`] with the line of the statement.

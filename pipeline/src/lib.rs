@@ -34,3 +34,9 @@ pub use position_terms::{PositionTerms, machine_for};
 pub use progress::{Event, Progress, SILENT};
 pub use recorded::{Recorded, as_recorded};
 pub use setup::{Setup, machine_of};
+
+pub use ::training::Recipe;
+pub use datasets::Log;
+pub use machine::{Machine, MachineSpec, SimulatedMachine};
+pub use models::Bundle;
+pub use motion::contour::Exact;

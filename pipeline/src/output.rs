@@ -56,7 +56,7 @@ impl OutputFormat {
 pub struct OutputSettings {
     /// Output format.
     pub format: OutputFormat,
-    /// Comment at the head of a changed program; none when `None`.
+    /// Comment at the head of a changed program. Without it [`Input::check_original`] cannot recognise the output.
     pub mark: Option<Mark>,
     decimals: Option<usize>,
     spacing_ms: Option<f64>,

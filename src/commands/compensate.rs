@@ -10,7 +10,6 @@ use models::Bundle;
 use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
-use pipeline::refit::{Mark, TimeEncoding};
 use pipeline::units::um;
 use pipeline::{
     Expectation, Input, Output, OutputFormat, OutputSettings, PositionTerms, as_recorded, machine_for, model_based_ilc,
@@ -105,7 +104,7 @@ impl Compensate {
         let (model, source) = rayon::join(|| read::model(&self.model), || Source::open(&self.input));
         let (model, source) = (model?, source?);
         let setup = self.output.setup(&self.machine(&model)?)?;
-        let mut format = self.output.settings(&setup).marked(Mark::of_model(&model)?);
+        let format = self.output.settings(&setup);
         let input = source.on(&setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
         let (input, readback) = self.recorded(input, &format, &printer)?;
@@ -113,7 +112,7 @@ impl Compensate {
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
 
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &printer)?;
-        self.keep_feeds(&outcome, &mut format, &printer);
+        show_kept_feeds(&outcome, &format, &printer);
         if model.manifest.limits_from_log {
             printer
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
@@ -121,7 +120,7 @@ impl Compensate {
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
         print::show(&printer, &input, &outcome, expected.as_ref());
 
-        let output = input.write(&outcome.reference, &format, outcome.max_shift, &self.out)?;
+        let output = outcome.write(&input, &format, &self.out)?;
         self.show_output(&output, &outcome, &printer);
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
@@ -204,18 +203,6 @@ impl Compensate {
         Ok(Learned { input, outcome, feeds })
     }
 
-    /// Says so where the program keeps its feeds because the times of its points would cost too much.
-    fn keep_feeds(&self, outcome: &Outcome, format: &mut OutputSettings, printer: &Printer) {
-        if let (true, Some(slowdown), OutputFormat::Program(encoding)) = (outcome.gained, outcome.kept_feeds, format.format) {
-            printer.line(format!(
-                "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--format {} states the times)",
-                100.0 * slowdown,
-                encoding.name()
-            ));
-            format.format = OutputFormat::Program(TimeEncoding::Keep);
-        }
-    }
-
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
         printer.line(format!("largest shift {} µm; written to {}", um(output.largest_shift_mm), self.out.display()));
         if outcome.gained && output.largest_shift_mm > AT_BOUND * outcome.max_shift {
@@ -254,6 +241,17 @@ impl Compensate {
             "rows": setpoints,
             "warnings": print::warnings(input.part(), outcome),
         })
+    }
+}
+
+/// Reports where the program keeps its feeds because timed points would lengthen the cycle too much.
+fn show_kept_feeds(outcome: &Outcome, format: &OutputSettings, printer: &Printer) {
+    if let (true, Some(slowdown), OutputFormat::Program(encoding)) = (outcome.gained, outcome.kept_feeds, format.format) {
+        printer.line(format!(
+            "note: with the time of every point the cycle would take {:.1} % longer; the program keeps its feeds instead (--format {} states the times)",
+            100.0 * slowdown,
+            encoding.name()
+        ));
     }
 }
 

@@ -33,12 +33,13 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Names of the built-in recipes.
+    /// Names of the built-in recipes: `staged` (grey-box cascade, the usual choice), `linear`, and Paper D's networks `lstm`, `lstm-paper`,
+    /// `gru`, `gru-paper`, `narx`.
     pub fn names() -> impl Iterator<Item = &'static str> {
         BUILTIN.iter().map(|(name, _)| *name)
     }
 
-    /// The built-in recipe of that name.
+    /// The built-in recipe of that name, one of [`Recipe::names`].
     ///
     /// # Errors
     /// When there is none.

@@ -3,7 +3,7 @@
 use super::{ControllerSpec, MachineSpec};
 use crate::MachineError;
 
-/// Name and description of every built-in machine. The first is the default.
+/// Name and machine file (TOML) of every built-in machine: `ballscrew`, `maxwell`, `worn`, `bc`, `xyzac`. The first is the default.
 pub const BUILTIN_MACHINES: [(&str, &str); 5] = [
     ("ballscrew", include_str!("../../machines/ballscrew.toml")),
     ("maxwell", include_str!("../../machines/maxwell.toml")),

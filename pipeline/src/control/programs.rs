@@ -38,7 +38,7 @@ impl ProgramRun {
     }
 }
 
-/// Runs a program whose points are moved to `reference`.
+/// Runs a program whose points are moved to `reference`, written with [`MOVE_POINTS`].
 ///
 /// # Errors
 /// When the program cannot be written or planned, or the run fails.

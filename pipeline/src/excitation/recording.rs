@@ -34,7 +34,8 @@ pub fn travel(spec: &MachineSpec, travel_mm: f64, turn_rad: f64) -> Vec<(f64, f6
         .collect()
 }
 
-/// Records about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log for each run.
+/// Records about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log for each run. The demo
+/// uses 120 s.
 ///
 /// # Errors
 /// When the description has no drives.

@@ -1,5 +1,8 @@
 //! Measurement of a recorded run against the desired path.
 //!
+//! The path is always the one that the part needs: for the run of a compensated program the original program. Use
+//! [`Exact::default()`](motion::contour::Exact) as estimator; the others reproduce the papers.
+//!
 //! [`measure`] aligns a log with the path and evaluates contour error, lags, reversals and, on a full circle, the
 //! circular test. [`readback`] compares command and program, [`fits`] compares model and log.
 
@@ -33,7 +36,7 @@ const APART_S: f64 = 0.05;
 /// Measurement of a run. Lengths in mm, times in s.
 #[derive(Debug)]
 pub struct Measurement {
-    /// Contour error over the samples of the run.
+    /// Contour error over the samples that count: of a program those of feed moves, of a reference all.
     pub contour: ContourSummary,
     /// Error of the tool orientation; `None` on a machine without rotary axes.
     pub orientation: Option<OrientationSummary>,

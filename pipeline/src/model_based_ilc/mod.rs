@@ -24,7 +24,7 @@ use crate::control::ControlledMachine;
 use crate::error::Result;
 use crate::input::Input;
 use crate::progress::{Progress, SILENT};
-use crate::refit::{RefitSettings, TimeEncoding};
+use crate::refit::{Mark, RefitSettings, TimeEncoding};
 use crate::statistics::Figures;
 
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
@@ -66,7 +66,8 @@ const FLOOR_SHARE: f64 = 0.1;
 pub fn model_based_ilc(input: &Input, model: &Bundle, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
-    on_learned_machine(input, &mut machine, &model.coverage(), settings, floor_mm, progress)
+    let outcome = on_learned_machine(input, &mut machine, &model.coverage(), settings, floor_mm, progress)?;
+    Ok(Outcome { mark: Some(Mark::of_model(model)?), ..outcome })
 }
 
 /// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage`. The iteration ends at the
@@ -235,7 +236,20 @@ fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) 
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
     let (updates, kept_feeds) = (chosen.updates, chosen.kept_feeds);
     let Learned { max_shift, ended, outside } = learned;
-    Ok(Outcome { reference, forecast, max_shift, before, after, updates, ended, gained, cycle_s, kept_feeds, outside })
+    Ok(Outcome {
+        reference,
+        forecast,
+        max_shift,
+        before,
+        after,
+        updates,
+        ended,
+        gained,
+        cycle_s,
+        kept_feeds,
+        outside,
+        mark: None,
+    })
 }
 
 /// Computes a reference for `input` on any machine, as [`model_based_ilc`] does on a learned one. On the noise-free

@@ -1,9 +1,15 @@
 //! Result of model-based ILC.
 
+use std::path::Path;
+
 use compensation::Ended;
 use motion::Trajectory;
 
 use super::outside::OutsideRange;
+use crate::error::Result;
+use crate::input::Input;
+use crate::output::{Output, OutputFormat, OutputSettings};
+use crate::refit::{Mark, TimeEncoding};
 use crate::statistics::Figures;
 
 /// Result of model-based ILC.
@@ -33,4 +39,25 @@ pub struct Outcome {
     pub kept_feeds: Option<f64>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
+    /// Comment at the head of the written program; `None` where no model file was involved.
+    pub mark: Option<Mark>,
+}
+
+impl Outcome {
+    /// Writes the reference for the `input` that it was computed for: refits, edits and verifies the program, marks it so that
+    /// [`Input::check_original`] recognises it, and keeps the program's feeds where [`Outcome::kept_feeds`] says so.
+    ///
+    /// `format` has to be the one whose [`OutputSettings::program`] was given as `Settings::written`. The extension of `name` selects the
+    /// format of a reference: `.csv` or `.parquet`.
+    ///
+    /// # Errors
+    /// As [`Input::write`].
+    pub fn write(&self, input: &Input, format: &OutputSettings, name: &Path) -> Result<Output> {
+        let mut format = format.clone();
+        format.mark = self.mark.clone();
+        if self.gained && self.kept_feeds.is_some() && matches!(format.format, OutputFormat::Program(_)) {
+            format.format = OutputFormat::Program(TimeEncoding::Keep);
+        }
+        input.write(&self.reference, &format, self.max_shift, name)
+    }
 }

@@ -22,6 +22,9 @@ pub enum LawName {
 }
 
 /// Settings of model-based ILC.
+///
+/// Defaults: law [`LawName::ModelBased`], 4 iterations, gain 0.9 and low-pass 100 Hz (used by the papers' laws only), bound of shifts from the
+/// forecast, rotation 0.5°, no output (`written: None`), no limit of the cycle time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The law.

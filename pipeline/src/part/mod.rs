@@ -29,6 +29,9 @@ pub use taper::taper;
 pub use tool_path::{POINT_MM, coordinates, stated};
 
 /// Settings for reading and planning a program.
+///
+/// Defaults: no work offset, `at_zero: false`, corner tolerance 0.002 mm, dialect of the setup or found from the program. Without a work offset
+/// the forecast lacks the position-dependent terms; see [`PositionTerms::of`](crate::PositionTerms::of). On a simulated machine set `at_zero`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadSettings {
     /// Dialect of the program; `None` takes that of the setup, else detects it.
@@ -180,7 +183,8 @@ impl Part {
         })
     }
 
-    /// Plans another version of the program, given as bytes, with the settings of this part.
+    /// Plans another version of the program, given as bytes, with the settings of this part: for instance the output of
+    /// [`Outcome::write`](crate::model_based_ilc::Outcome::write), to run it on a machine and measure the run against this part. The name stays.
     ///
     /// # Errors
     /// As [`Part::read`].

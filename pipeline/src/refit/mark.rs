@@ -15,7 +15,7 @@ const DIGITS: usize = 16;
 /// Blocks at the head of a program in which the comment is looked for.
 const HEAD: usize = 32;
 
-/// What is written about the origin of a compensated program.
+/// Origin of a compensated program, as stated in its comment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mark {
     /// What moved the points, in capital letters without parentheses.
@@ -26,7 +26,7 @@ impl Mark {
     /// Of a program that was compensated with a model: its machine, and the hash of the data that it was trained on.
     ///
     /// # Errors
-    /// When the description of the machine in the model is not sound.
+    /// When the description of the machine in the model is invalid.
     pub fn of_model(model: &Bundle) -> Result<Self> {
         let machine = machine_of(model)?.name;
         let data: String = model.manifest.data_sha256.chars().take(DIGITS).collect();

@@ -44,9 +44,9 @@ pub struct RefitSettings {
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
 const CHORD_TOLERANCE_MM: f64 = 2e-4;
-/// Default decimals of coordinates in mm, and default time between points, ms, where neither the caller nor the control
-/// profile states them: those for LinuxCNC.
+/// Default decimals of coordinates in mm, where neither the caller nor the control profile states them: those for LinuxCNC.
 pub const DECIMALS: usize = 6;
+/// Default time between points, ms, likewise.
 const SPACING_MS: f64 = 4.0;
 
 impl RefitSettings {

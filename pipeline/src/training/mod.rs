@@ -55,7 +55,9 @@ pub fn check(logs: &[Log]) -> Report {
 }
 
 /// Trains a model on `logs`. `spec` gives limits and kinematics; without it the limits are the largest speeds and
-/// accelerations in the logs.
+/// accelerations in the logs. The README's figures are those of two minutes of motion; on them training takes less than a minute on two cores.
+///
+/// Findings of [`check`] that do not refuse the logs are not repeated here.
 ///
 /// # Errors
 /// When the logs are not fit for training, with the reasons, or `progress` cancels.
