@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use motion::Vec3;
-use motion::contour::ContourEstimator;
+use motion::contour::{ContourEstimator, ContourQuery};
 use motion::contour::{Exact, ExactStream, TimeMatch, Window, sample_estimators};
 
 const SAMPLES: usize = 30_000;
@@ -42,7 +42,7 @@ fn estimators(criterion: &mut Criterion) {
         let mut errors = Vec::with_capacity(SAMPLES);
         group.bench_function(estimator.name(), |bencher| {
             bencher.iter(|| {
-                let done = estimator.estimate_into(&desired, &actual, TimeMatch::SAME, &mut errors);
+                let done = estimator.estimate_into(ContourQuery::new(&desired, &actual, TimeMatch::SAME), &mut errors);
                 black_box((done, errors.last().copied()))
             });
         });
@@ -51,7 +51,7 @@ fn estimators(criterion: &mut Criterion) {
         let mut estimator = Exact::default();
         let mut errors = Vec::with_capacity(SAMPLES);
         bencher.iter(|| {
-            let done = estimator.estimate_into(&actual, &desired, TimeMatch::SAME, &mut errors);
+            let done = estimator.estimate_into(ContourQuery::new(&actual, &desired, TimeMatch::SAME), &mut errors);
             black_box((done, errors.last().copied()))
         });
     });

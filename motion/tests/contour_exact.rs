@@ -5,7 +5,7 @@ mod contour_common;
 use std::sync::Arc;
 
 use contour_common::*;
-use motion::contour::{ContourError, ContourEstimator, Exact, ExactOnCurve, SampledSpline, TimeMatch};
+use motion::contour::{ContourError, ContourEstimator, ContourQuery, Exact, ExactOnCurve, SampledSpline, TimeMatch};
 use motion::curves::library;
 use motion::{Curve, Vec3};
 use rand::{RngExt, SeedableRng};
@@ -242,7 +242,7 @@ fn the_spline_through_500_hz_samples_is_close_to_the_curve() {
             let samples: Vec<Vec3> = fine.iter().copied().step_by(10 * times).collect();
             let matching = TimeMatch { first: 0.0, rate: 0.1 / times as f64 };
             let mut errors = Vec::new();
-            Exact::default().estimate_into(&fine, &samples, matching, &mut errors).unwrap();
+            Exact::default().estimate_into(ContourQuery::new(&fine, &samples, matching), &mut errors).unwrap();
             let worst_um = 1e3 * largest(errors.iter().filter(|e| !e.at_end).map(|e| e.magnitude_mm));
             println!("{name} at {hz} Hz: spline within {worst_um:.2e} µm of the curve");
             assert!(times > 1 || worst_um < bound_um);

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 
 use contour_common::*;
 use motion::contour::{
-    AlignSettings, AlignedBy, Alignment, CirclePlane, ContourEstimator, Exact, NominalCircle, PAPER_B_RATIO, PAPER_B_SUPPORT,
-    SupportRegion, align, circular_test, corner_flags, stretches,
+    AlignSettings, AlignedBy, Alignment, CirclePlane, ContourEstimator, ContourQuery, Exact, NominalCircle, PAPER_B_RATIO,
+    PAPER_B_SUPPORT, SupportRegion, align, circular_test, corner_flags, stretches,
 };
 use motion::curves::library;
 use motion::{Curve, Vec3};
@@ -137,7 +137,9 @@ fn late_run(curve: &dyn Curve, offset: Vec3, late_s: f64, rest: usize) -> (Vec<V
 fn difference_um(desired: &[Vec3], truth: &[Vec3], recorded: &[Vec3], found: &Alignment) -> f64 {
     let expected = Exact::default().estimate(desired, truth).unwrap();
     let mut measured = Vec::new();
-    Exact::default().estimate_into(desired, &found.apply(recorded), found.desired_to_actual(), &mut measured).unwrap();
+    Exact::default()
+        .estimate_into(ContourQuery::new(desired, &found.apply(recorded), found.desired_to_actual()), &mut measured)
+        .unwrap();
     1e3 * largest(
         measured
             .iter()

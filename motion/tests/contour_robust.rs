@@ -5,8 +5,8 @@ mod contour_common;
 use contour_common::*;
 use motion::Vec3;
 use motion::contour::{
-    ContourEstimator, Exact, ExactStream, HermiteFootPoint, Horizon, OsculatingCircle, SampledSpline, SplineSearch, Tangent,
-    TimeMatch, Window, sample_estimators,
+    ContourEstimator, ContourQuery, Exact, ExactStream, HermiteFootPoint, Horizon, OsculatingCircle, SampledSpline, SplineSearch,
+    Tangent, TimeMatch, Window, sample_estimators,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -99,7 +99,7 @@ fn beyond_the_end_the_end_is_the_foot_point() {
     let from: Vec<Vec3> = line(-1.0, 11.0, 121).iter().map(|p| p + Vec3::new(0.0, 0.5, 0.0)).collect();
     let matching = TimeMatch { first: -10.0, rate: 1.0 };
     let mut errors = Vec::new();
-    Exact::default().estimate_into(&from, &to, matching, &mut errors).unwrap();
+    Exact::default().estimate_into(ContourQuery::new(&from, &to, matching), &mut errors).unwrap();
     for (sample, error) in from.iter().zip(&errors) {
         let beyond = (sample.x - sample.x.clamp(0.0, 10.0)).abs();
         assert!((error.magnitude_mm - beyond.hypot(0.5)).abs() < 1e-9);
@@ -149,7 +149,7 @@ fn what_cannot_be_measured_is_refused() {
         assert!(estimator.estimate(&path, &[Vec3::new(1e10, 0.0, 0.0)]).is_err());
         let mut out = Vec::new();
         for matching in [TimeMatch { first: f64::NAN, rate: 1.0 }, TimeMatch { first: 0.0, rate: 0.0 }] {
-            assert!(estimator.estimate_into(&path, &path, matching, &mut out).is_err());
+            assert!(estimator.estimate_into(ContourQuery::new(&path, &path, matching), &mut out).is_err());
         }
     }
     for window in [
@@ -186,7 +186,7 @@ proptest! {
         ];
         for estimator in estimators {
             let mut errors = Vec::new();
-            estimator.estimate_into(&from, &to, matching, &mut errors).unwrap();
+            estimator.estimate_into(ContourQuery::new(&from, &to, matching), &mut errors).unwrap();
             prop_assert_eq!(errors.len(), from.len());
             for (sample, error) in from.iter().zip(&errors) {
                 prop_assert!((error.foot + error.vector - sample).norm() <= 1e-9 * (1.0 + sample.norm()));

@@ -5,7 +5,7 @@ mod contour_common;
 use std::sync::Arc;
 
 use contour_common::*;
-use motion::contour::{ContourEstimator, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
+use motion::contour::{ContourEstimator, ContourQuery, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
 use motion::{Curve, Vec3};
 
 /// Rows at a sampling rate. Every estimator in the direction of the truth, actual → desired.
@@ -22,7 +22,7 @@ fn rows(times: usize) -> Vec<TableRow> {
         .iter_mut()
         .map(|estimator| {
             let started = std::time::Instant::now();
-            estimator.estimate_into(&actual, &desired, TimeMatch::SAME, &mut errors).unwrap();
+            estimator.estimate_into(ContourQuery::new(&actual, &desired, TimeMatch::SAME), &mut errors).unwrap();
             table_row(estimator.name(), &errors, &truth, started.elapsed().as_secs_f64())
         })
         .collect()

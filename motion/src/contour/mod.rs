@@ -109,24 +109,35 @@ impl TimeMatch {
     }
 }
 
+/// Samples to measure, and the path to measure them against.
+#[derive(Debug, Clone, Copy)]
+pub struct ContourQuery<'a> {
+    /// Samples in time order, mm.
+    pub from: &'a [Vec3],
+    /// Path in time order, mm.
+    pub to: &'a [Vec3],
+    /// Sample of the path that belongs to each sample in time.
+    pub matching: TimeMatch,
+}
+
+impl<'a> ContourQuery<'a> {
+    /// The contour error of `from` against the path `to`.
+    #[must_use]
+    pub fn new(from: &'a [Vec3], to: &'a [Vec3], matching: TimeMatch) -> Self {
+        Self { from, to, matching }
+    }
+}
+
 /// A foot point estimator. It owns its buffers, so repeated calls do not allocate.
 pub trait ContourEstimator: Send {
     /// Short name for tables and the command line.
     fn name(&self) -> &'static str;
 
-    /// Contour error of every sample of `from` (mm, in time order) against the path `to` (mm, in time order), into `out`,
-    /// which is cleared first.
+    /// Contour error of every sample of the query, into `out`, which is cleared first.
     ///
     /// # Errors
-    /// If `to` is empty and `from` is not, a coordinate is not finite or beyond 1e9 mm, or
-    /// `matching` is invalid.
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError>;
+    /// If the path is empty and the samples are not, a coordinate is not finite or beyond 1e9 mm, or the time match is invalid.
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError>;
 
     /// As [`ContourEstimator::estimate_into`], for paths that start together, into a new vector.
     ///
@@ -134,7 +145,7 @@ pub trait ContourEstimator: Send {
     /// As [`ContourEstimator::estimate_into`].
     fn estimate(&mut self, from: &[Vec3], to: &[Vec3]) -> Result<Vec<ContourError>, MotionError> {
         let mut out = Vec::with_capacity(from.len());
-        self.estimate_into(from, to, TimeMatch::SAME, &mut out)?;
+        self.estimate_into(ContourQuery::new(from, to, TimeMatch::SAME), &mut out)?;
         Ok(out)
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Result;
 use machine::{AxisSpec, LinearAxis, Machine, MachineSpec, SimulatedMachine};
 use motion::Vec3;
-use motion::contour::{ContourEstimator, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
+use motion::contour::{ContourEstimator, ContourQuery, ExactOnCurve, TableRow, TimeMatch, sample_estimators, table_row};
 use pipeline::{Input, Setup};
 use serde_json::{Value, json};
 
@@ -52,9 +52,9 @@ impl Reproduce {
                 let timed = |estimator: &mut dyn ContourEstimator| -> Result<_> {
                     let mut errors = Vec::with_capacity(from.len());
                     // Once to warm buffers and caches up, then the one that counts.
-                    estimator.estimate_into(&from, &to, TimeMatch::SAME, &mut errors)?;
+                    estimator.estimate_into(ContourQuery::new(&from, &to, TimeMatch::SAME), &mut errors)?;
                     let started = Instant::now();
-                    estimator.estimate_into(&from, &to, TimeMatch::SAME, &mut errors)?;
+                    estimator.estimate_into(ContourQuery::new(&from, &to, TimeMatch::SAME), &mut errors)?;
                     Ok((errors, started.elapsed().as_secs_f64()))
                 };
                 let (truth, truth_s) = timed(&mut ExactOnCurve::new(curve.clone()))?;

@@ -2,7 +2,7 @@
 
 use super::window::{Follower, Window};
 use crate::contour::spline::SampledSpline;
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Samples processed at a time. The spline through `to` is built just ahead of them, so that it
@@ -39,13 +39,8 @@ impl ContourEstimator for Exact {
         "exact"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         out.reserve(from.len());

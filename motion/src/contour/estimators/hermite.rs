@@ -3,7 +3,7 @@
 
 use super::window::Window;
 use crate::contour::spline::{Arcs, error, foot_on_chord, hermite};
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Forward search range for the nearest sample from the last foot point.
@@ -56,13 +56,8 @@ impl ContourEstimator for HermiteFootPoint {
         "hermite-foot"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         self.arcs.rebuild(to);

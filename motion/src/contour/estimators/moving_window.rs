@@ -3,9 +3,9 @@
 
 use super::hermite::foot_near;
 use super::window::Window;
+use crate::MotionError;
 use crate::contour::spline::{Arcs, error};
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
-use crate::{MotionError, Vec3};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 
 /// Paper C, section II-A: the nearest sample within `n = |P_d P_a| / |P_a P_{a−1}|` samples on
 /// either side of the time-matched one, so that the other branch of a hairpin is never taken. Then
@@ -20,13 +20,8 @@ impl ContourEstimator for MovingWindow {
         "moving-window"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         self.arcs.rebuild(to);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::window::{Due, Follower, PathSource, Window};
 use crate::contour::spline::{CurvePieces, Pieces};
-use crate::contour::{ContourError, ContourEstimator, Location, TimeMatch, check_paths};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, Location, check_paths};
 use crate::{Curve, MotionError, Vec3};
 
 /// Step length of the Newton iteration at which it ends, mm.
@@ -132,13 +132,8 @@ impl ContourEstimator for ExactOnCurve {
         "exact-on-curve"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         let positions = self.positions(to)?;
         out.clear();

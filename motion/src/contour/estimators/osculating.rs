@@ -2,7 +2,7 @@
 
 use super::tangent::REST_REACH;
 use crate::contour::spline::{Arcs, distinct_neighbours, error};
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Distance to the circle through the time-matched sample of `to` and its neighbours (alternative
@@ -19,13 +19,8 @@ impl ContourEstimator for OsculatingCircle {
         "circle"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         self.arcs.rebuild(to);

@@ -2,7 +2,7 @@
 
 use super::window::Window;
 use crate::contour::spline::{Arcs, error, slope};
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 use crate::{MotionError, Vec3};
 
 /// Intervals per segment (Paper D, `Δt = 0.2`).
@@ -23,13 +23,8 @@ impl ContourEstimator for SplineSearch {
         "spline-search"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         self.arcs.rebuild(to);

@@ -1,8 +1,8 @@
 //! Tangent approximation: the tangent at the time-matched sample replaces the path.
 
+use crate::MotionError;
 use crate::contour::spline::{Arcs, distinct_neighbours, error};
-use crate::contour::{ContourError, ContourEstimator, TimeMatch, check_paths};
-use crate::{MotionError, Vec3};
+use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
 
 /// Longest standstill, in samples back and ahead, that is skipped to find a direction.
 pub(in crate::contour) const REST_REACH: usize = 64;
@@ -21,13 +21,8 @@ impl ContourEstimator for Tangent {
         "tangent"
     }
 
-    fn estimate_into(
-        &mut self,
-        from: &[Vec3],
-        to: &[Vec3],
-        matching: TimeMatch,
-        out: &mut Vec<ContourError>,
-    ) -> Result<(), MotionError> {
+    fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
+        let ContourQuery { from, to, matching } = query;
         check_paths(from, to, matching)?;
         out.clear();
         self.arcs.rebuild(to);

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::contour::spline::SampledSpline;
-use crate::contour::{ContourEstimator, Exact, TimeMatch, check_point};
+use crate::contour::{ContourEstimator, ContourQuery, Exact, TimeMatch, check_point};
 use crate::{MotionError, Vec3};
 
 /// Shortest final standstill that is used, s: by then the slowest servo has settled.
@@ -252,7 +252,7 @@ fn least_contour(desired: &[Vec3], actual: &[Vec3], delay: f64, matched: Vec3) -
     let mut offset = matched;
     for _ in 0..20 {
         let shifted: Vec<Vec3> = actual.iter().map(|point| point - offset).collect();
-        exact.estimate_into(desired, &shifted, matching, &mut errors)?;
+        exact.estimate_into(ContourQuery::new(desired, &shifted, matching), &mut errors)?;
         let mut normal = Matrix3::identity() * (TIME_WEIGHT * desired.len() as f64);
         let mut right = (matched - offset) * (TIME_WEIGHT * desired.len() as f64);
         for error in errors.iter().filter(|error| !error.at_end) {
