@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use compensation::CorrectionLimits;
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, Trajectory, plan_curve_on};
 
@@ -138,6 +139,14 @@ impl Input {
     /// When the samples or axes of `actual` are not those of the path.
     pub fn figures(&self, actual: &Trajectory) -> Result<Figures> {
         statistics::figures(self.desired(), self.part(), actual)
+    }
+
+    /// Limits of corrections of this input: shift of the tool tip, mm, rotation of the tool, rad, share of the correction that each sample
+    /// takes (all of it where empty), and the limits of the machine.
+    #[must_use]
+    pub fn correction_limits(&self, max_shift: f64, max_rotation_rad: f64, weights: Vec<f64>) -> CorrectionLimits {
+        let limits = self.limits().cloned();
+        CorrectionLimits { max_shift, max_rotation_rad, limits, weights, ..CorrectionLimits::default() }
     }
 
     /// Refuses a program that carries the comment of [`OutputSettings::marked`](crate::OutputSettings::marked), as every program does that

@@ -82,14 +82,7 @@ pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settin
     };
     let weights = input.part().map(|part| part.taper()).unwrap_or_default();
     let max_shift = settings.max_shift.unwrap_or_else(|| shift_bound(input.largest_shift(reference), before.tip.max_mm));
-    let limits = input.limits().cloned();
-    let correction_limits = CorrectionLimits {
-        max_shift,
-        max_rotation_rad: settings.max_rotation_rad,
-        limits,
-        weights,
-        ..CorrectionLimits::default()
-    };
+    let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
     let reference = correction_limits.apply(desired, &law.update(desired, reference, actual)?)?;
     Ok(Refined { reference, before, max_shift })
 }

@@ -10,7 +10,7 @@ mod outside;
 mod settings;
 mod task;
 
-use compensation::{CorrectionLimits, Ended, Iteration, LowPass, StopRule};
+use compensation::{Ended, Iteration, LowPass, StopRule};
 use machine::Machine;
 use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
@@ -87,14 +87,7 @@ pub fn on_learned_machine(
     let (weights, outside) = prepare(input, machine, coverage);
     let mut control = ControlledMachine::learned(machine, input.part());
     let max_shift = bound_of(settings, &mut control, input)?;
-    let limits = input.limits().cloned();
-    let correction_limits = CorrectionLimits {
-        max_shift,
-        max_rotation_rad: settings.max_rotation_rad,
-        limits,
-        weights,
-        ..CorrectionLimits::default()
-    };
+    let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
     let mut task = Task::new(input, correction_limits, floor_mm, progress);
 
     let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, settings)?;
@@ -259,12 +252,7 @@ fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) 
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Trajectory> {
     let max_shift = bound_of(settings, machine, input)?;
-    let correction_limits = CorrectionLimits {
-        max_shift,
-        max_rotation_rad: settings.max_rotation_rad,
-        limits: input.limits().cloned(),
-        ..CorrectionLimits::default()
-    };
+    let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, Vec::new());
     let (runs, _) = Task::new(input, correction_limits, 0.0, SILENT).descend(machine, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))

@@ -2,6 +2,7 @@
 
 mod exact;
 mod hermite;
+mod local;
 mod moving_window;
 mod on_curve;
 mod osculating;

@@ -1,8 +1,8 @@
 //! Circle approximation: the osculating circle at the time-matched sample replaces the path.
 
-use super::tangent::REST_REACH;
-use crate::contour::spline::{Arcs, distinct_neighbours, error};
-use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
+use super::local::estimate_locally;
+use crate::contour::spline::Arcs;
+use crate::contour::{ContourError, ContourEstimator, ContourQuery};
 use crate::{MotionError, Vec3};
 
 /// Distance to the circle through the time-matched sample of `to` and its neighbours (alternative
@@ -20,19 +20,7 @@ impl ContourEstimator for OsculatingCircle {
     }
 
     fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
-        let ContourQuery { from, to, matching } = query;
-        check_paths(from, to, matching)?;
-        out.clear();
-        self.arcs.rebuild(to);
-        out.extend(from.iter().enumerate().map(|(k, sample)| {
-            let at = matching.sample(k, to.len());
-            let (before, after) = distinct_neighbours(to, at, REST_REACH);
-            let (a, b) = (before.unwrap_or(to[at]), after.unwrap_or(to[at]));
-            let (foot, along) = foot_on_circle(sample, a, to[at], b);
-            let at_end = before.is_none() && after.is_none();
-            error(sample, foot, along, self.arcs.location(at, 0.0), at_end)
-        }));
-        Ok(())
+        estimate_locally(query, &mut self.arcs, out, |sample, [before, at, after]| foot_on_circle(sample, before, at, after))
     }
 }
 

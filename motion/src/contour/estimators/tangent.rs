@@ -1,11 +1,9 @@
 //! Tangent approximation: the tangent at the time-matched sample replaces the path.
 
+use super::local::estimate_locally;
 use crate::MotionError;
-use crate::contour::spline::{Arcs, distinct_neighbours, error};
-use crate::contour::{ContourError, ContourEstimator, ContourQuery, check_paths};
-
-/// Longest standstill, in samples back and ahead, that is skipped to find a direction.
-pub(in crate::contour) const REST_REACH: usize = 64;
+use crate::contour::spline::Arcs;
+use crate::contour::{ContourError, ContourEstimator, ContourQuery};
 
 /// Distance to the tangent of `to` at the time-matched sample: `ε = e − (e·τ)τ` (alternative in
 /// Paper D, table I).
@@ -22,19 +20,10 @@ impl ContourEstimator for Tangent {
     }
 
     fn estimate_into(&mut self, query: ContourQuery<'_>, out: &mut Vec<ContourError>) -> Result<(), MotionError> {
-        let ContourQuery { from, to, matching } = query;
-        check_paths(from, to, matching)?;
-        out.clear();
-        self.arcs.rebuild(to);
-        out.extend(from.iter().enumerate().map(|(k, sample)| {
-            let at = matching.sample(k, to.len());
-            let (before, after) = distinct_neighbours(to, at, REST_REACH);
-            let along = after.unwrap_or(to[at]) - before.unwrap_or(to[at]);
+        estimate_locally(query, &mut self.arcs, out, |sample, [before, at, after]| {
+            let along = after - before;
             let tangent = along.try_normalize(0.0).unwrap_or_default();
-            let foot = to[at] + tangent * tangent.dot(&(sample - to[at]));
-            let at_end = before.is_none() && after.is_none();
-            error(sample, foot, along, self.arcs.location(at, 0.0), at_end)
-        }));
-        Ok(())
+            (at + tangent * tangent.dot(&(sample - at)), along)
+        })
     }
 }
