@@ -39,9 +39,9 @@ use motion::Trajectory;
 pub use options::{Interpolation, Sensor, SimulationOptions};
 pub use simulated::{Run, SimulatedMachine};
 pub use spec::{
-    AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec, GearSpec, Harmonic,
-    KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec, ProfileFormat,
-    ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
+    AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, CommentStyle, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec,
+    GearSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,
+    ProfileFormat, ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
     RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Warming, Wave,
 };
 

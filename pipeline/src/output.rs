@@ -77,7 +77,8 @@ impl OutputSettings {
     /// The same, with this comment at the head of a changed program.
     #[must_use]
     pub fn marked(self, mark: Mark) -> Self {
-        Self { mark: Some(mark), ..self }
+        let comments = self.controller.map(|profile| profile.comments).unwrap_or_default();
+        Self { mark: Some(mark.in_comments(comments)), ..self }
     }
 
     /// Settings for writing a program; `None` where the output is setpoints.

@@ -109,6 +109,26 @@ pub struct ControllerSpec {
     /// Q0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path_tolerance_mm: Option<f64>,
+    /// Comments of its programs, where a program holds none to go by.
+    #[serde(default, skip_serializing_if = "CommentStyle::is_usual")]
+    pub comments: CommentStyle,
+}
+
+/// How a program sets comments apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CommentStyle {
+    /// `(comment)` (NIST RS274NGC, Fanuc).
+    #[default]
+    Parentheses,
+    /// `; comment` up to the end of the line (SINUMERIK).
+    Semicolon,
+}
+
+impl CommentStyle {
+    fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Program dialect of a control.
@@ -276,6 +296,13 @@ impl MachineSpec {
 impl Default for ControllerSpec {
     /// Six decimals, inverse time, a point every 4 ms: within the capability of LinuxCNC.
     fn default() -> Self {
-        Self { decimals: 6, format: ProfileFormat::G93, point_spacing_ms: 4.0, dialect: None, path_tolerance_mm: None }
+        Self {
+            decimals: 6,
+            format: ProfileFormat::G93,
+            point_spacing_ms: 4.0,
+            dialect: None,
+            path_tolerance_mm: None,
+            comments: CommentStyle::Parentheses,
+        }
     }
 }

@@ -53,8 +53,10 @@ impl Outcome {
     /// # Errors
     /// As [`Input::write`].
     pub fn write(&self, input: &Input, format: &OutputSettings, name: &Path) -> Result<Output> {
-        let mut format = format.clone();
-        format.mark = self.mark.clone();
+        let mut format = match &self.mark {
+            Some(mark) => format.clone().marked(mark.clone()),
+            None => format.clone(),
+        };
         if self.gained && self.kept_feeds.is_some() && matches!(format.format, OutputFormat::Program(_)) {
             format.format = OutputFormat::Program(TimeEncoding::Keep);
         }

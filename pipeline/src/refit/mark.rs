@@ -1,88 +1,131 @@
-//! The comment at the head of a compensated program, by which it is known again.
+//! The comment at the head of a compensated program, by which it is recognised.
 
-use gcode::{Edits, Program, WordKind};
+use gcode::{Edits, Program, Word, WordKind};
+use machine::CommentStyle;
 use models::Bundle;
 use sha2::{Digest, Sha256};
 
 use crate::error::Result;
 use crate::setup::machine_of;
 
-/// The word that begins the comment, and the one that tells what was done.
+/// First word of the comment, and the word that states what was done.
 const TOOL: &str = "PRECOMP";
-const DONE: &str = "COMPENSATED";
-/// Hexadecimal digits of a hash that are written: chance makes two programs alike once in 10¹⁹.
+const DONE: &str = "COMPENSATED -";
+/// Hexadecimal digits of a hash: two programs agree by chance once in 10¹⁹.
 const DIGITS: usize = 16;
-/// Blocks at the head of a program in which the comment is looked for.
-const HEAD: usize = 32;
+/// Largest length of a machine's name in the comment: old controls read blocks of 80 characters.
+const NAME_LENGTH: usize = 24;
 
 /// Origin of a compensated program, as stated in its comment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mark {
     /// What moved the points, in capital letters without parentheses.
     by: String,
+    /// Comments of the control, where the program holds none to go by.
+    comments: CommentStyle,
 }
 
 impl Mark {
-    /// Of a program that was compensated with a model: its machine, and the hash of the data that it was trained on.
+    /// Mark of a program that was compensated with a model: its machine, and the hash of its training data.
     ///
     /// # Errors
     /// When the description of the machine in the model is invalid.
     pub fn of_model(model: &Bundle) -> Result<Self> {
-        let machine = machine_of(model)?.name;
+        let name: String = machine_of(model)?.name.chars().take(NAME_LENGTH).collect();
         let data: String = model.manifest.data_sha256.chars().take(DIGITS).collect();
-        Ok(Self { by: plain(&format!("model of {machine}, data {data}")) })
+        Ok(Self::by(&format!("model of {name}, data {data}")))
     }
 
-    /// Of the program that follows the run with this number, from 1.
+    /// Mark of the program that follows the run with this number, from 1.
     #[must_use]
     pub fn of_run(run: u32) -> Self {
-        Self { by: plain(&format!("what run {run} left")) }
+        Self::by(&format!("errors of run {run}"))
     }
 
-    /// Puts the comment behind the tape mark and the program number. It holds the version of precomp, what moved the points, the largest shift,
-    /// mm, and the hash of the original.
+    fn by(text: &str) -> Self {
+        Self { by: plain(text), comments: CommentStyle::default() }
+    }
+
+    /// The same for a control with these comments.
+    #[must_use]
+    pub fn in_comments(self, comments: CommentStyle) -> Self {
+        Self { comments, ..self }
+    }
+
+    /// Puts the comment behind the program's own head. It holds the version of precomp, what moved the points, the largest shift, mm, and the
+    /// hash of the original.
     pub(super) fn write(&self, program: &Program, largest_shift_mm: f64, edits: &mut Edits) -> Result<()> {
         let hash: String = models::hex(&Sha256::digest(program.bytes())).chars().take(DIGITS).collect();
         let lines = [
-            format!("{TOOL} {} {DONE} - {}", env!("CARGO_PKG_VERSION"), self.by),
+            format!("{TOOL} {} {DONE} {}", env!("CARGO_PKG_VERSION"), self.by),
             plain(&format!("largest shift {largest_shift_mm:.4} mm - original sha256 {hash}")),
         ];
-        let semicolon = comments(program).all(|text| text.starts_with(b";")) && comments(program).next().is_some();
-        let lines = lines.map(|text| if semicolon { format!("; {text}") } else { format!("({text})") });
-        Ok(edits.insert_before(program, first_block(program), &lines)?)
+        let style = style_of(program).unwrap_or(self.comments);
+        let lines = lines.map(|text| match style {
+            CommentStyle::Parentheses => format!("({text})"),
+            CommentStyle::Semicolon => format!("; {text}"),
+        });
+        match last_of_head(program) {
+            Some(block) => edits.insert_after(program, block, &lines)?,
+            None => edits.insert_before(program, 0, &lines)?,
+        }
+        Ok(())
     }
 }
 
-/// The line, from 1, that says that precomp compensated the program already.
+/// The line, from 1, that states that precomp compensated the program already.
 #[must_use]
 pub fn marked_line(program: &Program) -> Option<usize> {
-    let says = |block: &usize| {
-        program.block_words(*block).iter().filter(|word| word.kind == WordKind::Comment).any(|word| {
-            let text = String::from_utf8_lossy(program.text(word.span)).to_ascii_uppercase();
+    let states = |block: &usize| {
+        comments(program, *block).any(|text| {
+            let text = text.to_ascii_uppercase();
             let text = text.trim_start_matches(['(', ';', ' ']);
             text.starts_with(TOOL) && text.contains(DONE)
         })
     };
-    (0..program.blocks().len().min(HEAD)).find(says).map(|block| block + 1)
+    // Comments of a user may stand above it, but no move.
+    let moves = |block: &usize| program.block_words(*block).iter().any(gcode::is_motion_word);
+    (0..program.blocks().len()).take_while(|block| !moves(block)).find(states).map(|block| block + 1)
 }
 
-/// The first block that is neither blank, nor a tape mark, nor a program number.
-fn first_block(program: &Program) -> usize {
-    let leads = |block: &usize| {
-        let words = program.block_words(*block);
-        let number = |word: &gcode::Word| word.kind == WordKind::Number && word.letter == b'O';
-        words.iter().all(|word| matches!(word.kind, WordKind::Percent | WordKind::Comment) || number(word))
-            && words.iter().any(|word| word.kind == WordKind::Percent || number(word))
+/// The last block of what has to stay at the head of a program: tape mark, program number or name, and the path in the control's memory that
+/// SINUMERIK wants below the name. `None` where there is no such block.
+fn last_of_head(program: &Program) -> Option<usize> {
+    let text = |word: &Word| program.text(word.span);
+    let is_head = |word: &Word| match word.kind {
+        WordKind::Percent => true,
+        WordKind::Number => word.letter == b'O',
+        WordKind::Comment => text(word).starts_with(b";$"),
+        _ => text(word).starts_with(b":"),
     };
-    (0..program.blocks().len()).take_while(leads).count().min(program.blocks().len().saturating_sub(1))
+    let words = |block: usize| program.block_words(block);
+    let before_code = |block: &usize| {
+        let own = words(*block).iter().any(is_head);
+        own || words(*block).iter().all(|word| word.kind == WordKind::Comment)
+    };
+    let head = (0..program.blocks().len()).take_while(before_code);
+    head.filter(|block| words(*block).iter().any(is_head)).last()
 }
 
-fn comments(program: &Program) -> impl Iterator<Item = &[u8]> {
-    let words = program.words().iter().filter(|word| word.kind == WordKind::Comment);
-    words.map(|word| program.text(word.span))
+/// The style of the first comment that has a line of its own. A semicolon without text ends a block on some controls and is none.
+fn style_of(program: &Program) -> Option<CommentStyle> {
+    (0..program.blocks().len()).find_map(|block| {
+        let first = program.block_words(block).iter().find(|word| !word.is(b'N'))?;
+        let text = program.text(first.span);
+        match (first.kind, text) {
+            (WordKind::Comment, [b'(', ..]) => Some(CommentStyle::Parentheses),
+            (WordKind::Comment, [b';', rest @ ..]) if !rest.trim_ascii().is_empty() => Some(CommentStyle::Semicolon),
+            _ => None,
+        }
+    })
 }
 
-/// Text that every control takes within a comment.
+fn comments(program: &Program, block: usize) -> impl Iterator<Item = String> {
+    let words = program.block_words(block).iter().filter(|word| word.kind == WordKind::Comment);
+    words.map(|word| String::from_utf8_lossy(program.text(word.span)).into_owned())
+}
+
+/// Text that every control accepts within a comment.
 fn plain(text: &str) -> String {
     let allowed = |c: char| c.is_ascii_alphanumeric() || " .,-_".contains(c);
     text.to_ascii_uppercase().chars().map(|c| if allowed(c) { c } else { ' ' }).collect()
@@ -92,27 +135,70 @@ fn plain(text: &str) -> String {
 mod tests {
     use super::*;
 
+    /// The program with a mark, which is recognised.
     fn marked(text: &str) -> String {
         let program = gcode::parse(text);
         assert_eq!(marked_line(&program), None);
         let mut edits = Edits::new();
         Mark::of_run(3).write(&program, 0.0123, &mut edits).unwrap();
-        String::from_utf8(gcode::edit(&program, &edits).unwrap()).unwrap()
+        let out = String::from_utf8(gcode::edit(&program, &edits).unwrap()).unwrap();
+        assert!(marked_line(&gcode::parse(out.as_str())).is_some(), "{out}");
+        out
+    }
+
+    /// What stands before the mark.
+    fn before(text: &str) -> String {
+        let out = marked(text);
+        let at = out.find("PRECOMP ").unwrap();
+        out[..at].trim_end_matches(['(', ';', ' ']).to_owned()
     }
 
     #[test]
-    fn the_comment_follows_tape_mark_and_number() {
-        let out = marked("%\r\nO0001 (BRACKET)\r\nG21 (MM)\r\nG1 X1 F100\r\nM30\r\n%\r\n");
-        assert!(out.starts_with("%\r\nO0001 (BRACKET)\r\n(PRECOMP "), "{out}");
-        assert!(out.contains(" COMPENSATED - WHAT RUN 3 LEFT)\r\n(LARGEST SHIFT 0.0123 MM - ORIGINAL SHA256 "), "{out}");
-        assert_eq!(marked_line(&gcode::parse(out)), Some(3));
+    fn the_head_of_a_program_stays_at_its_head() {
+        for head in [
+            "%\r\nO0001 (BRACKET)\r\n",
+            "\n%\nO0001\n",
+            "(A)\n%\n",
+            "%\n(A)\nO12\n",
+            "O1000 G21 G90\n",
+            ":1000\n",
+            "%_N_PLATE_MPF\n;$PATH=/_N_WKS_DIR\n",
+        ] {
+            let line = if head.contains("\r\n") { "\r\n" } else { "\n" };
+            assert_eq!(before(&format!("{head}G21{line}G1 X1 F100{line}M30{line}")), head);
+        }
+        for text in ["G21\nG1 X1 F100\n", "(PLATE)\nG21\nG1 X1 F100\n", "N10 G21\n"] {
+            assert_eq!(before(text), "", "{text}");
+        }
     }
 
     #[test]
-    fn a_program_whose_comments_follow_semicolons_gets_such_ones() {
-        let out = marked("; PLATE\nG1 X1 F100\n");
-        assert!(out.starts_with("; PRECOMP ") && !out.contains('('), "{out}");
-        assert_eq!(marked_line(&gcode::parse(out)), Some(1));
-        assert!(marked("G1 X1 F100\n").starts_with("(PRECOMP "));
+    fn the_comment_states_origin_shift_and_original() {
+        let out = marked("%\nG1 X1 F100\n");
+        assert!(out.contains(" COMPENSATED - ERRORS OF RUN 3)\n(LARGEST SHIFT 0.0123 MM - ORIGINAL SHA256 "), "{out}");
+    }
+
+    #[test]
+    fn comments_are_in_the_style_of_the_program_and_else_of_the_control() {
+        assert!(marked("; PLATE\nG1 X1 F100\n").starts_with("; PRECOMP "));
+        assert!(marked("N1 (PLATE)\nG1 X1 F100 ; END\n").starts_with("(PRECOMP "));
+        // A semicolon that only ends the block is no comment.
+        assert!(marked("G21;\n;\nG1 X1 F100;\n").starts_with("(PRECOMP "));
+        let program = gcode::parse("G1 X1 F100\n");
+        let mut edits = Edits::new();
+        Mark::of_run(1).in_comments(CommentStyle::Semicolon).write(&program, 0.0, &mut edits).unwrap();
+        assert!(gcode::edit(&program, &edits).unwrap().starts_with(b"; PRECOMP "));
+    }
+
+    #[test]
+    fn a_comment_that_mentions_the_words_is_no_mark() {
+        for text in [
+            "(FOR PRECOMP, TO BE COMPENSATED)\nG1 X1\n",
+            "(PRECOMP EXCITATION 01-FULL)\nG1 X1\n",
+            "G1 X1\n(PRECOMP 1 COMPENSATED - X)\n",
+        ] {
+            assert_eq!(marked_line(&gcode::parse(text)), None, "{text}");
+        }
+        assert_eq!(marked_line(&gcode::parse("(A)\n\n(precomp 0.1.0 compensated - model of x)\nG1 X1\n")), Some(3));
     }
 }
