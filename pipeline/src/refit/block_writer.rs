@@ -1,21 +1,12 @@
 //! Blocks of a compensated program, in its own units.
 
-use gcode::{FeedMode, Move, Units, append_number, format_number};
+use gcode::{Distance, FeedMode, Move, Units, append_number, format_number};
 use motion::Vec6;
 
+use super::element::{Element, ElementArc, Target};
 use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
-
-/// End of a line to be written.
-pub(super) struct Target {
-    /// Program coordinates, mm and rad.
-    pub(super) point: Vec6,
-    /// Time at which the plan passes the point, s.
-    pub(super) time_s: f64,
-    /// Share of the move's length up to the point, 0…1.
-    pub(super) share: f64,
-}
 
 /// Which of A, B, C are axes of the part's machine.
 fn rotary_axes(part: &Part) -> [bool; 3] {
@@ -41,7 +32,8 @@ pub(super) struct Writer<'a> {
     /// Which of A, B, C are axes of the machine.
     rotary: [bool; 3],
     mode: FeedMode,
-    g1_active: bool,
+    /// Motion code in force; `None` before the first line.
+    code: Option<&'static str>,
     /// Feed word in force where feeds change.
     feed: Option<f64>,
 }
@@ -55,7 +47,7 @@ impl<'a> Writer<'a> {
             written: coordinates(&first.start),
             rotary: rotary_axes(part),
             mode: modal.feed_mode,
-            g1_active: false,
+            code: None,
             feed: first.feed_word,
         }
     }
@@ -71,19 +63,26 @@ impl<'a> Writer<'a> {
     ) -> Result<String> {
         let step = &self.part.toolpath.moves[owner];
         let mut text = String::with_capacity(LINE);
-        self.append_codes(&mut text, step, first_of_block);
-        let displacement = self.append_coordinates(&mut text, step, target)?;
+        self.append_codes(&mut text, step, &target.element, first_of_block);
+        let start = self.written;
+        self.append_coordinates(&mut text, step, &target.element)?;
+        if let Some(arc) = &target.element.arc {
+            self.append_centre(&mut text, step, arc, start)?;
+        }
         let duration_s = (target.time_s - before_s).max(1e-5);
         match self.settings.encoding {
             TimeEncoding::G93 => append_feed(&mut text, 60.0 / duration_s)?,
-            TimeEncoding::G94 => append_feed(&mut text, (self.length(step, &displacement) / duration_s * 60.0).max(1e-4))?,
+            TimeEncoding::G94 => {
+                let length = self.length(step, &target.element, &(self.written - start));
+                append_feed(&mut text, (length / duration_s * 60.0).max(1e-4))?;
+            }
             TimeEncoding::Keep => self.append_own_feed(&mut text, owner, first_of_block, share)?,
         }
         Ok(text)
     }
 
     /// Writes the codes of feed mode and motion where they change.
-    fn append_codes(&mut self, text: &mut String, step: &Move, first_of_block: bool) {
+    fn append_codes(&mut self, text: &mut String, step: &Move, element: &Element, first_of_block: bool) {
         let (wanted, code) = match self.settings.encoding {
             TimeEncoding::G93 => (FeedMode::InverseTime, "G93"),
             TimeEncoding::G94 => (FeedMode::PerMinute, "G94"),
@@ -94,17 +93,28 @@ impl<'a> Writer<'a> {
             text.push_str(code);
             (self.mode, self.feed) = (wanted, None);
         }
-        if !self.g1_active || (first_of_block && step.explicit_motion) {
-            text.push_str("G1");
-            self.g1_active = true;
+        let motion = element.arc.map_or("G1", |arc| arc.code());
+        if self.code != Some(motion) || (first_of_block && step.explicit_motion) {
+            text.push_str(motion);
+            self.code = Some(motion);
         }
     }
 
-    /// Writes the words of the axes that move, at least one. Returns the displacement as rounded, mm and rad.
-    fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Target) -> Result<Vec6> {
-        let (toolpath, units, before) = (&self.part.toolpath, self.part.toolpath.modal(step).units, self.written);
+    /// Motion code in force after the last line.
+    pub(super) fn code(&self) -> Option<&'static str> {
+        self.code
+    }
+
+    /// Decimals of a coordinate.
+    fn decimals(&self, units: Units) -> usize {
+        self.settings.decimals + usize::from(units == Units::Inch)
+    }
+
+    /// Writes the words of the axes that move, at least one.
+    fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Element) -> Result<()> {
+        let (toolpath, units) = (&self.part.toolpath, self.part.toolpath.modal(step).units);
         let mut moves = false;
-        let decimals = self.settings.decimals + usize::from(units == Units::Inch);
+        let decimals = self.decimals(units);
         for axis in (0..6).filter(|axis| *axis < 3 || self.rotary[axis - 3]) {
             let at = self.written[axis];
             let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
@@ -126,13 +136,29 @@ impl<'a> Writer<'a> {
                 text.truncate(before_word);
             }
         }
-        Ok(self.written - before)
+        Ok(())
+    }
+
+    /// Writes the centre of an arc that begins at `start` (as rounded), in the program's own frame of centres.
+    fn append_centre(&self, text: &mut String, step: &Move, arc: &ElementArc, start: Vec6) -> Result<()> {
+        let modal = self.part.toolpath.modal(step);
+        let [first, second, _] = arc.plane.axes();
+        for (axis, centre) in [(first, arc.centre[0]), (second, arc.centre[1])] {
+            let zero = match modal.arc_distance {
+                Distance::Incremental => start[axis],
+                Distance::Absolute => modal.shift[axis],
+            };
+            text.push(['I', 'J', 'K'][axis]);
+            append_number(text, (centre - zero) / modal.units.mm(), self.decimals(modal.units))?;
+        }
+        Ok(())
     }
 
     /// Length that F refers to, in program units: that of the linear axes; where none of them moves, that of the rotary
     /// axes in degrees.
-    fn length(&self, step: &Move, displacement: &Vec6) -> f64 {
-        let linear = displacement.fixed_rows::<3>(0).norm() / self.part.toolpath.modal(step).units.mm();
+    fn length(&self, step: &Move, element: &Element, displacement: &Vec6) -> f64 {
+        let linear_mm = element.arc.map_or_else(|| displacement.fixed_rows::<3>(0).norm(), |arc| arc.length_mm());
+        let linear = linear_mm / self.part.toolpath.modal(step).units.mm();
         let length = if linear > 0.0 { linear } else { displacement.fixed_rows::<3>(3).norm().to_degrees() };
         length.max(1e-6)
     }

@@ -5,6 +5,7 @@
 //! unchanged. [`write_program`] refits and verifies.
 
 mod block_writer;
+mod element;
 mod mark;
 mod modes;
 mod refitted;
@@ -22,6 +23,7 @@ use crate::part::{Part, stated};
 use modes::rounds_less;
 use segment::{Segment, piece_is_shiftable};
 
+pub use element::{Element, ElementArc};
 pub use mark::{Mark, marked_line};
 pub use refitted::Refitted;
 pub use settings::{DECIMALS, RefitSettings, TimeEncoding};

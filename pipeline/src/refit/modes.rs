@@ -138,19 +138,23 @@ fn stated(path: PathMode, unit_mm: f64) -> Result<String> {
     })
 }
 
-/// States the motion code of the move after the segment where that move relied on a code that the segment no longer
-/// leaves active.
-pub(super) fn restore_motion_code(part: &Part, last: usize, edits: &mut Edits) {
+/// States the motion code of the move after the segment where that move relied on a code other than `active`, which the
+/// segment leaves active.
+pub(super) fn restore_motion_code(part: &Part, last: usize, active: Option<&str>, edits: &mut Edits) {
     let moves = &part.toolpath.moves;
     let Some(next) = moves.get(last + 1) else { return };
     if next.explicit_motion || part.is_shiftable(next) {
         return;
     }
-    let code = match (next.kind, moves[last].kind) {
-        (MoveKind::Arc(arc), MoveKind::Arc(_)) if arc.sweep > 0.0 => "G3",
-        (MoveKind::Arc(_), MoveKind::Arc(_)) => "G2",
+    let code = match next.kind {
+        MoveKind::Line => "G1",
+        MoveKind::Arc(arc) if arc.sweep > 0.0 => "G3",
+        MoveKind::Arc(_) => "G2",
         _ => return,
     };
+    if active == Some(code) {
+        return;
+    }
     let words = part.program.block_words(next.block as usize);
     if let Some(word) = words.iter().find(|word| gcode::is_motion_word(word)) {
         edits.replace(Span { start: word.span.start, end: word.span.start }, code);

@@ -1,15 +1,16 @@
 //! Result of a refit.
 
 use gcode::Edits;
-use motion::Vec6;
+
+use super::element::Element;
 
 /// Edits of a program whose points are shifted.
 #[derive(Debug, Default)]
 pub struct Refitted {
     /// Edits of the program's bytes.
     pub edits: Edits,
-    /// For every rewritten move its index and the ends of its lines in program coordinates, mm and rad.
-    pub targets: Vec<(usize, Vec<Vec6>)>,
+    /// For every rewritten move its index and the lines and arcs in its place.
+    pub targets: Vec<(usize, Vec<Element>)>,
     /// Largest correction of the tool tip, mm.
     pub largest_shift_mm: f64,
 }

@@ -4,7 +4,8 @@ use gcode::{Move, MoveKind};
 use motion::Vec6;
 use rayon::prelude::*;
 
-use super::block_writer::{Target, Writer};
+use super::block_writer::Writer;
+use super::element::{Element, ElementArc, Target};
 use super::modes::{Modes, restore_motion_code};
 use super::refitted::Refitted;
 use super::settings::{RefitSettings, TimeEncoding};
@@ -51,16 +52,17 @@ impl Segment<'_> {
                 (before_s, share) = (target.time_s, target.share);
             }
             out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
-            out.targets.push((owner, targets.iter().map(|target| target.point).collect()));
+            out.targets.push((owner, targets.iter().map(|target| target.element).collect()));
             last = owner;
             // A line without motion has no path piece. Unchanged, it would lead back to the programmed point.
             if let Some(end) = targets.last() {
                 while let Some(still) =
                     Some(last + 1).filter(|next| moves.get(*next).is_some_and(|step| leads_nowhere(part, step)))
                 {
-                    let line = writer.line(still, true, end, before_s, 1.0)?;
+                    let end = Target { element: Element { arc: None, ..end.element }, ..*end };
+                    let line = writer.line(still, true, &end, before_s, 1.0)?;
                     out.edits.replace_motion(&part.program, moves[still].block as usize, &[line])?;
-                    out.targets.push((still, vec![end.point]));
+                    out.targets.push((still, vec![end.element]));
                     last = still;
                 }
             }
@@ -68,7 +70,7 @@ impl Segment<'_> {
         }
         let after: Vec<String> = writer.restore(&moves[last])?.into_iter().chain(modes.restore(&moves[last])?).collect();
         out.edits.insert_after(&part.program, moves[last].block as usize, &after)?;
-        restore_motion_code(part, last, &mut out.edits);
+        restore_motion_code(part, last, writer.code(), &mut out.edits);
         Ok(())
     }
 
@@ -139,54 +141,79 @@ impl Segment<'_> {
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
-        let end = Target { point: point_at(to_s, 1.0) + self.shift_at(to_s), time_s: to_s, share: 1.0 };
+        let steps = if exact { 1 } else { (((to_s - from_s) / self.settings.spacing_s).floor() as usize).max(1) };
+        let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
+        let point = |i: usize| match i {
+            0 => point_at(from_s, 0.0) + self.shift_at(from_s),
+            _ if i == steps => point_at(to_s, 1.0) + self.shift_at(to_s),
+            _ => corrected(at(i)),
+        };
+        // The speed along a timed line is constant: a line over a change of speed would pass points late or early.
+        let even = |from: usize, to: usize| {
+            let (start_s, end_s) = (at(from), at(to));
+            let uniform =
+                |time_s: f64| share_at(start_s) + (share_at(end_s) - share_at(start_s)) * (time_s - start_s) / (end_s - start_s);
+            self.settings.encoding == TimeEncoding::Keep
+                || (from + 1..to).map(at).all(|time_s| (share_at(time_s) - uniform(time_s)).abs() * length <= ALONG_PATH_MM)
+        };
+        let element = |from: usize, to: usize| {
+            let arc = self.arc(step, point(from), corrected(0.5 * (at(from) + at(to))), point(to));
+            Element { point: point(to), arc }
+        };
+        let fits = |from: usize, to: usize| {
+            let (start, element) = (point(from), element(from, to));
+            let near = |i: usize| element.off(start, point(i)) <= self.settings.chord_tolerance_mm;
+            to == from + 1 || ((from + 1..to).all(near) && even(from, to))
+        };
         let mut targets = Vec::new();
-        let mut start = (from_s, point_at(from_s, 0.0) + self.shift_at(from_s));
-        let steps = if exact { 0 } else { ((to_s - from_s) / self.settings.spacing_s).floor() as usize };
-        let mut written = 0;
-        for i in 1..steps {
-            // The line so far ends at point `i`. Where its extension would leave the curve, the last valid point is
-            // written.
-            let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
-            let next_s = at(i + 1).min(to_s);
-            let candidate = corrected(next_s);
-            // The speed along a timed line is constant: a line over a change of speed would pass points late or early.
-            let even = |time_s: f64| {
-                let share = (time_s - start.0) / (next_s - start.0);
-                let uniform = share_at(start.0) + (share_at(next_s) - share_at(start.0)) * share;
-                self.settings.encoding == TimeEncoding::Keep || (share_at(time_s) - uniform).abs() * length <= ALONG_PATH_MM
-            };
-            let fits = (written + 1..=i)
-                .all(|j| even(at(j)) && off_line(corrected(at(j)), start.1, candidate) <= self.settings.chord_tolerance_mm)
-                && i - written < MOST_POINTS;
-            if !fits {
-                let point = corrected(at(i));
-                targets.push(Target { point, time_s: at(i), share: share_at(at(i)) });
-                start = (at(i), point);
-                written = i;
-            }
+        let mut from = 0;
+        while from < steps {
+            let to = furthest(from, steps, &fits);
+            let share = if to == steps { 1.0 } else { share_at(at(to)) };
+            targets.push(Target { element: element(from, to), time_s: if to == steps { to_s } else { at(to) }, share });
+            from = to;
         }
-        targets.push(end);
         targets
     }
+
+    /// The arc of a part of an arc move, through three corrected points; `None` for a line.
+    fn arc(&self, step: &Move, start: Vec6, between: Vec6, end: Vec6) -> Option<ElementArc> {
+        let MoveKind::Arc(arc) = step.kind else { return None };
+        let [first, second, _] = arc.plane.axes();
+        let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
+        // Ends that are rounded to one point would be a full circle.
+        let is_short = chord < LEAST_CHORD * 0.1_f64.powi(i32::try_from(self.settings.decimals).unwrap_or(i32::MAX));
+        if is_short || self.part.plan.desired.kinematics().has_rotary_axes() {
+            return None;
+        }
+        ElementArc::through(arc.plane, arc.sweep > 0.0, start, between, end)
+    }
+}
+
+/// The furthest index from `from` up to `last` that fits: doubled while it fits, then halved.
+fn furthest(from: usize, last: usize, fits: &impl Fn(usize, usize) -> bool) -> usize {
+    let most = last.min(from + MOST_POINTS);
+    let (mut good, mut reach) = (from + 1, 2);
+    while good < most && fits(from, (from + reach).min(most)) {
+        good = (from + reach).min(most);
+        reach *= 2;
+    }
+    let mut bad = (from + reach).min(most + 1);
+    while bad > good + 1 {
+        let between = good.midpoint(bad);
+        if fits(from, between) { good = between } else { bad = between }
+    }
+    good
 }
 
 /// Largest error along the path at points of a timed line, mm.
 const ALONG_PATH_MM: f64 = 0.02;
 
-/// Largest number of samples in one line; it bounds the time of the check.
-const MOST_POINTS: usize = 64;
+/// Largest number of possible points within one line or arc; it bounds the time of the check.
+const MOST_POINTS: usize = 1024;
+
+/// Least chord of an arc, in units of the last decimal.
+const LEAST_CHORD: f64 = 20.0;
 
 /// Least number of moves for each parallel task.
 const MOVES_PER_TASK: usize = 256;
-
-/// Lever at which the error of a rotary axis counts, mm.
-const LEVER_MM: f64 = 100.0;
-
-/// Distance of a point from the line between two others, mm.
-fn off_line(point: Vec6, start: Vec6, end: Vec6) -> f64 {
-    let at_lever = Vec6::new(1.0, 1.0, 1.0, LEVER_MM, LEVER_MM, LEVER_MM);
-    let (chord, off) = ((end - start).component_mul(&at_lever), (point - start).component_mul(&at_lever));
-    let length_squared = chord.norm_squared();
-    if length_squared < 1e-24 { off.norm() } else { (off - chord * (off.dot(&chord) / length_squared)).norm() }
-}

@@ -4,12 +4,16 @@ use gcode::{Move, MoveKind, Options, PathMode};
 use machine::ProgramWords;
 use motion::Vec3;
 
+use super::element::Element;
 use super::refitted::Refitted;
 use crate::error::VerifyError;
 use crate::part::{Part, coordinates};
 
 /// Rounding of written coordinates, mm, with five decimals or more.
 const ROUNDING_MM: f64 = 2e-5;
+
+/// Distance by which an arc between its ends may lie further off than at them, mm.
+const BETWEEN_MM: f64 = 1e-3;
 
 /// Largest rounding error of a coordinate with `decimals`, mm. It covers inch programs, which have one decimal more.
 fn rounding_mm(decimals: usize) -> f64 {
@@ -38,7 +42,7 @@ pub fn verify(
     let has_rotary_axes = part.plan.desired.kinematics().has_rotary_axes();
     for (index, original) in part.toolpath.moves.iter().enumerate() {
         let line = original.block as usize + 1;
-        let Some((_, points)) = targets.next_if(|(owner, _)| *owner == index) else {
+        let Some((_, elements)) = targets.next_if(|(owner, _)| *owner == index) else {
             let Some(same) = written.next() else { return Err(VerifyError::Missing { line }) };
             // A dwell keeps the end of the move before it.
             let waits = matches!(original.kind, MoveKind::Dwell { .. });
@@ -49,16 +53,17 @@ pub fn verify(
             }
             continue;
         };
-        for point in points {
+        for element in elements {
             let Some(step) = written.next() else { return Err(VerifyError::Ends { line }) };
             let end = coordinates(&step.end);
-            if !matches!(step.kind, MoveKind::Line) || (end - point).norm() > rounding_mm * 6.0_f64.sqrt() {
-                return Err(VerifyError::Elsewhere { line, is: end, wanted: *point });
+            if !is_alike(&step.kind, element, rounding_mm) || (end - element.point).norm() > rounding_mm * 6.0_f64.sqrt() {
+                return Err(VerifyError::Elsewhere { line, is: end, wanted: element.point });
             }
             // In axis words of a machine with rotary axes, tip and axes move apart. There the reference itself was
             // bounded.
             let bounded = has_rotary_axes && part.words_of(original) == ProgramWords::Axes;
-            let off = distance(original, Vec3::from(step.end.nominal_mm()));
+            let at = |share: f64| distance(original, Vec3::from(step.point_mm(share)));
+            let off = if element.arc.is_some() { at(1.0).max(at(0.5) - BETWEEN_MM) } else { at(1.0) };
             // Points may include the control's rounding of the corner.
             let corner_mm = match part.toolpath.modal(original).path {
                 PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
@@ -72,6 +77,19 @@ pub fn verify(
     match written.next() {
         Some(extra) => Err(VerifyError::Extra { line: extra.block as usize + 1 }),
         None => Ok(()),
+    }
+}
+
+/// Whether a move is the intended line or arc, its end apart.
+fn is_alike(kind: &MoveKind, element: &Element, rounding_mm: f64) -> bool {
+    match (kind, &element.arc) {
+        (MoveKind::Line, None) => true,
+        (MoveKind::Arc(arc), Some(wanted)) => {
+            let off = [0, 1].map(|axis| arc.centre_mm[axis] - wanted.centre[axis]);
+            let same_way = arc.plane == wanted.plane && (arc.sweep > 0.0) == (wanted.sweep > 0.0);
+            same_way && off[0].hypot(off[1]) <= 3.0 * rounding_mm && arc.sweep.abs() < std::f64::consts::PI
+        }
+        _ => false,
     }
 }
 
