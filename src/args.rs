@@ -8,7 +8,7 @@ use datasets::ReadOptions;
 use gcode::{Dialect, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
 use pipeline::model_based_ilc::LawName;
-use pipeline::part::GivenOffset;
+use pipeline::part::{GivenOffset, Subprograms};
 use pipeline::refit::TimeEncoding;
 use pipeline::setpoints::SetpointKind;
 use pipeline::{OutputFormat, OutputSettings, ReadSettings, Setup};
@@ -46,6 +46,10 @@ pub struct ProgramArgs {
     /// Whether the control skips blocks that begin with `/`. Without it these blocks and the moves that depend on them are left unchanged
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub block_delete: Option<Switch>,
+    /// Write the program without parameters, branches, loops and subprograms first, one block for every executed one. Without it programs are
+    /// refused whose feed moves run several times or in other files
+    #[arg(long)]
+    pub expand: bool,
     /// Work offset: machine minus program coordinates, mm; for one coordinate system with its name, as in G55=10,20,0. Without it
     /// terms that depend on position are left out
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
@@ -78,6 +82,9 @@ impl ProgramArgs {
             dialect: self.dialect.map(Into::into),
             passive: self.passive.iter().fold(PassiveCodes::default(), |passive, number| passive.with(*number)),
             block_delete: self.block_delete.map(|switch| switch == Switch::On),
+            expand: self.expand,
+            // Those beside the program, once it is known.
+            subprograms: Subprograms::default(),
             work_offsets: self.work_offset.clone(),
             tool_length_mm: self.tool_length,
             at_zero: false,

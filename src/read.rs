@@ -1,6 +1,6 @@
 //! What the commands read: part programs, references, built-in curves, machines and models.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
@@ -9,6 +9,7 @@ use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
 use motion::Trajectory;
 use motion::curves::library;
+use pipeline::part::Subprograms;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
@@ -31,7 +32,7 @@ pub struct Source {
 enum Content {
     Curve,
     Reference(Trajectory),
-    Program(Program),
+    Program { program: Box<Program>, folder: PathBuf },
 }
 
 impl Source {
@@ -58,7 +59,8 @@ impl Source {
                     format!("{} is an archive, as models are, and no part program; a model goes behind -m", input.display());
                 return Err(Usage(why).into());
             }
-            Content::Program(gcode::parse(bytes))
+            let folder = input.parent().map(Path::to_path_buf).unwrap_or_default();
+            Content::Program { program: Box::new(gcode::parse(bytes)), folder }
         };
         Ok(Self { name, content })
     }
@@ -72,7 +74,10 @@ impl Source {
         let input = match content {
             Content::Curve => curve(&name, feed_mm_s, setup)?,
             Content::Reference(reference) => Input::reference(name, reference, Some(setup))?,
-            Content::Program(program) => Part::of(&name, program, setup, settings)?.into(),
+            Content::Program { program, folder } => {
+                let settings = ReadSettings { subprograms: beside(folder), ..settings.clone() };
+                Part::of(&name, *program, setup, &settings)?.into()
+            }
         };
         travel::check(&input, setup)?;
         Ok(input)
@@ -88,6 +93,15 @@ impl Source {
             content => Err(Self { content, ..self }),
         }
     }
+}
+
+/// Subprograms in the files of a folder.
+fn beside(folder: PathBuf) -> Subprograms {
+    Subprograms::new(move |name| {
+        // A name of a program is no path to elsewhere.
+        let is_plain = Path::new(name).file_name().is_some_and(|file| file == name);
+        if is_plain { std::fs::read(folder.join(name)).ok() } else { None }
+    })
 }
 
 /// Reads `input`, as [`Source::open`] does, as a path of a machine; built-in curves at `feed_mm_s`.

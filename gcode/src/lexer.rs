@@ -4,9 +4,9 @@ use crate::number::{is_blank, scan_number, skip_blanks};
 use crate::word::{Span, Word, WordKind};
 
 /// Functions whose bracketed argument may follow a letter or be part of an expression.
-const FUNCTIONS: [&[u8]; 16] = [
-    b"ABS", b"ACOS", b"ADP", b"ASIN", b"ATAN", b"BCD", b"BIN", b"COS", b"EXISTS", b"EXP", b"FIX", b"FUP", b"LN", b"ROUND",
-    b"SIN", b"TAN",
+const FUNCTIONS: [&[u8]; 17] = [
+    b"ABS", b"ACOS", b"ADP", b"ASIN", b"ATAN", b"BCD", b"BIN", b"COS", b"EXISTS", b"EXP", b"FIX", b"FUP", b"LN", b"POW",
+    b"ROUND", b"SIN", b"TAN",
 ];
 /// Words that open a macro statement.
 const STATEMENTS: [&[u8]; 9] = [b"IF", b"THEN", b"ELSE", b"ENDIF", b"GOTO", b"WHILE", b"DO", b"END", b"GOTOF"];
@@ -161,9 +161,18 @@ fn term_end(line: &[u8], at: usize) -> Option<usize> {
             let name = letters(line, at);
             let open = skip_blanks(line, at + name.len());
             let call = (listed(&FUNCTIONS, name) || name.eq_ignore_ascii_case(b"SQRT")) && line.get(open) == Some(&b'[');
-            call.then(|| bracket_end(line, open))
+            call.then(|| function_end(line, open, name))
         }
     }
+}
+
+/// End of a function call whose bracket opens at `open`. `ATAN[1]/[2]` has two brackets.
+fn function_end(line: &[u8], open: usize, name: &[u8]) -> usize {
+    let end = bracket_end(line, open);
+    let slash = skip_blanks(line, end);
+    let second = skip_blanks(line, slash + 1);
+    let is_pair = name.eq_ignore_ascii_case(b"ATAN") && line.get(slash) == Some(&b'/') && line.get(second) == Some(&b'[');
+    if is_pair { bracket_end(line, second) } else { end }
 }
 
 fn bracket_end(line: &[u8], at: usize) -> usize {

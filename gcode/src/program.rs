@@ -1,5 +1,6 @@
 //! A program: its bytes, blocks and words.
 
+use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
 use crate::word::{Span, Word, WordKind};
 
@@ -22,6 +23,9 @@ pub struct Program {
     bytes: Vec<u8>,
     blocks: Vec<Block>,
     words: Vec<Word>,
+    /// Number of words that stand in the program. Those behind them were executed again, with other values.
+    own_words: usize,
+    execution: Option<Box<Execution>>,
 }
 
 /// Splits any bytes into blocks and words. It never fails: unrecognised bytes become
@@ -48,7 +52,8 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
         lex_line(&text[start..end], span.start, &mut words);
         start = end + ending;
     }
-    Program { bytes, blocks, words }
+    let own_words = words.len();
+    Program { bytes, blocks, words, own_words, execution: None }
 }
 
 impl Program {
@@ -62,7 +67,7 @@ impl Program {
         &self.blocks
     }
 
-    /// All words of all blocks, in order.
+    /// All words of all blocks, in order. In an evaluated program ([`evaluate`](crate::evaluate)) the words of blocks that ran again follow.
     pub fn words(&self) -> &[Word] {
         &self.words
     }
@@ -70,7 +75,7 @@ impl Program {
     /// Indices into [`Program::words`] of the words of a block. Empty if the block does not exist.
     pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
         let Some(here) = self.blocks.get(block) else { return 0..0 };
-        let end = self.blocks.get(block + 1).map_or(self.words.len(), |next| next.first_word as usize);
+        let end = self.blocks.get(block + 1).map_or(self.own_words, |next| next.first_word as usize);
         here.first_word as usize..end
     }
 
@@ -108,6 +113,43 @@ impl Program {
     /// Whether every byte was split into blocks. True for programs below 4 GiB.
     pub fn is_whole(&self) -> bool {
         self.bytes.len() <= u32::MAX as usize
+    }
+
+    /// The program as it runs, if it was evaluated.
+    pub(crate) fn execution(&self) -> Option<&Execution> {
+        self.execution.as_deref()
+    }
+
+    /// Sets how the program runs: values of its own words, the words of blocks that ran again, and the order of all.
+    pub(crate) fn set_execution(&mut self, values: &[(usize, f64)], again: &[Word], execution: Execution) {
+        self.words.truncate(self.own_words);
+        for (index, value) in values {
+            if let Some(word) = self.words.get_mut(*index) {
+                word.value = *value;
+            }
+        }
+        self.words.extend_from_slice(again);
+        self.execution = Some(Box::new(execution));
+    }
+
+    /// An executed block by its place in the order of execution; without evaluation that is the order of the file.
+    pub(crate) fn step(&self, index: usize) -> Option<Step> {
+        if let Some(execution) = &self.execution {
+            return execution.steps.get(index).copied();
+        }
+        let words = self.blocks.get(index).map(|_| self.word_range(index))?;
+        Some(Step { block: index as u32, first_word: words.start as u32, end_word: words.end as u32, ran: Ran::Once })
+    }
+
+    /// Whether a block is executed once. True for every block of a program that was not evaluated.
+    pub fn runs_once(&self, block: usize) -> bool {
+        self.execution.as_ref().is_none_or(|execution| execution.runs_once(block))
+    }
+
+    /// Content of a subprogram file that [`evaluate`](crate::evaluate) read.
+    pub fn subprogram_file(&self, name: &str) -> Option<&[u8]> {
+        let files = &self.execution.as_ref()?.files;
+        files.iter().find(|(known, _)| known == name).map(|(_, content)| content.as_slice())
     }
 
     /// Whether a block starts with a block-delete slash.

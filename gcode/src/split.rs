@@ -15,7 +15,7 @@ const AFTER_MOTION: [f64; 11] = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0, 97.0, 98.0
 /// Whether a word belongs to the motion of a feed move: G0-G3, axis, arc and feed words.
 pub fn is_motion_word(word: &Word) -> bool {
     match word.kind {
-        WordKind::Number if word.letter == b'G' => [0.0, 1.0, 2.0, 3.0].contains(&word.value),
+        WordKind::Number | WordKind::Expression if word.letter == b'G' => [0.0, 1.0, 2.0, 3.0].contains(&word.value),
         WordKind::Number | WordKind::Expression => MOTION_LETTERS.contains(&word.letter),
         _ => false,
     }

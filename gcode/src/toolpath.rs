@@ -81,6 +81,8 @@ pub enum Fixed {
     Unsplittable,
     /// After a code whose effect on path or frame is unknown.
     NotUnderstood,
+    /// Its coordinates, or whether it runs, are known only when the program runs.
+    RunTime,
 }
 
 /// Whether a compensation may move the points of a move.
@@ -114,6 +116,8 @@ pub struct Move {
     pub explicit_motion: bool,
     /// Whether the move may be compensated.
     pub shiftable: Shiftable,
+    /// Whether blocks ran since the move before that run several times or perhaps. What is written for one path must not reach over them.
+    pub after_shared: bool,
 }
 
 /// Indices into [`Program::words`] of the words of a move that an editor may patch.

@@ -60,14 +60,15 @@ pub struct Word {
     pub kind: WordKind,
     /// Address letter in upper case, 0 for words without one.
     pub letter: u8,
-    /// Value, correctly rounded. NaN for words that are not [`WordKind::Number`].
+    /// Value, correctly rounded. For a [`WordKind::Expression`] that of its first execution, if the program was evaluated and the value is
+    /// known. NaN otherwise.
     pub value: f64,
 }
 
 impl Word {
-    /// Value of a word such as `X1.5`. `None` for expressions, comments and other kinds.
+    /// Value of a word such as `X1.5`, or of an expression whose value is known. `None` for comments and other kinds.
     pub fn number(&self) -> Option<f64> {
-        (self.kind == WordKind::Number).then_some(self.value)
+        (matches!(self.kind, WordKind::Number | WordKind::Expression) && !self.value.is_nan()).then_some(self.value)
     }
 
     /// The bytes of the value alone. An edit of a coordinate replaces them.

@@ -17,15 +17,15 @@ fn refused_as(dialect: Dialect, text: &str) -> (String, usize) {
 const HEAD: &str = "G21 G90 G0 X0 Y0 Z0 F100\n";
 
 #[test]
-fn a_parameter_in_a_feed_move_is_shown() {
-    let (text, _) = refused_as(Dialect::Fanuc, "G21 G0 X0 Y0 Z0\n#101=5\nN20 G1 X#101 Y[#1+2] F100\n");
+fn a_feed_move_in_a_loop_is_shown() {
+    let (text, _) = refused_as(Dialect::Fanuc, &format!("{HEAD}#1=1\nWHILE[#1LE2]DO1\nN20 G1 X#1\n#1=#1+1\nEND1\n"));
     let expected = "\
-error: a feed move depends on a parameter
- --> part.nc:3:8
+error: a feed move runs several times
+ --> part.nc:4:5
   |
-3 | N20 G1 X#101 Y[#1+2] F100
-  |        ^^^^^
-  = help: only numbers can be compensated: replace the parameter by its value
+4 | N20 G1 X#1
+  |     ^^
+  = help: give --expand: it writes the program without loops and subprograms
 ";
     assert_eq!(text, expected);
 }
@@ -48,7 +48,7 @@ fn each_fault_has_its_own_message() {
     let cases = [
         (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
         (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
-        (Dialect::Fanuc, "G#1 X1", "this G code cannot be identified", "^^^"),
+        (Dialect::Fanuc, "G#500 X1", "this G code cannot be identified", "^^^^^"),
         (Dialect::Fanuc, "G6.2 X1", "G6.2 moves the tool in a way that is not interpreted", "^^^^"),
         (Dialect::LinuxCnc, "G5.1 X1 I1 J1", "G5.1 moves the tool in a way", "^^^^"),
         (Dialect::Fanuc, "G123 X1", "G123 is unknown, and its block has axis words", "^^^^"),
@@ -66,8 +66,8 @@ fn each_fault_has_its_own_message() {
         (Dialect::Fanuc, "G1 X1 ,R2", "not understood in a feed move", "^^^"),
         (Dialect::Fanuc, "G1 X=5", "not understood in a feed move", "^"),
         (Dialect::Fanuc, "G1 X1 F0", "the feed is not positive", "^^"),
-        (Dialect::Fanuc, "G1 X1 F#1", "a feed move depends on a parameter", "^^^"),
-        (Dialect::Fanuc, "F#1\nG1 X1", "the feed comes from a parameter on line 2", "^^"),
+        (Dialect::Fanuc, "G1 X1 F#500", "the feed of line 2 is known only when the program runs", "^^"),
+        (Dialect::LinuxCnc, "F#1\nG1 X1", "the feed of line 2 is known only when the program runs", "^^"),
         (Dialect::Fanuc, "G93\nG1 X1", "no feed was given", "^^"),
         (Dialect::Fanuc, "G93 G1 X1 F5\nX2", "G93 needs an F word", "^^"),
         (Dialect::Fanuc, "G95 G1 X1 F5", "G95 needs a spindle speed", "^^"),
@@ -78,13 +78,25 @@ fn each_fault_has_its_own_message() {
         (Dialect::Fanuc, "G1 X1 GOTO 5", "a flow statement in a block with codes", "^^^^^^"),
         (Dialect::LinuxCnc, "G7\nG1 X1", "a feed move under G7 of line 2", "^^"),
         (Dialect::Fanuc, "G66 P9000\nG1 X1", "under the modal macro of line 2", "^^"),
-        (Dialect::Fanuc, "IF[#1EQ0]GOTO10\nG1 X1", "after the jump or condition on line 2", "^^"),
-        (Dialect::Fanuc, "G1 X1\nGOTO10", "a jump or condition after feed moves", "^^^^^^"),
-        (Dialect::Fanuc, "G1 X1\nM99 P10", "a jump or condition after feed moves", "^^^^^^^"),
-        (Dialect::Fanuc, "WHILE[#1LT3]DO1\nG1 X1\nEND1", "loop or branch that opens on line 2", "^^"),
-        (Dialect::LinuxCnc, "o100 sub\nG1 X1\no100 endsub", "inside the subprogram that opens on line 2", "^^"),
-        (Dialect::LinuxCnc, "o1 if [#1 GT 0]\nG91\no1 endif\nG1 X1", "after the jump or condition on line 3", "^^"),
-        (Dialect::LinuxCnc, "o1 do\nG0 X1\nG1 Y1\no1 while [1]", "loop or branch that opens on line 2", "^^"),
+        (Dialect::Fanuc, "IF[#500EQ0]GOTO10\nG1 X1", "there is no block N10 to jump to", "^^^^^^^^^^^^^^^^^"),
+        (Dialect::Fanuc, "G1 X1\nGOTO10", "there is no block N10 to jump to", "^^^^^^"),
+        (Dialect::Fanuc, "G1 X1\nM99 P10", "there is no block N10 to jump to", "^^^^^^^"),
+        (Dialect::Fanuc, "GOTO#500\nN1 G1 X1", "the target of this jump is not known", "^^^^^^^^"),
+        (Dialect::Fanuc, "N5 G1 X#500\nIF[#501EQ0]GOTO5", "a feed move runs several times", "^^"),
+        (Dialect::Fanuc, "#1=2\nWHILE[#1LT3]DO1\nG1 X1\nEND1", "the program does not end", "^^^^^"),
+        (Dialect::Fanuc, "#1=2\nWHILE[#1LT3]DO1\nG1 X1", "the other end of this loop is missing", "^^^^^^^^^^^^^^^"),
+        (Dialect::Fanuc, "IF #1 EQ 0 GOTO 5", "this statement is not understood", "^^^^^^^^^^^^^^^^^"),
+        (Dialect::Fanuc, "#1=1/0\nG1 X1", "a division by zero", "^^^^^^"),
+        (Dialect::Fanuc, "#50=1\nG1 X1", "there is no parameter #50", "^^^^^"),
+        (Dialect::LinuxCnc, "o9 sub\nG1 X1\no9 endsub\no9 call\no9 call", "a feed move runs several times", "^^"),
+        (Dialect::LinuxCnc, "o9 call\nM2\no9 sub\nG1 X1\no9 call\no9 endsub", "calls nested deeper", "^^^^^^^"),
+        (Dialect::LinuxCnc, "o1 repeat [2]\nG0 X1\nG1 Y1\no1 endrepeat", "a feed move runs several times", "^^"),
+        (Dialect::LinuxCnc, "o8 call\nG1 X2\nM2\no8 sub\nG1 X1\no8 endsub", "not run in the order of the lines", "^^"),
+        (Dialect::LinuxCnc, "o1 do\n#1=1\no1 while [1]", "the program does not end", "^^^^"),
+        (Dialect::LinuxCnc, "o1 if [1]\nG1 X1", "the end of this statement is missing", "^^^^^^^^^"),
+        (Dialect::LinuxCnc, "G1 X[#<depth>+1]", "#<depth> was not assigned", "^^^^^^^^^^^^^"),
+        (Dialect::LinuxCnc, "G1 X[1+]", "`]` has no meaning in this expression", "^^^^^"),
+        (Dialect::LinuxCnc, "/o1 if [1]\n/o1 endif\nG1 X1", "flow statement in a block that a switch may skip", "^^^^^^^^^"),
         (Dialect::LinuxCnc, "G80\nX1", "no motion code is active", "^^"),
         (Dialect::LinuxCnc, "G3 X0 Y0 I5 P1.5", "whole number of turns", "^^"),
         (Dialect::Fanuc, "G53 G2 X1 Y1 R5", "G53 goes with G0 and G1 only", "^^^"),
@@ -107,10 +119,10 @@ fn an_axis_word_without_any_motion_code_is_refused() {
 fn one_cause_is_reported_once_and_the_list_is_capped() {
     let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}G68 R30\nG1 X1\nX2\nX3\nX4\n"));
     assert_eq!(once, 1);
-    let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X#1\n".repeat(100)));
+    let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X1 E1\n".repeat(100)));
     assert_eq!(many, 20);
-    let error = interpret(&parse(format!("{HEAD}G1 X#1\nX#2\n")), &Dialect::Fanuc.into()).expect_err("refused");
-    assert_eq!(error.to_string(), "the program is refused: line 2: a feed move depends on a parameter (and 1 more)");
+    let error = interpret(&parse(format!("{HEAD}G1 X1 E1\nX2 E2\n")), &Dialect::Fanuc.into()).expect_err("refused");
+    assert_eq!(error.to_string(), "the program is refused: line 2: E has no meaning in this feed move (and 1 more)");
 }
 
 #[test]

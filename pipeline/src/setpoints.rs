@@ -89,6 +89,7 @@ fn check_moves(part: &Part) -> Result<()> {
     }
     let why = |of: &Move| match (of.shiftable, of.kind) {
         (Shiftable::No(Fixed::OptionalBlock), _) => Some("may be skipped by a switch"),
+        (Shiftable::No(Fixed::RunTime), _) => Some("depends on what only the running program knows"),
         (Shiftable::No(Fixed::CutterCompensation), _) => Some("is shifted by the control's cutter compensation"),
         (_, MoveKind::Thread | MoveKind::Probe) => Some("goes by spindle or probe"),
         (_, MoveKind::Cycle(_)) => Some("is a canned cycle"),

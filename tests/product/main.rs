@@ -5,6 +5,7 @@ mod cli;
 mod common;
 mod comparison;
 mod dwells;
+mod expand;
 mod feeds;
 mod files;
 mod five_axis;

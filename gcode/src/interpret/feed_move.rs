@@ -5,9 +5,11 @@ use super::codes::{Code, Motion, written};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
+use crate::execution::Ran;
 use crate::modal::{CutterCompensation, FeedMode, Units};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
 use crate::toolpath::Feed;
+use crate::word::Span;
 
 /// Letters whose values define a feed move.
 const SHAPING: &[u8] = b"XYZABCIJKRF";
@@ -18,9 +20,7 @@ impl Interpreter<'_> {
     /// Checks a feed move and reports every error. Returns whether there is none.
     pub fn check_feed_move(&mut self, words: &Gathered, motion: Motion, at: usize) -> bool {
         let span = self.span(at);
-        if let Some((cause, how)) = self.flow.fault() {
-            let message = format!("a feed move {how} on line {} cannot be predicted", cause + 1);
-            self.report.error_from("flow", cause, span, message, "unroll the program before it is compensated");
+        if !self.check_runs_once(span) {
             return false;
         }
         if let Some(&(cause, tenths)) = self.transforms.first() {
@@ -39,12 +39,7 @@ impl Interpreter<'_> {
             return false;
         }
         let is_arc = motion != Motion::Line;
-        let shaping = words.expression(self.program, SHAPING);
-        if let Some(index) = shaping.or_else(|| if is_arc { words.expression(self.program, b"P") } else { None }) {
-            let help = "only numbers can be compensated: replace the parameter by its value";
-            self.report.error(self.span(index), "a feed move depends on a parameter", Some(help));
-            return false;
-        }
+        self.report_run_time(words, motion);
         let too_large = |letter: &u8| words.number(self.program, *letter).is_some_and(|n| n.abs() > LARGEST_COORDINATE);
         if let Some(index) = SHAPING.iter().find(|letter| too_large(letter)).and_then(|letter| words.index(*letter)) {
             self.report.error(self.span(index), "this number is beyond any machine", None);
@@ -68,9 +63,38 @@ impl Interpreter<'_> {
         true
     }
 
+    /// Every execution of a block would get the same correction. Blocks must also run in the order of the file.
+    fn check_runs_once(&mut self, span: Span) -> bool {
+        let what = match self.ran {
+            Ran::Perhaps => return true,
+            Ran::Repeated => "runs several times",
+            Ran::Elsewhere => "is in a subprogram of another file",
+            Ran::Once if self.fed_block.is_some_and(|last| self.block <= last) => "does not run in the order of the lines",
+            Ran::Once => {
+                self.fed_block = Some(self.block);
+                return true;
+            }
+        };
+        let help = "give --expand: it writes the program without loops and subprograms";
+        self.report.error_from("run", usize::MAX, span, format!("a feed move {what}"), help);
+        false
+    }
+
+    /// The first word of the geometry of a feed move whose value only the running program knows.
+    pub fn geometry_at_run_time(&self, words: &Gathered, motion: Motion) -> Option<usize> {
+        let letters = if motion == Motion::Line { &AXIS_LETTERS[..] } else { b"XYZABCIJKRP" };
+        words.unknown_value(self.program, letters)
+    }
+
+    fn report_run_time(&mut self, words: &Gathered, motion: Motion) {
+        if let Some(index) = self.geometry_at_run_time(words, motion) {
+            let message = "this value is known only when the program runs: the move is left alone";
+            self.report.warning(self.span(index), message, None);
+        }
+    }
+
     /// Refuses a feed move because of a word that is not interpreted.
     pub fn refuse_unknown(&mut self, words: &Gathered, index: usize) {
-        self.fed = true;
         self.position = self.target(words, 1);
         self.report.error(self.span(index), "not understood in a feed move", None);
     }
@@ -108,8 +132,8 @@ impl Interpreter<'_> {
                 return None;
             }
             FeedWord::Unpredictable { block } => {
-                let message = format!("the feed comes from a parameter on line {}", block + 1);
-                self.report.error_from("feed", block, span, message, "replace the parameter by its value");
+                let message = format!("the feed of line {} is known only when the program runs", block + 1);
+                self.report.error_from("feed", block, span, message, "write the feed as a number");
                 return None;
             }
         };

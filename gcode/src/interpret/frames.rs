@@ -137,6 +137,7 @@ impl Interpreter<'_> {
     /// Records an unmodified move that ends at the present position.
     pub fn push_fixed(&mut self, kind: MoveKind, start: Position, why: Fixed, explicit_motion: bool) {
         let modal = self.modal_index();
+        let after_shared = self.take_shared();
         self.moves.push(Move {
             block: self.block as u32,
             modal,
@@ -147,6 +148,7 @@ impl Interpreter<'_> {
             feed_word: None,
             explicit_motion,
             shiftable: Shiftable::No(why),
+            after_shared,
         });
     }
 

@@ -1,5 +1,7 @@
 //! Words of one block, indexed by letter.
 
+use std::ops::Range;
+
 use super::codes::{Code, classify, tenths};
 use crate::dialect::Dialect;
 use crate::program::Program;
@@ -26,17 +28,20 @@ pub(super) struct Gathered {
     pub flow: Option<usize>,
     pub percent: bool,
     pub block_delete: bool,
+    /// Whether it is unknown if the block runs.
+    pub optional: bool,
+    /// An assignment that may move the coordinate system; evaluation leaves no others.
+    pub assignment: Option<usize>,
     pub is_empty: bool,
 }
 
 impl Gathered {
-    /// Sorts the words of `block`.
-    pub fn fill(&mut self, program: &Program, block: usize, dialect: Dialect) {
+    /// Sorts the words with these indices.
+    pub fn fill(&mut self, program: &Program, range: Range<usize>, dialect: Dialect) {
         let (mut g, mut m) = (std::mem::take(&mut self.g), std::mem::take(&mut self.m));
         g.clear();
         m.clear();
         *self = Self { g, m, is_empty: true, ..Self::default() };
-        let range = program.word_range(block);
         let has_cycle_words = program.words()[range.clone()].iter().any(|w| w.is(b'P') || w.is(b'Q'));
         for index in range {
             let word = &program.words()[index];
@@ -44,7 +49,8 @@ impl Gathered {
                 self.is_empty = false;
             }
             match word.kind {
-                WordKind::Comment | WordKind::Assignment => {}
+                WordKind::Comment => {}
+                WordKind::Assignment => self.assignment = self.assignment.or(Some(index)),
                 WordKind::BlockDelete => self.block_delete = true,
                 WordKind::Percent => self.percent = true,
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
@@ -97,12 +103,12 @@ impl Gathered {
         letters.iter().filter_map(|letter| self.index(*letter)).min()
     }
 
-    /// Indices of the words among these letters whose value is an expression.
-    pub fn expression(&self, program: &Program, letters: &[u8]) -> Option<usize> {
+    /// Index of the first word among these letters whose value is unknown.
+    pub fn unknown_value(&self, program: &Program, letters: &[u8]) -> Option<usize> {
         letters
             .iter()
             .filter_map(|letter| self.index(*letter))
-            .filter(|index| program.words().get(*index).is_some_and(|w| w.kind == WordKind::Expression))
+            .filter(|index| program.words().get(*index).is_some_and(|word| word.number().is_none()))
             .min()
     }
 

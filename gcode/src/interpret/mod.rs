@@ -1,11 +1,8 @@
 //! The modal interpreter: reads a program block by block and tracks the tool position.
 
 mod arc_move;
-mod bodies;
 mod codes;
 mod feed_move;
-mod flow;
-mod follow;
 mod frames;
 mod gather;
 mod motion;
@@ -16,12 +13,15 @@ mod shifts;
 mod state;
 mod unknown;
 
-use codes::{Code, OneShot, written};
+use codes::{Code, Motion, OneShot, written};
 use gather::Gathered;
-use state::Interpreter;
+use state::{FeedWord, Interpreter};
 
-use crate::dialect::{ArcCentres, Options};
+use crate::cycle::CycleState;
+use crate::dialect::{ArcCentres, Dialect, Options};
 use crate::error::GcodeError;
+use crate::evaluate::{evaluate, is_plain};
+use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::Program;
 use crate::toolpath::Toolpath;
@@ -32,10 +32,18 @@ const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
 
 /// Reads a program into moves.
 ///
+/// A program with parameters, branches, loops or subprograms should be evaluated first ([`evaluate`]). Otherwise it is evaluated here,
+/// without subprograms of other files, and its expressions do not get their values.
+///
 /// # Errors
 /// [`GcodeError::Refused`] with the errors found (at most 20) if a feed move is not interpreted,
-/// depends on a parameter or on flow control, has no feed, or has no circle through its ends.
+/// has no feed, has no circle through its ends, or runs several times; and the errors of [`evaluate`].
 pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, GcodeError> {
+    if program.execution().is_none() && !is_plain(program) {
+        let mut evaluated = program.clone();
+        evaluate(&mut evaluated, options, &|_| None)?;
+        return interpret(&evaluated, options);
+    }
     let assumed = match options.arc_centres {
         ArcCentres::Absolute => Distance::Absolute,
         ArcCentres::Auto | ArcCentres::Incremental => Distance::Incremental,
@@ -62,9 +70,15 @@ impl Interpreter<'_> {
             return self;
         }
         let mut words = Gathered::default();
-        for block in 0..self.program.blocks().len() {
-            self.block = block;
-            words.fill(self.program, block, self.options.dialect);
+        let mut next = 0;
+        while let Some(step) = self.program.step(next) {
+            next += 1;
+            self.block = step.block as usize;
+            self.ran = step.ran;
+            words.fill(self.program, step.words(), self.options.dialect);
+            let skips = words.block_delete && self.options.block_delete.is_none();
+            words.optional = skips || step.ran == Ran::Perhaps;
+            self.shared_since |= step.ran != Ran::Once && !words.is_empty;
             self.read_block(&words);
             if self.ended || self.report.is_full() {
                 self.warn_after_end();
@@ -94,24 +108,17 @@ impl Interpreter<'_> {
             return;
         }
         self.content_seen = true;
+        // What evaluation leaves are calls of subprograms that are not found.
         if let Some(statement) = words.flow {
-            if !words.g.is_empty() || words.any(GEOMETRY).is_some() {
-                let message = "a flow statement in a block with codes or axis words";
-                self.report.error(self.span(statement), message, Some("give it a line of its own"));
-            }
-            self.follow_flow(statement);
+            self.call(self.span(statement));
             return;
         }
-        if self.flow.in_subprogram() {
-            self.refuse_subprogram_motion(words);
-            return;
-        }
-        self.note_body(words);
         if self.refuse_conflicts(words) {
             return;
         }
         self.note_unknown(words);
         self.cutter_before = self.modal.cutter;
+        let before = (self.motion, self.cycle);
         self.apply_settings(words);
         let axes_taken = self.apply_one_shots(words);
         if !axes_taken {
@@ -123,10 +130,13 @@ impl Interpreter<'_> {
             self.modal.path = path;
         }
         // The position depends on whether the block ran.
-        if words.block_delete && self.options.block_delete.is_none() {
+        if words.optional {
             for axis in self.named(words).collect::<Vec<_>>() {
                 self.position.forget(axis);
             }
+        }
+        if self.ran == Ran::Perhaps {
+            self.doubt(words, before);
         }
         self.apply_stops(words);
     }
@@ -209,18 +219,41 @@ impl Interpreter<'_> {
     }
 
     fn apply_stops(&mut self, words: &Gathered) {
-        let end = if words.has(b'P') { &[2.0, 30.0][..] } else { &[2.0, 30.0, 99.0][..] };
-        if words.has_m(self.program, end) {
-            self.ended = true;
-        } else if words.has_m(self.program, &[99.0]) {
-            self.jump(self.span_of_block());
-        } else if words.has_m(self.program, &[98.0]) {
+        let calls = if self.options.dialect == Dialect::Fanuc { &[97.0, 98.0, 198.0][..] } else { &[98.0] };
+        if words.has_m(self.program, calls) {
             self.call(self.span_of_block());
+        } else if words.has_m(self.program, &[2.0, 30.0, 99.0]) && !words.optional {
+            self.ended = true;
+        }
+    }
+
+    /// A subprogram or macro that is not found. The position afterwards is unknown.
+    pub fn call(&mut self, span: Span) {
+        self.forget_all();
+        self.report.warning(
+            span,
+            "a subprogram is called that is not found: its moves are not read, and the modal state is taken to be the same afterwards",
+            None,
+        );
+    }
+
+    /// After a block that may not have run, a changed motion code or feed is uncertain.
+    fn doubt(&mut self, words: &Gathered, before: (Option<Motion>, Option<CycleState>)) {
+        if (self.motion, self.cycle) != before {
+            self.motion = None;
+            self.cycle = None;
+        }
+        if words.has(b'F') {
+            self.feed = FeedWord::Unpredictable { block: self.block };
+        }
+        if words.has(b'S') {
+            self.modal.spindle_rpm = None;
         }
     }
 
     fn warn_after_end(&mut self) {
-        if !self.ended {
+        // Behind the end of an evaluated program its subprograms may stand.
+        if !self.ended || self.program.execution().is_some() {
             return;
         }
         let next = self.block + 1;

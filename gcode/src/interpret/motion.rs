@@ -5,6 +5,7 @@ use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
 use crate::cycle::{Cycle, CycleState};
 use crate::dialect::Dialect;
+use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::split::is_splittable;
@@ -98,12 +99,14 @@ impl Interpreter<'_> {
     }
 
     fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
-        self.fed = true;
         let start = self.position;
         let end = self.target(words, 1);
         let sound = self.check_feed_move(words, motion, at);
+        let decided = self.ran != Ran::Perhaps && self.geometry_at_run_time(words, motion).is_none();
         let kind = match motion {
             _ if !sound => None,
+            // The path of an arc with unknown words is taken as the line to its end.
+            _ if !decided => Some(MoveKind::Line),
             Motion::Line => Some(MoveKind::Line),
             _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
         };
@@ -117,8 +120,8 @@ impl Interpreter<'_> {
             FeedWord::Value { written, .. } => Some(written),
             _ => None,
         };
-        let shiftable = self.shiftable(words, start, machine);
-        let modal = self.modal_index();
+        let shiftable = if decided { self.shiftable(words, start, machine) } else { Shiftable::No(Fixed::RunTime) };
+        let (modal, after_shared) = (self.modal_index(), self.take_shared());
         self.moves.push(Move {
             block: self.block as u32,
             modal,
@@ -129,6 +132,7 @@ impl Interpreter<'_> {
             feed_word,
             explicit_motion,
             shiftable,
+            after_shared,
         });
     }
 
@@ -145,7 +149,7 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::Unsplittable)
         } else if words.has_m(self.program, &[6.0]) {
             Shiftable::No(Fixed::ToolChange)
-        } else if words.block_delete && self.options.block_delete.is_none() {
+        } else if words.optional {
             Shiftable::No(Fixed::OptionalBlock)
         } else if start.xyz_mm().is_none() || !rotary_known {
             Shiftable::No(Fixed::UnknownStart)

@@ -19,8 +19,13 @@ pub(super) struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
+    /// A report with what evaluation noted.
     pub fn new(program: &'a Program) -> Self {
-        Self { program, diagnostics: Vec::new(), errors: 0, warnings: 0, last_cause: None }
+        let mut report = Self { program, diagnostics: Vec::new(), errors: 0, warnings: 0, last_cause: None };
+        for note in program.execution().iter().flat_map(|execution| &execution.notes) {
+            report.warning(note.span, note.message.as_str(), note.help);
+        }
+        report
     }
 
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {

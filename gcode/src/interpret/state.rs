@@ -1,12 +1,12 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
-use super::bodies::OpenBodies;
 use super::codes::Motion;
 use super::report::Report;
 use super::sections::Sections;
 use super::shifts::Shifts;
 use crate::cycle::CycleState;
 use crate::dialect::Options;
+use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
@@ -32,11 +32,15 @@ pub(super) struct Interpreter<'a> {
     /// The block of a G66.
     pub modal_macro: Option<usize>,
     pub sections: Sections,
-    pub flow: OpenBodies,
+    /// How often the present block runs.
+    pub ran: Ran,
+    /// Whether blocks that run elsewhere too ran since the last move of a block that runs once.
+    pub shared_since: bool,
+    /// The last block with a feed move that may be edited.
+    pub fed_block: Option<usize>,
     pub units_stated: bool,
     pub arc_distance_stated: bool,
     pub arc_faults: usize,
-    pub fed: bool,
     pub cutter_before: CutterCompensation,
     pub content_seen: bool,
     pub ended: bool,
@@ -82,11 +86,12 @@ impl<'a> Interpreter<'a> {
             transforms: Vec::new(),
             modal_macro: None,
             sections: Sections::default(),
-            flow: OpenBodies::default(),
+            ran: Ran::Once,
+            shared_since: false,
+            fed_block: None,
             units_stated: false,
             arc_distance_stated: false,
             arc_faults: 0,
-            fed: false,
             cutter_before: modal.cutter,
             content_seen: false,
             ended: false,
@@ -101,6 +106,13 @@ impl<'a> Interpreter<'a> {
             self.modals.push(self.modal);
         }
         (self.modals.len() - 1) as u32
+    }
+
+    /// Whether the next move follows blocks that run elsewhere too.
+    pub fn take_shared(&mut self) -> bool {
+        let shared = self.shared_since;
+        self.shared_since &= self.ran != Ran::Once;
+        shared
     }
 
     pub fn span(&self, word: usize) -> Span {

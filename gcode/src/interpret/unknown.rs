@@ -5,6 +5,7 @@ use super::gather::Gathered;
 use super::sections::Cause;
 use super::state::Interpreter;
 use crate::dialect::Dialect;
+use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
 
 /// Statements for operator messages and look-ahead only.
@@ -39,7 +40,10 @@ impl Interpreter<'_> {
                 self.open_section(index, "this statement", Cause::Lasting, None);
             }
         }
-        if words.block_delete && self.options.block_delete.is_none() {
+        if let Some(index) = words.assignment {
+            self.open_section(index, "this parameter of the control", Cause::Lasting, None);
+        }
+        if words.optional {
             self.note_optional(words);
         }
     }
@@ -72,8 +76,11 @@ impl Interpreter<'_> {
             _ => true,
         };
         if let Some(g) = words.g.iter().find(|g| changes(&g.code)) {
-            let what = format!("{} in a block that a switch may skip", written(g.tenths));
-            self.open_section(g.index, &what, Cause::Lasting, Some("take the block out, or its slash"));
+            let (what, help) = match self.ran {
+                Ran::Perhaps => ("in a block that may not run", "take the block out of the branch or loop"),
+                _ => ("in a block that a switch may skip", "take the block out, or its slash"),
+            };
+            self.open_section(g.index, &format!("{} {what}", written(g.tenths)), Cause::Lasting, Some(help));
         }
     }
 

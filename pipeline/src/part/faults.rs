@@ -1,6 +1,6 @@
 //! Program faults, reported with their lines.
 
-use gcode::{Diagnostic, Program, Severity, Toolpath};
+use gcode::{Diagnostic, GcodeError, Program, Severity, Toolpath};
 use motion::MotionError;
 
 use crate::error::Error;
@@ -16,6 +16,17 @@ pub(super) fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &T
         other => other.to_string(),
     };
     on_move(toolpath, owner, program, name, what)
+}
+
+/// The errors of a program that is refused, as text with its lines.
+pub(super) fn refused(error: GcodeError, program: &Program, name: &str) -> Error {
+    match error {
+        GcodeError::Refused { diagnostics } => {
+            let text = render(&diagnostics, program, name);
+            Error::Program { diagnostics, text }
+        }
+        other => other.into(),
+    }
 }
 
 /// A fault of a move: its line and a caret under its first word.

@@ -6,13 +6,14 @@
 mod faults;
 mod fixed;
 mod offsets;
+mod subprograms;
 mod taper;
 mod tool_path;
 
 use std::collections::BTreeMap;
 
 use gcode::{
-    Dialect, FeedMode, GcodeError, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable, ToolLength, Toolpath,
+    Dialect, FeedMode, Files, Fixed, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable, ToolLength, Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -20,11 +21,12 @@ use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6
 use crate::error::{Error, Result};
 use crate::setup::Setup;
 
-use faults::{on_line, on_move};
+use faults::{on_line, on_move, refused};
 use tool_path::{offset_of, pieces, words_of};
 
 pub use faults::render;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
+pub use subprograms::Subprograms;
 pub use taper::taper;
 pub use tool_path::{POINT_MM, coordinates, stated};
 
@@ -41,6 +43,11 @@ pub struct ReadSettings {
     /// Whether the control skips blocks that begin with `/`. With `None` these blocks and all that depends on them are
     /// not compensated.
     pub block_delete: Option<bool>,
+    /// Whether a program is written without parameters, loops and subprograms first, one block for every executed one. Without it programs are
+    /// refused whose feed moves run several times.
+    pub expand: bool,
+    /// Files of subprograms.
+    pub subprograms: Subprograms,
     /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
     pub work_offsets: Vec<GivenOffset>,
     /// Tool length, mm, where the Z offsets do not contain it.
@@ -57,6 +64,8 @@ impl Default for ReadSettings {
             dialect: None,
             passive: PassiveCodes::default(),
             block_delete: None,
+            expand: false,
+            subprograms: Subprograms::default(),
             work_offsets: Vec::new(),
             tool_length_mm: 0.0,
             at_zero: false,
@@ -130,7 +139,14 @@ impl Part {
         let given = WorkOffsets::new(&settings.work_offsets, &setup.work_offsets, settings.tool_length_mm);
         let offsets = if settings.at_zero { given.or_zero() } else { given };
         let plan = PlanSettings { corner_tolerance_mm: settings.corner_tolerance_mm, ..setup.plan_settings() };
-        Self::planned(name, program, options, &offsets, setup, &plan)
+        let files = |file: &str| settings.subprograms.read(file);
+        if !settings.expand {
+            return Self::evaluated(name, program, options, &files, &offsets, setup, &plan);
+        }
+        let flat = gcode::expand(&program, &options, &files).map_err(|error| refused(error, &program, name))?;
+        let changed = flat != program.bytes();
+        let shown = if changed { format!("{name} (expanded)") } else { name.to_owned() };
+        Self::evaluated(&shown, gcode::parse(flat), options, &files, &offsets, setup, &plan)
     }
 
     /// Interprets and plans a program with explicit options, work offsets and planner settings.
@@ -145,19 +161,32 @@ impl Part {
         setup: &Setup,
         settings: &PlanSettings,
     ) -> Result<Self> {
-        let toolpath = gcode::interpret(&program, &options).map_err(|error| match error {
-            GcodeError::Refused { diagnostics } => {
-                let text = render(&diagnostics, &program, name);
-                Error::Program { diagnostics, text }
-            }
-            other => other.into(),
-        })?;
+        Self::evaluated(name, program, options, &|_| None, offsets, setup, settings)
+    }
+
+    /// [`Part::planned`] with subprograms from `files`.
+    fn evaluated(
+        name: &str,
+        mut program: Program,
+        options: Options,
+        files: Files<'_>,
+        offsets: &WorkOffsets,
+        setup: &Setup,
+        settings: &PlanSettings,
+    ) -> Result<Self> {
+        gcode::evaluate(&mut program, &options, files).map_err(|error| refused(error, &program, name))?;
+        let toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
         let placement = offsets.placement(&toolpath);
         let feed_factors = vec![1.0; toolpath.moves.len()];
         let (kinematics, words) = (&setup.kinematics, setup.words);
         let (path, owners) = pieces(&toolpath, &placement, &feed_factors, kinematics.as_ref(), words)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             return Err(Error::NoFeedMove { name: name.to_owned() });
+        }
+        let unknown = toolpath.moves.iter().position(|of| of.is_feed() && of.shiftable == Shiftable::No(Fixed::RunTime));
+        if let (true, Some(owner)) = (owners.is_empty(), unknown) {
+            let what = "only the running program knows where this move leads, and no other is planned".to_owned();
+            return Err(on_move(&toolpath, owner, &program, name, what));
         }
         if owners.is_empty() {
             let axes = kinematics.axes().iter().map(|axis| axis.name.clone()).collect();
@@ -202,7 +231,19 @@ impl Part {
             travel: Vec::new(),
             work_offsets: BTreeMap::new(),
         };
-        Self::planned(&self.name, program, self.options, self.placement.offsets(), &setup, &self.settings)
+        let (offsets, files) = (self.placement.offsets(), |file: &str| self.subprogram(file));
+        Self::evaluated(&self.name, program, self.options, &files, offsets, &setup, &self.settings)
+    }
+
+    /// Content of a subprogram file that the program called.
+    pub(crate) fn subprogram(&self, name: &str) -> Option<Vec<u8>> {
+        self.program.subprogram_file(name).map(<[u8]>::to_vec)
+    }
+
+    /// Whether blocks that run several times or perhaps lie between two moves. Lines of one segment must not reach over them.
+    #[must_use]
+    pub fn is_interrupted(&self, before: usize, after: usize) -> bool {
+        self.toolpath.moves.get(before + 1..=after).is_some_and(|moves| moves.iter().any(|of| of.after_shared))
     }
 
     /// Replans the program with its feeds multiplied by `factors`, one for each move.
@@ -316,7 +357,15 @@ impl Part {
     /// fades in and out over [`TAPER_S`], so that its ends are those of the program.
     #[must_use]
     pub fn taper(&self) -> Vec<f64> {
-        let shiftable: Vec<bool> = (0..self.plan.samples.len()).map(|k| self.shiftable_at(k)).collect();
+        let mut shiftable: Vec<bool> = (0..self.plan.samples.len()).map(|k| self.shiftable_at(k)).collect();
+        for k in 1..shiftable.len() {
+            if let (Some(before), Some(after)) = (self.move_at(k - 1), self.move_at(k))
+                && before < after
+                && self.is_interrupted(before, after)
+            {
+                (shiftable[k - 1], shiftable[k]) = (false, false);
+            }
+        }
         taper(&shiftable, TAPER_S / self.plan.desired.trajectory().period_s())
     }
 }

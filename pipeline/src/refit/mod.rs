@@ -43,7 +43,8 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     let pieces: Vec<usize> = (0..part.owners.len()).collect();
     let runs = pieces.chunk_by(|a, b| {
         let exact = |piece: usize| part.owners[piece].is_some_and(|owner| part.stops_exactly(&part.toolpath.moves[owner]));
-        piece_is_shiftable(part, *a) && piece_is_shiftable(part, *b) && exact(*a) == exact(*b)
+        let interrupted = part.owners[*a].zip(part.owners[*b]).is_none_or(|(a, b)| part.is_interrupted(a, b));
+        piece_is_shiftable(part, *a) && piece_is_shiftable(part, *b) && exact(*a) == exact(*b) && !interrupted
     });
     let mut from = 0;
     for run in runs {

@@ -51,7 +51,8 @@ impl<'a> Modes<'a> {
     /// Removes codes of other modes from all blocks up to `block`.
     pub(super) fn remove_others(&mut self, block: usize, edits: &mut Edits) {
         let program = &self.part.program;
-        for words in (self.next_block..=block).map(|block| program.block_words(block)) {
+        let own = (self.next_block..=block).filter(|block| program.runs_once(*block));
+        for words in own.map(|block| program.block_words(block)) {
             let path = self.states_path && words.iter().any(states_path);
             let is_other = |word: &&Word| {
                 (word.is(b'G') && self.other_feeds.contains(&word.value))

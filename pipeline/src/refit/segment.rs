@@ -20,7 +20,7 @@ pub(super) fn piece_is_shiftable(part: &Part, piece: usize) -> bool {
 /// Whether a move is a feed move without motion.
 fn leads_nowhere(part: &Part, step: &Move) -> bool {
     let displacement = coordinates(&step.end) - coordinates(&step.start);
-    matches!(step.kind, MoveKind::Line) && part.is_shiftable(step) && displacement.norm() <= POINT_MM
+    matches!(step.kind, MoveKind::Line) && !step.after_shared && part.is_shiftable(step) && displacement.norm() <= POINT_MM
 }
 
 /// Consecutive moves that may be compensated.

@@ -35,7 +35,8 @@ pub fn verify(
     decimals: usize,
 ) -> Result<(), VerifyError> {
     let rounding_mm = rounding_mm(decimals);
-    let program = gcode::parse(bytes);
+    let mut program = gcode::parse(bytes);
+    gcode::evaluate(&mut program, options, &|name| part.subprogram(name))?;
     let toolpath = gcode::interpret(&program, options)?;
     let mut written = toolpath.moves.iter();
     let mut targets = refitted.targets.iter().peekable();

@@ -1,0 +1,268 @@
+//! Executes a program block by block and records the executed blocks.
+
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+
+use super::parameters::Parameters;
+use super::quirks::Quirks;
+use super::source::Source;
+use super::trace::Trace;
+use super::value::{Fault, Value};
+use crate::dialect::{Dialect, Options};
+use crate::execution::Note;
+use crate::program::Program;
+use crate::word::{Word, WordKind};
+
+/// Largest number of blocks that may be executed beyond one execution of every block of the program. It ends `while [1]` after a second.
+pub(super) const MOST_REPEATED: usize = 4_000_000;
+/// Largest depth of calls.
+const DEEPEST: usize = 100;
+
+/// Content of a subprogram file by its name, such as `probe.ngc` or `O1234.nc`; `None` if there is no such file.
+pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+
+/// First block of a subprogram, with the index of its source.
+pub(super) type Body = (usize, usize);
+
+/// Where the execution goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    Following,
+    At(usize),
+    /// The position is set already.
+    Set,
+    End,
+}
+
+/// An open call.
+#[derive(Debug)]
+pub(super) struct Call {
+    /// The calling block.
+    pub source: usize,
+    pub block: usize,
+    /// First block of the body.
+    pub body: Body,
+    /// Executions of the body that are still to come after this one.
+    pub again: u32,
+    /// Values of local parameters, if the call opens a level of its own.
+    pub arguments: Option<Vec<(u32, Value)>>,
+    /// Remaining passes of `repeat`, by block.
+    pub passes: HashMap<usize, u64>,
+    /// Whether a `return` may have been executed.
+    pub may_return: bool,
+    /// Block of an M73, and its M72 for the return.
+    pub restores: Option<(usize, Word)>,
+}
+
+/// The execution.
+pub(super) struct Run<'a> {
+    pub options: &'a Options,
+    pub dialect: Dialect,
+    pub files: Files<'a>,
+    /// Names of files that do not exist.
+    pub missing: HashSet<String>,
+    pub sources: Vec<Source<'a>>,
+    pub parameters: Parameters,
+    pub calls: Vec<Call>,
+    pub source: usize,
+    pub block: usize,
+    pub trace: Trace,
+    /// The first statement that only the running program decides.
+    pub undecided: Option<Note>,
+    executed: usize,
+    content_seen: bool,
+    pub quirks: Quirks,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(program: &'a Program, options: &'a Options, files: Files<'a>) -> Self {
+        Self {
+            options,
+            dialect: options.dialect,
+            files,
+            missing: HashSet::new(),
+            sources: vec![Source::new(String::new(), Cow::Borrowed(program))],
+            parameters: Parameters::new(options.dialect),
+            calls: vec![Call {
+                source: 0,
+                block: 0,
+                body: (0, 0),
+                again: 0,
+                arguments: None,
+                passes: HashMap::new(),
+                may_return: false,
+                restores: None,
+            }],
+            source: 0,
+            block: 0,
+            trace: Trace::default(),
+            undecided: None,
+            executed: 0,
+            content_seen: false,
+            quirks: Quirks::default(),
+        }
+    }
+
+    /// Executes the program to its end.
+    pub fn execute(&mut self) -> Result<(), Note> {
+        loop {
+            if self.block >= self.sources[self.source].blocks() {
+                if self.in_call() {
+                    let fault = Fault::new("this call leads into a subprogram without an end").help("end it with endsub or M99");
+                    (self.source, self.block) = self.calls.last().map_or((0, 0), |call| (call.source, call.block));
+                    return Err(self.note(fault));
+                }
+                return Ok(());
+            }
+            match self.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
+                Next::Following => self.block += 1,
+                Next::At(block) => self.block = block,
+                Next::Set => {}
+                Next::End => return Ok(()),
+            }
+        }
+    }
+
+    /// Counts an executed block. Without an end the execution is refused.
+    pub fn count(&mut self) -> Result<(), Fault> {
+        self.executed += 1;
+        if self.executed <= self.sources[0].blocks() + MOST_REPEATED {
+            return Ok(());
+        }
+        let message = format!("the program does not end: more than {MOST_REPEATED} blocks are repeated");
+        Err(Fault::new(message).help("check the condition of the loop"))
+    }
+
+    pub fn in_call(&self) -> bool {
+        self.calls.len() > 1
+    }
+
+    fn execute_block(&mut self) -> Result<Next, Fault> {
+        let block = self.block;
+        let words = self.sources[self.source].program.block_words(block);
+        if words.iter().all(is_inert) {
+            if !words.is_empty() {
+                self.content_seen |= words.iter().any(|word| word.kind != WordKind::Comment);
+                self.push(None, false);
+            }
+            return Ok(Next::Following);
+        }
+        let optional = self.sources[self.source].program.is_optional(block);
+        if optional && self.options.block_delete == Some(true) {
+            return Ok(Next::Following);
+        }
+        if words.iter().any(|word| word.kind == WordKind::Percent) {
+            let ends = self.content_seen || self.source > 0;
+            self.content_seen = true;
+            if self.source == 0 {
+                self.push(None, false);
+            }
+            return Ok(if ends && !self.in_call() { Next::End } else { Next::Following });
+        }
+        self.content_seen = true;
+        let undecided = optional && self.options.block_delete.is_none();
+        match self.sources[self.source].flow_word(block) {
+            Some(word) => {
+                self.check_alone(word, undecided)?;
+                self.execute_statement(word)
+            }
+            None if undecided => self.skip_perhaps(),
+            None => self.execute_words(),
+        }
+    }
+
+    /// A flow statement has a block of its own, which no switch may skip.
+    fn check_alone(&self, flow: usize, undecided: bool) -> Result<(), Fault> {
+        let program = &self.sources[self.source].program;
+        let span = program.words()[flow].span;
+        if undecided {
+            let fault = Fault::new("a flow statement in a block that a switch may skip").at(span);
+            return Err(fault.help("state the position of the switch (--block-delete)"));
+        }
+        let allowed = |index: usize| {
+            let word = &program.words()[index];
+            index == flow || word.is(b'N') || matches!(word.kind, WordKind::Comment | WordKind::BlockDelete)
+        };
+        if program.word_range(self.block).all(allowed) {
+            return Ok(());
+        }
+        Err(Fault::new("a flow statement in a block with codes or axis words").at(span).help("give it a line of its own"))
+    }
+
+    /// Records the block. `None`: its words stand as in the file.
+    pub fn push(&mut self, words: Option<&[Word]>, perhaps: bool) {
+        self.trace.push(self.source, self.block, words, perhaps, self.main_block());
+    }
+
+    /// The block of the main file that is executed, or that called what is executed.
+    pub fn main_block(&self) -> usize {
+        if self.source == 0 {
+            return self.block;
+        }
+        self.calls.iter().rev().find(|call| call.source == 0).map_or(0, |call| call.block)
+    }
+
+    /// Opens a call of the body at `body`.
+    pub fn enter(&mut self, body: Body, times: u32, arguments: Option<Vec<(u32, Value)>>) -> Result<Next, Fault> {
+        if self.calls.len() > DEEPEST {
+            return Err(Fault::new(format!("calls nested deeper than {DEEPEST}")));
+        }
+        let Some(again) = times.checked_sub(1) else { return Ok(Next::Following) };
+        if let Some(arguments) = &arguments {
+            self.parameters.enter(arguments);
+        }
+        let (source, block) = (self.source, self.block);
+        self.calls.push(Call {
+            source,
+            block,
+            body,
+            again,
+            arguments,
+            passes: HashMap::new(),
+            may_return: false,
+            restores: None,
+        });
+        (self.source, self.block) = body;
+        Ok(Next::Set)
+    }
+
+    /// Closes the innermost call, or executes its body once more.
+    pub fn leave(&mut self) -> Next {
+        if let Some((block, word)) = self.calls.last_mut().and_then(|call| call.restores.take()) {
+            self.block = block;
+            self.push(Some(&[word]), false);
+        }
+        let Some(mut call) = self.calls.pop() else { return Next::End };
+        if call.arguments.is_some() {
+            self.parameters.leave();
+        }
+        if call.again > 0 {
+            call.again -= 1;
+            call.passes.clear();
+            if let Some(arguments) = &call.arguments {
+                self.parameters.enter(arguments);
+            }
+            (self.source, self.block) = call.body;
+            self.calls.push(call);
+        } else {
+            (self.source, self.block) = (call.source, call.block + 1);
+        }
+        Next::Set
+    }
+}
+
+/// Whether a word needs no evaluation and no control of the execution.
+fn is_inert(word: &Word) -> bool {
+    match word.kind {
+        WordKind::Comment => true,
+        WordKind::Number => match word.letter {
+            b'M' => !ACTIVE_M.contains(&word.value),
+            b'G' => word.value != 65.0 && word.value != 66.0,
+            _ => true,
+        },
+        _ => false,
+    }
+}
+
+/// M codes that end a program, call or return, and M73, which acts at a return.
+const ACTIVE_M: [f64; 7] = [2.0, 30.0, 73.0, 97.0, 98.0, 99.0, 198.0];

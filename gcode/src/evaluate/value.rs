@@ -1,0 +1,52 @@
+//! Values of parameters and expressions, and the faults of their text.
+
+use std::ops::Range;
+
+/// A value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Value {
+    /// A number, finite.
+    Number(f64),
+    /// Fanuc's vacant value. A word with it is ignored.
+    Null,
+    /// Known only when the program runs.
+    Unknown,
+}
+
+impl Value {
+    /// The number; 0 for null, as in arithmetic. `None` if unknown.
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(value),
+            Self::Null => Some(0.0),
+            Self::Unknown => None,
+        }
+    }
+}
+
+/// Reason why a control refuses a text, or why it cannot be evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Fault {
+    /// One line without a full stop.
+    pub message: String,
+    /// Remedy.
+    pub help: Option<&'static str>,
+    /// Bytes of the program. `None`: the whole block.
+    pub at: Option<Range<u32>>,
+}
+
+impl Fault {
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), help: None, at: None }
+    }
+
+    /// Adds a remedy.
+    pub fn help(self, help: &'static str) -> Self {
+        Self { help: Some(help), ..self }
+    }
+
+    /// Refers to these bytes, unless it already refers to others.
+    pub fn at(self, span: crate::word::Span) -> Self {
+        Self { at: self.at.or(Some(span.start..span.end)), ..self }
+    }
+}
