@@ -1,5 +1,6 @@
 //! The order in which the blocks of a program are executed.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use crate::word::Span;
@@ -47,6 +48,8 @@ pub(crate) struct Note {
 pub(crate) struct Execution {
     /// Whether each block is executed once.
     pub once: Vec<bool>,
+    /// Blocks to which jumps lead. A line before such a block is skipped.
+    pub targets: HashSet<usize>,
     /// The executed blocks, in order.
     pub steps: Vec<Step>,
     pub notes: Vec<Note>,

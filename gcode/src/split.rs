@@ -27,6 +27,11 @@ pub(crate) fn is_splittable(words: &[Word]) -> bool {
     !(words.iter().any(acts_after) && words.iter().any(acts_before))
 }
 
+/// Whether the lines that replace the motion of a block stand before it.
+pub(crate) fn is_split_before(words: &[Word]) -> bool {
+    words.iter().any(acts_after)
+}
+
 impl Edits {
     /// Replaces the motion words of a block (G0-G3, axes, I J K R, F) by `lines`.
     ///
@@ -49,7 +54,7 @@ impl Edits {
         let Some((first_span, others)) = spans.split_first() else {
             return Err(refuse("it has no motion words"));
         };
-        let acts_after = words.iter().any(acts_after);
+        let acts_after = is_split_before(words);
         if lines.len() > 1 && !is_splittable(words) {
             return Err(refuse("some of its words act before its motion and some after"));
         }

@@ -78,6 +78,14 @@ fn decided_branches_run_and_others_do_not() {
 }
 
 #[test]
+fn no_line_is_written_before_a_block_that_a_jump_leads_to() {
+    let text = "G21 G0 X0 Y0 Z0 F100\n#1=3\nG1 X3\nGOTO20\nN10 G1 X9\nN20 G1 Y5 M9\nN30 G1 Y9 M9\nM30\n";
+    let (_, toolpath) = evaluated(Dialect::Fanuc, text);
+    let shiftable: Vec<Shiftable> = toolpath.moves[1..].iter().map(|of| of.shiftable).collect();
+    assert_eq!(shiftable, [Shiftable::Yes, Shiftable::No(Fixed::Unsplittable), Shiftable::Yes]);
+}
+
+#[test]
 fn subprograms_and_loops_without_feed_moves_are_read_where_they_run() {
     let text = "G21 G90 G0 X0 Y0 Z5 F100\n#<n>=0\no<spot> call [1] [2]\no1 while [#<n> LT 3]\nG0 X#<n>\n#<n>=[#<n>+1]\no1 endwhile\n\
                 G1 X#<_value> Y1\nX9\nM2\n";

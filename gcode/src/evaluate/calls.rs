@@ -91,7 +91,7 @@ impl Run<'_> {
         let Some(times) = times else { return Ok(None) };
         Ok(match how {
             How::Local => {
-                let at = self.sources[self.source].sequence_number(program, self.block);
+                let at = self.numbered_block(program);
                 at.map(|block| ((self.source, block), times))
             }
             How::External => self.program_file(program).map(|body| (body, times)),
@@ -153,12 +153,20 @@ impl Run<'_> {
     }
 
     /// The block with a sequence number.
-    pub fn jump_target(&self, number: Option<f64>) -> Result<usize, Fault> {
+    pub fn jump_target(&mut self, number: Option<f64>) -> Result<usize, Fault> {
         let Some(number) = number.and_then(whole) else {
             return Err(Fault::new("the target of this jump is not known before the program runs"));
         };
-        let target = self.sources[self.source].sequence_number(number, self.block);
+        let target = self.numbered_block(number);
         target.ok_or_else(|| Fault::new(format!("there is no block N{number} to jump to")))
+    }
+
+    fn numbered_block(&mut self, number: u32) -> Option<usize> {
+        let target = self.sources[self.source].sequence_number(number, self.block)?;
+        if self.source == 0 {
+            self.targets.insert(target);
+        }
+        Some(target)
     }
 
     /// Records a block without the words of its call, jump or return.

@@ -23,7 +23,7 @@ impl Run<'_> {
         next.map_err(|fault| fault.at(span))
     }
 
-    fn target(&self, text: &[u8]) -> Result<usize, Fault> {
+    fn target(&mut self, text: &[u8]) -> Result<usize, Fault> {
         self.jump_target(term(text, &self.parameters, self.dialect)?.number())
     }
 

@@ -115,7 +115,7 @@ fn in_place(run: &Run<'_>) -> (Vec<(usize, f64)>, Vec<Word>, Execution) {
     }
     let files = run.sources[1..].iter().map(|source| (source.name.clone(), source.program.bytes().to_vec())).collect();
     let notes = run.undecided.iter().cloned().collect();
-    (values, again, Execution { once, steps, notes, files })
+    (values, again, Execution { once, targets: run.targets.clone(), steps, notes, files })
 }
 
 fn ran(run: &Run<'_>, executed: &Executed) -> Ran {

@@ -69,6 +69,8 @@ pub(super) struct Run<'a> {
     pub trace: Trace,
     /// The first statement that only the running program decides.
     pub undecided: Option<Note>,
+    /// Blocks of the main file to which sequence numbers led.
+    pub targets: HashSet<usize>,
     executed: usize,
     content_seen: bool,
     pub quirks: Quirks,
@@ -97,6 +99,7 @@ impl<'a> Run<'a> {
             block: 0,
             trace: Trace::default(),
             undecided: None,
+            targets: HashSet::new(),
             executed: 0,
             content_seen: false,
             quirks: Quirks::default(),

@@ -8,7 +8,7 @@ use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
-use crate::split::is_splittable;
+use crate::split::{is_split_before, is_splittable};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
@@ -145,7 +145,7 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
-        } else if !is_splittable(self.program.block_words(self.block)) {
+        } else if !self.is_splittable() {
             Shiftable::No(Fixed::Unsplittable)
         } else if words.has_m(self.program, &[6.0]) {
             Shiftable::No(Fixed::ToolChange)
@@ -156,6 +156,13 @@ impl Interpreter<'_> {
         } else {
             Shiftable::Yes
         }
+    }
+
+    /// Whether lines may replace the motion of the block. A jump to the block skips lines before it.
+    fn is_splittable(&self) -> bool {
+        let words = self.program.block_words(self.block);
+        let is_target = self.program.execution().is_some_and(|execution| execution.targets.contains(&self.block));
+        is_splittable(words) && !(is_target && is_split_before(words))
     }
 
     fn open_cycle(&mut self, code: u16) {
