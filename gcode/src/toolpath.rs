@@ -76,8 +76,8 @@ pub enum Fixed {
     Dwell,
     /// The block may be skipped by the block-delete switch.
     OptionalBlock,
-    /// Some words of the block act before its motion and some after, so several lines cannot
-    /// replace it.
+    /// Some words of the block act before its motion and some after, it calls a subprogram, or a
+    /// jump leads to it, so several lines cannot replace it.
     Unsplittable,
     /// After a code whose effect on path or frame is unknown.
     NotUnderstood,
@@ -116,7 +116,8 @@ pub struct Move {
     pub explicit_motion: bool,
     /// Whether the move may be compensated.
     pub shiftable: Shiftable,
-    /// Whether blocks ran since the move before that run several times or perhaps. What is written for one path must not reach over them.
+    /// Whether blocks ran since the move before that run several times or perhaps, or stand elsewhere in the file. What is written for one
+    /// path must not reach over them.
     pub after_shared: bool,
 }
 

@@ -86,6 +86,15 @@ fn no_line_is_written_before_a_block_that_a_jump_leads_to() {
 }
 
 #[test]
+fn a_block_that_calls_is_left_alone() {
+    let text = "G21 G0 X0 Y0 Z0 F100\nG1 X3\nG1 X5 M98 P2\nG1 X9\nM30\nO2\nM8\nM99\n";
+    let (_, toolpath) = evaluated(Dialect::Fanuc, text);
+    let shiftable: Vec<Shiftable> = toolpath.moves[1..].iter().map(|of| of.shiftable).collect();
+    assert_eq!(shiftable, [Shiftable::Yes, Shiftable::No(Fixed::Unsplittable), Shiftable::Yes]);
+    assert!(toolpath.moves[3].after_shared);
+}
+
+#[test]
 fn subprograms_and_loops_without_feed_moves_are_read_where_they_run() {
     let text = "G21 G90 G0 X0 Y0 Z5 F100\n#<n>=0\no<spot> call [1] [2]\no1 while [#<n> LT 3]\nG0 X#<n>\n#<n>=[#<n>+1]\no1 endwhile\n\
                 G1 X#<_value> Y1\nX9\nM2\n";

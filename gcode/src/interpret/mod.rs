@@ -73,6 +73,8 @@ impl Interpreter<'_> {
         let mut next = 0;
         while let Some(step) = self.program.step(next) {
             next += 1;
+            // What ran in between stands elsewhere in the file.
+            self.shared_since |= (step.block as usize) < self.block;
             self.block = step.block as usize;
             self.ran = step.ran;
             words.fill(self.program, step.words(), self.options.dialect);

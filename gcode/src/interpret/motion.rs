@@ -158,11 +158,13 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Whether lines may replace the motion of the block. A jump to the block skips lines before it.
+    /// Whether lines may replace the motion of the block. A jump to the block skips lines before it, and a subprogram that the block calls
+    /// would run in the modes of these lines.
     fn is_splittable(&self) -> bool {
         let words = self.program.block_words(self.block);
         let is_target = self.program.execution().is_some_and(|execution| execution.targets.contains(&self.block));
-        is_splittable(words) && !(is_target && is_split_before(words))
+        let calls = words.iter().any(|word| word.is(b'M') && [97.0, 98.0, 198.0].contains(&word.value));
+        is_splittable(words) && !calls && !(is_target && is_split_before(words))
     }
 
     fn open_cycle(&mut self, code: u16) {

@@ -51,7 +51,9 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
             Fixed::ToolChange => "in blocks that change the tool",
             Fixed::UnknownStart => "that start where the program does not say",
             Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
-            Fixed::Unsplittable => "in blocks with words that act before and words that act after the motion",
+            Fixed::Unsplittable => {
+                "in blocks that several lines cannot replace: words that act before and after the motion, calls, jumps"
+            }
             Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
             Fixed::RunTime => "that depend on what only the running program knows",
             Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Threading | Fixed::Probing | Fixed::Dwell => "of another kind",
