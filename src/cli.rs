@@ -81,7 +81,8 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            let text = format!("{error:#}");
+            eprintln!("error: {}", text.strip_prefix("error: ").unwrap_or(&text));
             let misused = matches!(error.downcast_ref(), Some(pipeline::Error::ToolLengthOfTurningMachine));
             ExitCode::from(if misused || error.is::<Usage>() { 2 } else { REFUSED })
         }

@@ -4,6 +4,9 @@ use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
 use crate::word::{Span, Word, WordKind};
 
+/// UTF-8 byte order mark. It stays at the head of the file and belongs to no block.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// One line of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
@@ -38,7 +41,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
     let text = &bytes[..limit];
     let mut blocks = Vec::with_capacity(limit / 24);
     let mut words = Vec::with_capacity(limit / 6);
-    let mut start = 0;
+    let mut start = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     while start < limit {
         let length = text[start..].iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(limit - start);
         let end = start + length;
@@ -189,6 +192,15 @@ mod tests {
         assert_eq!(program.line_ending(), b"\r\n");
         assert_eq!(program.block_at(4), 1);
         assert_eq!(parse("").blocks().len(), 0);
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_kept_before_the_first_block() {
+        let program = parse("\u{feff}G1 X1\nX2\n");
+        assert_eq!((program.bytes().len(), program.blocks()[0].span.start), (12, 3));
+        assert_eq!(program.text(program.words()[0].span), b"G1");
+        assert_eq!((program.block_at(0), program.block_at(3)), (0, 0));
+        assert!(parse("\u{feff}").blocks().is_empty());
     }
 
     #[test]

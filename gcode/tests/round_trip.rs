@@ -118,6 +118,7 @@ fn programs() -> impl Strategy<Value = Vec<u8>> {
         prop::collection::vec(any::<u8>(), 0..400),
         prop::collection::vec(pieces(), 0..80).prop_map(|pieces| pieces.concat().into_bytes()),
         prop::collection::vec(pieces(), 0..80).prop_map(|pieces| pieces.join(" ").into_bytes()),
+        prop::collection::vec(pieces(), 0..80).prop_map(|pieces| format!("\u{feff}{}", pieces.concat()).into_bytes()),
     ]
 }
 
@@ -128,8 +129,8 @@ proptest! {
     fn parsing_keeps_every_byte(bytes in programs()) {
         let program = parse(bytes.clone());
         prop_assert_eq!(edit(&program, &Edits::new()), Ok(bytes.clone()));
-        // Blocks tile the program, words lie in order inside their block, and only blanks lie between them.
-        let mut at = 0;
+        // Blocks tile the program behind its byte order mark, words lie in order inside their block, and only blanks lie between them.
+        let mut at = if bytes.starts_with("\u{feff}".as_bytes()) { 3 } else { 0 };
         for (index, block) in program.blocks().iter().enumerate() {
             prop_assert_eq!(block.span.start, at);
             let mut cursor = block.span.start;

@@ -80,7 +80,7 @@ fn a_feed_move_that_cannot_be_predicted_is_refused_with_a_caret() {
     assert!(said.starts_with("error: only the running program knows") && said.matches("error:").count() == 1, "{said}");
     assert!(!folder.path("x.csv").exists());
     std::fs::write(folder.path("empty.nc"), "").unwrap();
-    assert!(folder.fails(1, &["simulate", "empty.nc", "-o", "x.csv"]).contains("no feed move"));
+    assert!(folder.fails(1, &["simulate", "empty.nc", "-o", "x.csv"]).contains("is empty"));
 }
 
 #[test]

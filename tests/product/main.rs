@@ -22,3 +22,4 @@ mod story;
 mod train;
 mod travel;
 mod units;
+mod wrong_input;

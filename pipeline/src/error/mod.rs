@@ -2,7 +2,7 @@
 
 use compensation::CompensationError;
 use datasets::{DatasetError, Severity};
-use gcode::{Diagnostic, GcodeError};
+use gcode::{Diagnostic, Foreign, GcodeError};
 use machine::MachineError;
 use models::ModelError;
 use motion::MotionError;
@@ -29,6 +29,14 @@ pub enum Error {
         diagnostics: Vec<Diagnostic>,
         /// Text of the faults; the first one has no `error:` label.
         text: String,
+    },
+    /// The content is no milling program in G-code.
+    #[error("{name}: {kind}")]
+    NotAProgram {
+        /// Name of the file.
+        name: String,
+        /// What it is.
+        kind: Foreign,
     },
     /// The program has no feed move.
     #[error("{name}: the program has no feed move; there is nothing to plan or to compensate")]

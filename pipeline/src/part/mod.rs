@@ -119,7 +119,7 @@ impl Part {
     /// Interprets and plans a program for a setup.
     ///
     /// # Errors
-    /// [`Error::Program`] with the line of a feed move that cannot be predicted; [`Error::NoFeedMove`] or
+    /// [`Error::NotAProgram`] for content of another kind; [`Error::Program`] with the line of a feed move that cannot be predicted; [`Error::NoFeedMove`] or
     /// [`Error::NoAxisMoved`] when nothing is planned; [`Error::ToolLengthOfTurningMachine`] when a tool length is
     /// given for a machine with rotary axes, whose description holds it.
     pub fn read(name: &str, bytes: impl Into<Vec<u8>>, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
@@ -140,7 +140,8 @@ impl Part {
         let offsets = if settings.at_zero { given.or_zero() } else { given };
         let plan = PlanSettings { corner_tolerance_mm: settings.corner_tolerance_mm, ..setup.plan_settings() };
         let files = |file: &str| settings.subprograms.read(file);
-        if !settings.expand {
+        // What is no program is named by what reads it.
+        if !settings.expand || gcode::recognise(&program).is_some() {
             return Self::evaluated(name, program, options, &files, &offsets, setup, &plan);
         }
         let flat = gcode::expand(&program, &options, &files).map_err(|error| refused(error, &program, name))?;
@@ -174,6 +175,9 @@ impl Part {
         setup: &Setup,
         settings: &PlanSettings,
     ) -> Result<Self> {
+        if let Some(kind) = gcode::recognise(&program) {
+            return Err(Error::NotAProgram { name: name.to_owned(), kind });
+        }
         gcode::evaluate(&mut program, &options, files).map_err(|error| refused(error, &program, name))?;
         let toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
         let placement = offsets.placement(&toolpath);

@@ -1,0 +1,16 @@
+//! Files that are given as part programs and are none: what they are, and what to give instead.
+
+mod kind;
+mod signature;
+mod text;
+mod words;
+
+pub use kind::Foreign;
+
+use crate::program::Program;
+
+/// Recognises content that is no RS-274 milling program. `None` also for content that is only unusual: its faults are found by
+/// [`interpret`](crate::interpret).
+pub fn recognise(program: &Program) -> Option<Foreign> {
+    signature::recognise(program.bytes()).or_else(|| text::recognise(program)).or_else(|| words::recognise(program))
+}
