@@ -37,7 +37,7 @@ pub struct MachineArgs {
 /// How a part program is read and planned.
 #[derive(Debug, Clone, Args)]
 pub struct ProgramArgs {
-    /// Control that the program is written for. When left out, the machine's profile or the program itself decides
+    /// Control that a G-code program is written for; Heidenhain dialogue is recognised by its BEGIN PGM. When left out, the machine's profile or the program itself decides
     #[arg(long, value_enum)]
     pub dialect: Option<DialectName>,
     /// M codes that change neither path nor frame on this machine, as in M428,M140. Moves after an unknown M code are left unchanged

@@ -1,4 +1,4 @@
-//! RS-274 part programs as bytes: split without loss, read modally, changed span by span.
+//! RS-274 part programs, and Heidenhain dialogue, as bytes: split without loss, read modally, changed span by span.
 //!
 //! ```
 //! use gcode::{Dialect, Edits, MoveKind};
@@ -32,6 +32,7 @@ mod arc;
 mod cycle;
 mod diagnostic;
 mod dialect;
+mod dialogue;
 mod edit;
 mod error;
 mod evaluate;
@@ -53,6 +54,7 @@ pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
 pub use diagnostic::{Diagnostic, Severity};
 pub use dialect::{ArcCentres, Dialect, Options};
+pub use dialogue::renumber;
 pub use edit::{Edits, edit};
 pub use error::GcodeError;
 pub use evaluate::{Files, evaluate, expand};
@@ -62,7 +64,7 @@ pub use interpret::interpret;
 pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
 pub use passive::PassiveCodes;
 pub use position::{Axis, Position};
-pub use program::{Block, Program, parse};
+pub use program::{Block, Language, Program, parse};
 pub use split::is_motion_word;
 pub use toolpath::{Feed, Fixed, Move, MoveKind, MoveWords, Shiftable, Toolpath};
 pub use word::{Span, Word, WordKind};

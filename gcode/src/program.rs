@@ -1,11 +1,22 @@
 //! A program: its bytes, blocks and words.
 
+use crate::dialogue::lexer as dialogue;
 use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
 use crate::word::{Span, Word, WordKind};
 
 /// UTF-8 byte order mark. It stays at the head of the file and belongs to no block.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Language of a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Language {
+    /// RS-274, "G-code".
+    #[default]
+    Rs274,
+    /// Heidenhain dialogue (Klartext): programs that begin with `BEGIN PGM`.
+    Dialogue,
+}
 
 /// One line of a program.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +35,7 @@ pub struct Block {
 #[derive(Clone, Debug)]
 pub struct Program {
     bytes: Vec<u8>,
+    language: Language,
     blocks: Vec<Block>,
     words: Vec<Word>,
     /// Number of words that stand in the program. Those behind them were executed again, with other values.
@@ -42,6 +54,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
     let mut blocks = Vec::with_capacity(limit / 24);
     let mut words = Vec::with_capacity(limit / 6);
     let mut start = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    let language = if dialogue::is_dialogue(&text[start..]) { Language::Dialogue } else { Language::Rs274 };
     while start < limit {
         let length = text[start..].iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(limit - start);
         let end = start + length;
@@ -52,17 +65,25 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
         };
         let span = Span { start: start as u32, end: end as u32 };
         blocks.push(Block { span, next: (end + ending) as u32, first_word: words.len() as u32 });
-        lex_line(&text[start..end], span.start, &mut words);
+        match language {
+            Language::Rs274 => lex_line(&text[start..end], span.start, &mut words),
+            Language::Dialogue => dialogue::lex_line(&text[start..end], span.start, &mut words),
+        }
         start = end + ending;
     }
     let own_words = words.len();
-    Program { bytes, blocks, words, own_words, execution: None }
+    Program { bytes, language, blocks, words, own_words, execution: None }
 }
 
 impl Program {
     /// The program's bytes, exactly as given to [`parse`].
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
+    }
+
+    /// The language in which the program is written.
+    pub fn language(&self) -> Language {
+        self.language
     }
 
     /// The blocks, one per line.

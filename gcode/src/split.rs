@@ -12,11 +12,13 @@ const MOTION_LETTERS: &[u8] = b"XYZABCIJKRF";
 /// (Fanuc 0i Operator's Manual, subprograms; M97 on Haas).
 const AFTER_MOTION: [f64; 11] = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0, 97.0, 98.0, 99.0, 198.0];
 
-/// Whether a word belongs to the motion of a feed move: G0-G3, axis, arc and feed words.
+/// Whether a word belongs to the motion of a feed move: G0-G3, axis, arc and feed words; in dialogue also path function, direction and radius
+/// compensation.
 pub fn is_motion_word(word: &Word) -> bool {
     match word.kind {
         WordKind::Number | WordKind::Expression if word.letter == b'G' => [0.0, 1.0, 2.0, 3.0].contains(&word.value),
         WordKind::Number | WordKind::Expression => MOTION_LETTERS.contains(&word.letter),
+        WordKind::Motion => true,
         _ => false,
     }
 }

@@ -45,6 +45,10 @@ pub enum WordKind {
     BlockDelete,
     /// The tape mark `%`.
     Percent,
+    /// A word of a positioning block of dialogue whose name is no single letter: `L`, `DR+`, `IX-5`, `FMAX`.
+    Motion,
+    /// Another word of dialogue: `TOOL`, `CYCL`, `"MILL"`, `7.1`.
+    Keyword,
     /// Anything else, kept unchanged.
     Unknown,
 }
@@ -61,7 +65,7 @@ pub struct Word {
     /// Address letter in upper case, 0 for words without one.
     pub letter: u8,
     /// Value, correctly rounded. For a [`WordKind::Expression`] that of its first execution, if the program was evaluated and the value is
-    /// known. NaN otherwise.
+    /// known. NaN otherwise, and for words of dialogue without a number.
     pub value: f64,
 }
 

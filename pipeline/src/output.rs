@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use datasets::reference_content;
-use gcode::Dialect;
 use machine::ControllerSpec;
 use motion::Trajectory;
 use serde::Serialize;
@@ -96,7 +95,7 @@ impl OutputSettings {
     /// Sets [`Part::states_path`]: whether compensated segments state a path mode of their own, as on LinuxCNC.
     pub fn prepare(&self, part: &mut Part) {
         let stated = self.program().and_then(|settings| settings.path_tolerance_mm);
-        part.states_path = stated.is_some() && part.options.dialect == Dialect::LinuxCnc;
+        part.states_path = stated.is_some() && part.has_path_tolerance();
     }
 
     /// Settings of a setpoint table of this kind for a reference with this sampling period, s.

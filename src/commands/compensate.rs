@@ -37,7 +37,7 @@ use crate::report::{PathReport, Series, report_page};
   precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log
   precomp compensate part.nc -m mill.model -o setpoints.csv --format pvt --spacing 5")]
 pub struct Compensate {
-    /// Part program or reference (.csv, .parquet)
+    /// Part program (G-code or Heidenhain dialogue) or reference (.csv, .parquet)
     input: PathBuf,
     #[command(flatten)]
     common: Common,

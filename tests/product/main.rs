@@ -4,6 +4,7 @@ mod adaptation;
 mod cli;
 mod common;
 mod comparison;
+mod dialogue;
 mod dwells;
 mod expand;
 mod feeds;

@@ -29,7 +29,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::dialect::Options;
 use crate::error::GcodeError;
 use crate::execution::{Execution, Note, Ran, Step};
-use crate::program::Program;
+use crate::program::{Language, Program};
 use crate::word::{Span, Word, WordKind};
 use run::Run;
 use trace::{Executed, Words};
@@ -74,12 +74,15 @@ pub fn expand(program: &Program, options: &Options, files: Files<'_>) -> Result<
 
 /// Whether a program has nothing to evaluate.
 pub(crate) fn is_plain(program: &Program) -> bool {
-    program.words().iter().all(|word| match word.kind {
-        WordKind::Expression | WordKind::Assignment | WordKind::Flow => false,
-        WordKind::Number if word.letter == b'M' => ![97.0, 98.0, 99.0, 198.0].contains(&word.value),
-        WordKind::Number if word.letter == b'G' => word.value != 65.0,
-        _ => true,
-    })
+    // Q parameters and labels of dialogue are interpreted with its blocks.
+    let is_dialogue = program.language() == Language::Dialogue;
+    is_dialogue
+        || program.words().iter().all(|word| match word.kind {
+            WordKind::Expression | WordKind::Assignment | WordKind::Flow => false,
+            WordKind::Number if word.letter == b'M' => ![97.0, 98.0, 99.0, 198.0].contains(&word.value),
+            WordKind::Number if word.letter == b'G' => word.value != 65.0,
+            _ => true,
+        })
 }
 
 fn refused(program: &Program, note: Note) -> GcodeError {

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Content that is no RS-274 milling program. Displayed as a sentence with the remedy.
+/// Content that is no milling program in G-code or Heidenhain dialogue. Displayed as a sentence with the remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 pub enum Foreign {
     /// No bytes but blanks.
@@ -26,12 +26,9 @@ pub enum Foreign {
     /// DSTV NC1 data of a steel profile.
     #[error("the file is NC1 (DSTV) data of a steel profile; give the part program that the machine's CAM system makes of it")]
     Dstv,
-    /// Heidenhain dialogue.
-    #[error("the program is Heidenhain dialogue (BEGIN PGM); write it as G-code with the CAM system's post-processor for RS-274")]
-    HeidenhainDialogue,
     /// DIN/ISO programming of Heidenhain controls.
     #[error(
-        "the program is DIN/ISO for a Heidenhain control; write it as G-code with the CAM system's post-processor for RS-274"
+        "the program is DIN/ISO for a Heidenhain control; run the CAM system's post-processor for dialogue (Klartext) or G-code"
     )]
     HeidenhainIso,
     /// Mazatrol.

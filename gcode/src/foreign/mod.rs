@@ -7,10 +7,14 @@ mod words;
 
 pub use kind::Foreign;
 
-use crate::program::Program;
+use crate::program::{Language, Program};
 
-/// Recognises content that is no RS-274 milling program. `None` also for content that is only unusual: its faults are found by
+/// Recognises content that is no milling program. `None` also for content that is only unusual: its faults are found by
 /// [`interpret`](crate::interpret).
 pub fn recognise(program: &Program) -> Option<Foreign> {
-    signature::recognise(program.bytes()).or_else(|| text::recognise(program)).or_else(|| words::recognise(program))
+    let by_bytes = signature::recognise(program.bytes());
+    match program.language() {
+        Language::Dialogue => by_bytes,
+        Language::Rs274 => by_bytes.or_else(|| text::recognise(program)).or_else(|| words::recognise(program)),
+    }
 }

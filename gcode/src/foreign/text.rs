@@ -16,9 +16,6 @@ pub(super) fn recognise(program: &Program) -> Option<Foreign> {
 fn by_first_lines(lines: &[Vec<u8>]) -> Option<Foreign> {
     let line = |index: usize| lines.get(index).map_or(&[][..], Vec::as_slice);
     let first = line(0);
-    if skip_number(first).starts_with(b"BEGIN PGM") {
-        return Some(Foreign::HeidenhainDialogue);
-    }
     if first.starts_with(b"%") && [&b" G70 *"[..], b" G71 *"].iter().any(|end| first.ends_with(end)) {
         return Some(Foreign::HeidenhainIso);
     }

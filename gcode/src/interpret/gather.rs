@@ -54,7 +54,7 @@ impl Gathered {
                 WordKind::BlockDelete => self.block_delete = true,
                 WordKind::Percent => self.percent = true,
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
-                WordKind::Unknown => self.unknown = self.unknown.or(Some(index)),
+                WordKind::Unknown | WordKind::Motion | WordKind::Keyword => self.unknown = self.unknown.or(Some(index)),
                 WordKind::Number | WordKind::Expression => self.add(index, word, dialect, has_cycle_words),
             }
         }

@@ -6,7 +6,7 @@ mod feed_move;
 mod frames;
 mod gather;
 mod motion;
-mod report;
+pub(crate) mod report;
 mod sections;
 mod settings;
 mod shifts;
@@ -19,11 +19,12 @@ use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
 use crate::dialect::{ArcCentres, Dialect, Options};
+use crate::dialogue;
 use crate::error::GcodeError;
 use crate::evaluate::{evaluate, is_plain};
 use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
-use crate::program::Program;
+use crate::program::{Language, Program};
 use crate::toolpath::Toolpath;
 use crate::word::Span;
 
@@ -39,6 +40,9 @@ const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
 /// [`GcodeError::Refused`] with the errors found (at most 20) if a feed move is not interpreted,
 /// has no feed, has no circle through its ends, or runs several times; and the errors of [`evaluate`].
 pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, GcodeError> {
+    if program.language() == Language::Dialogue {
+        return dialogue::interpret(program, options);
+    }
     if program.execution().is_none() && !is_plain(program) {
         let mut evaluated = program.clone();
         evaluate(&mut evaluated, options, &|_| None)?;

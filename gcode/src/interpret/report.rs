@@ -9,7 +9,7 @@ const CAP: usize = 20;
 
 /// The diagnostics of one interpretation.
 #[derive(Debug)]
-pub(super) struct Report<'a> {
+pub(crate) struct Report<'a> {
     program: &'a Program,
     diagnostics: Vec<Diagnostic>,
     errors: usize,

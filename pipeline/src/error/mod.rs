@@ -38,6 +38,14 @@ pub enum Error {
         /// What it is.
         kind: Foreign,
     },
+    /// Dialogue has no words for the time of a line.
+    #[error("{name}: Heidenhain dialogue keeps its feeds and cannot be written in the format {encoding}; give --format keep")]
+    DialogueTimes {
+        /// Name of the program.
+        name: String,
+        /// Name of the time encoding.
+        encoding: &'static str,
+    },
     /// The program has no feed move.
     #[error("{name}: the program has no feed move; there is nothing to plan or to compensate")]
     NoFeedMove {

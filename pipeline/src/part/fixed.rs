@@ -46,17 +46,19 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
             "that turn axes, or are under tip control, whose effect on the tool the machine description does not state"
         }
         (Shiftable::No(fixed), _) => match fixed {
-            Fixed::CutterCompensation => "under cutter compensation (G41, G42)",
-            Fixed::MachineCoordinates => "in machine coordinates (G53)",
+            Fixed::CutterCompensation => "under cutter compensation (G41, G42, RL, RR)",
+            Fixed::MachineCoordinates => "in machine coordinates (G53, M91)",
             Fixed::ToolChange => "in blocks that change the tool",
             Fixed::UnknownStart => "that start where the program does not say",
             Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
             Fixed::Unsplittable => {
                 "in blocks that several lines cannot replace: words that act before and after the motion, calls, jumps"
             }
+            Fixed::Adjoining => "whose ends the control needs for what it computes itself (RND, CHF, APPR, DEP, CT, CC)",
+            Fixed::Threading => "that follow the spindle or a probe",
             Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
             Fixed::RunTime => "that depend on what only the running program knows",
-            Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Threading | Fixed::Probing | Fixed::Dwell => "of another kind",
+            Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Probing | Fixed::Dwell => "of another kind",
         },
     })
 }

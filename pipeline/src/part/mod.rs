@@ -13,7 +13,8 @@ mod tool_path;
 use std::collections::BTreeMap;
 
 use gcode::{
-    Dialect, FeedMode, Files, Fixed, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable, ToolLength, Toolpath,
+    Dialect, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable, ToolLength,
+    Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -308,6 +309,12 @@ impl Part {
             PathMode::Continuous { tolerance_mm, .. } => tolerance_mm == Some(0.0) && !self.states_path,
             PathMode::Default => false,
         }
+    }
+
+    /// Whether a segment can state a path tolerance of its own (LinuxCNC: `G64 P… Q…`).
+    #[must_use]
+    pub fn has_path_tolerance(&self) -> bool {
+        self.options.dialect == Dialect::LinuxCnc && self.program.language() == Language::Rs274
     }
 
     /// Whether feed moves state their times (G93), except for a small share such as an approach.

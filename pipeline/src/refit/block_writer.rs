@@ -4,6 +4,7 @@ use gcode::{Distance, FeedMode, Move, Units, append_number, format_number};
 use motion::Vec6;
 
 use super::element::{Element, ElementArc, Target};
+use super::notation::Notation;
 use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
@@ -17,16 +18,11 @@ fn rotary_axes(part: &Part) -> [bool; 3] {
 /// Usual largest length of a line, bytes.
 const LINE: usize = 96;
 
-fn append_feed(text: &mut String, feed: f64) -> Result<()> {
-    text.push('F');
-    append_number(text, feed, 4)?;
-    Ok(())
-}
-
 /// Writes lines in the program's own units and modes.
 pub(super) struct Writer<'a> {
     part: &'a Part,
     settings: &'a RefitSettings,
+    notation: Notation,
     /// End of the last written line in program coordinates as rounded, mm and rad.
     written: Vec6,
     /// Which of A, B, C are axes of the machine.
@@ -41,14 +37,17 @@ pub(super) struct Writer<'a> {
 impl<'a> Writer<'a> {
     pub(super) fn new(part: &'a Part, settings: &'a RefitSettings, first: &Move) -> Self {
         let modal = part.toolpath.modal(first);
+        let notation = Notation::of(&part.program);
         Self {
             part,
             settings,
+            notation,
             written: coordinates(&first.start),
             rotary: rotary_axes(part),
             mode: modal.feed_mode,
             code: None,
-            feed: first.feed_word,
+            // In dialogue the feed in force may be that of the tool call: the first line states it.
+            feed: first.feed_word.filter(|_| notation == Notation::Rs274),
         }
     }
 
@@ -69,12 +68,15 @@ impl<'a> Writer<'a> {
         if let Some(arc) = &target.element.arc {
             self.append_centre(&mut text, step, arc, start)?;
         }
+        if first_of_block {
+            self.notation.append_compensation_off(&mut text, &self.part.program, step);
+        }
         let duration_s = (target.time_s - before_s).max(1e-5);
         match self.settings.encoding {
-            TimeEncoding::G93 => append_feed(&mut text, 60.0 / duration_s)?,
+            TimeEncoding::G93 => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
             TimeEncoding::G94 => {
                 let length = self.length(step, &target.element, &(self.written - start));
-                append_feed(&mut text, (length / duration_s * 60.0).max(1e-4))?;
+                self.notation.append_feed(&mut text, (length / duration_s * 60.0).max(1e-4))?;
             }
             TimeEncoding::Keep => self.append_own_feed(&mut text, owner, first_of_block, share)?,
         }
@@ -83,6 +85,10 @@ impl<'a> Writer<'a> {
 
     /// Writes the codes of feed mode and motion where they change.
     fn append_codes(&mut self, text: &mut String, step: &Move, element: &Element, first_of_block: bool) {
+        if self.notation != Notation::Rs274 {
+            text.push('L');
+            return;
+        }
         let (wanted, code) = match self.settings.encoding {
             TimeEncoding::G93 => (FeedMode::InverseTime, "G93"),
             TimeEncoding::G94 => (FeedMode::PerMinute, "G94"),
@@ -119,11 +125,11 @@ impl<'a> Writer<'a> {
             let at = self.written[axis];
             let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
             let before_word = text.len();
-            text.push(['X', 'Y', 'Z', 'A', 'B', 'C'][axis]);
+            let letter = ['X', 'Y', 'Z', 'A', 'B', 'C'][axis];
             // The value as the control reads it, so that incremental programs do not accumulate rounding errors.
             let read = match axis {
-                0..3 => append_number(text, value / units.mm(), decimals)? * units.mm(),
-                _ => append_number(text, value.to_degrees(), self.settings.decimals)?.to_radians(),
+                0..3 => self.notation.append_coordinate(text, letter, value / units.mm(), decimals)? * units.mm(),
+                _ => self.notation.append_coordinate(text, letter, value.to_degrees(), self.settings.decimals)?.to_radians(),
             };
             let reached = at + (read - toolpath.programmed(step, axis, at, at).unwrap_or_default());
             // A line without an axis word is not a move.
@@ -170,17 +176,17 @@ impl<'a> Writer<'a> {
         // gets a hundredth.
         if self.mode == FeedMode::InverseTime && share < 1.0 {
             let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
-            return append_feed(text, word * factor / share.max(0.01));
+            return self.notation.append_feed(text, word * factor / share.max(0.01));
         }
         let wanted = step.feed_word.map(|feed| feed * factor);
         match step.words(&self.part.program).feed {
             Some(word) if first_of_block && factor == 1.0 => {
                 let span = self.part.program.words()[word].span;
-                text.push_str(&String::from_utf8_lossy(self.part.program.text(span)));
+                self.notation.append_own_feed(text, &String::from_utf8_lossy(self.part.program.text(span)));
             }
             _ if wanted != self.feed => {
                 if let Some(feed) = wanted {
-                    append_feed(text, feed)?;
+                    self.notation.append_feed(text, feed)?;
                 }
             }
             _ => {}
@@ -194,8 +200,7 @@ impl<'a> Writer<'a> {
         if self.settings.encoding == TimeEncoding::Keep {
             // Inverse time holds for one line only.
             let changed = self.mode != FeedMode::InverseTime && self.feed != last.feed_word;
-            let feed = last.feed_word.filter(|_| changed).map(|feed| format_number(feed, 6)).transpose()?;
-            return Ok(feed.map(|feed| format!("F{feed}")));
+            return last.feed_word.filter(|_| changed).map(|feed| self.notation.feed_line(feed)).transpose();
         }
         let modal = self.part.toolpath.modal(last);
         let mode = match modal.feed_mode {

@@ -1,6 +1,6 @@
 //! The comment at the head of a compensated program, by which it is recognised.
 
-use gcode::{Edits, Program, Word, WordKind};
+use gcode::{Edits, Language, Program, Word, WordKind};
 use machine::CommentStyle;
 use models::Bundle;
 use sha2::{Digest, Sha256};
@@ -94,6 +94,7 @@ fn last_of_head(program: &Program) -> Option<usize> {
     let text = |word: &Word| program.text(word.span);
     let is_head = |word: &Word| match word.kind {
         WordKind::Percent => true,
+        WordKind::Keyword => text(word).eq_ignore_ascii_case(b"BEGIN"),
         WordKind::Number => word.letter == b'O',
         WordKind::Comment => text(word).starts_with(b";$"),
         _ => text(word).starts_with(b":"),
@@ -107,8 +108,11 @@ fn last_of_head(program: &Program) -> Option<usize> {
     head.filter(|block| words(*block).iter().any(is_head)).last()
 }
 
-/// The style of the first comment that has a line of its own. A semicolon without text ends a block on some controls and is none.
+/// The style of the language, or of the first comment that has a line of its own. A semicolon without text ends a block on some controls and is none.
 fn style_of(program: &Program) -> Option<CommentStyle> {
+    if program.language() == Language::Dialogue {
+        return Some(CommentStyle::Semicolon);
+    }
     (0..program.blocks().len()).find_map(|block| {
         let first = program.block_words(block).iter().find(|word| !word.is(b'N'))?;
         let text = program.text(first.span);
@@ -163,6 +167,7 @@ mod tests {
             "O1000 G21 G90\n",
             ":1000\n",
             "%_N_PLATE_MPF\n;$PATH=/_N_WKS_DIR\n",
+            "0 BEGIN PGM A MM\n",
         ] {
             let line = if head.contains("\r\n") { "\r\n" } else { "\n" };
             assert_eq!(before(&format!("{head}G21{line}G1 X1 F100{line}M30{line}")), head);

@@ -8,12 +8,13 @@ mod block_writer;
 mod element;
 mod mark;
 mod modes;
+mod notation;
 mod refitted;
 mod segment;
 mod settings;
 mod verify;
 
-use gcode::edit;
+use gcode::{Language, edit};
 use motion::{SHARE, Trajectory, Vec6};
 use rayon::prelude::*;
 
@@ -34,8 +35,9 @@ pub use verify::verify;
 /// Segments whose correction is zero keep every byte.
 ///
 /// # Errors
-/// When a block cannot be split into several lines.
+/// When a block cannot be split into several lines, or the program cannot have this time encoding.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
+    let settings = &settings.suited_to(part)?;
     let shifts = shifts(part, reference)?;
     let rounded = rounds_less(part, settings).then(|| program_points(part));
     let tips = part.plan.desired.tips_of(reference)?;
@@ -107,11 +109,15 @@ pub fn write_program(
     max_shift_mm: f64,
     mark: Option<&Mark>,
 ) -> Result<(Vec<u8>, f64)> {
+    let settings = &settings.suited_to(part)?;
     let mut refitted = refit(part, reference, settings)?;
     if let Some(mark) = mark.filter(|_| !refitted.edits.is_empty()) {
         mark.write(&part.program, refitted.largest_shift_mm, &mut refitted.edits)?;
     }
-    let bytes = edit(&part.program, &refitted.edits)?;
+    let mut bytes = edit(&part.program, &refitted.edits)?;
+    if part.program.language() == Language::Dialogue && !refitted.edits.is_empty() {
+        bytes = gcode::renumber(&gcode::parse(bytes))?;
+    }
     verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)?;
     Ok((bytes, refitted.largest_shift_mm))
 }

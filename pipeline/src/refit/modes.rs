@@ -1,6 +1,6 @@
 //! Modes of a compensated segment: one feed mode and one path tolerance within it, the program's own after it.
 
-use gcode::{Dialect, Edits, Move, MoveKind, PathMode, Span, Word, format_number};
+use gcode::{Edits, Move, MoveKind, PathMode, Span, Word, format_number};
 
 use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::Result;
@@ -82,7 +82,7 @@ impl<'a> Modes<'a> {
 /// A control that merges points of nearly straight lines loses their times and part of their correction. Merging is
 /// therefore allowed only where lines keep the program's feeds, and within a small share of the program's tolerance.
 fn path_of_segment(part: &Part, settings: &RefitSettings, own: PathMode) -> Option<PathMode> {
-    let least_mm = settings.path_tolerance_mm.filter(|_| part.options.dialect == Dialect::LinuxCnc)?;
+    let least_mm = settings.path_tolerance_mm.filter(|_| part.has_path_tolerance())?;
     let PathMode::Continuous { tolerance_mm: Some(own_mm), merge_mm } = own else {
         return Some(PathMode::Continuous { tolerance_mm: Some(least_mm), merge_mm: Some(0.0) });
     };

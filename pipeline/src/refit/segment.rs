@@ -1,6 +1,6 @@
 //! Segments: consecutive moves that are compensated together.
 
-use gcode::{Move, MoveKind};
+use gcode::{Language, Move, MoveKind};
 use motion::Vec6;
 use rayon::prelude::*;
 
@@ -183,7 +183,9 @@ impl Segment<'_> {
         let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
         // Ends that are rounded to one point would be a full circle.
         let is_short = chord < LEAST_CHORD * 0.1_f64.powi(i32::try_from(self.settings.decimals).unwrap_or(i32::MAX));
-        if is_short || self.part.plan.desired.kinematics().has_rotary_axes() {
+        let is_dialogue = self.part.program.language() == Language::Dialogue;
+        let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
+        if is_short || is_rounded || is_dialogue || self.part.plan.desired.kinematics().has_rotary_axes() {
             return None;
         }
         ElementArc::through(arc.plane, arc.sweep > 0.0, start, between, end)
@@ -211,6 +213,9 @@ const ALONG_PATH_MM: f64 = 0.02;
 
 /// Largest number of possible points within one line or arc; it bounds the time of the check.
 const MOST_POINTS: usize = 1024;
+
+/// Least decimals of coordinates in mm for arcs. With fewer, rounding makes the radii at both ends differ by more than the 5 µm that LinuxCNC accepts.
+const LEAST_ARC_DECIMALS: usize = 3;
 
 /// Least chord of an arc, in units of the last decimal.
 const LEAST_CHORD: f64 = 20.0;

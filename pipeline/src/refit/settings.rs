@@ -1,7 +1,11 @@
 //! Output settings of compensated programs.
 
+use gcode::Language;
 use machine::ControllerSpec;
 use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::part::Part;
 
 /// Time encoding: how the lines of a compensated program state their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,7 +53,22 @@ pub const DECIMALS: usize = 6;
 /// Default time between points, ms, likewise.
 const SPACING_MS: f64 = 4.0;
 
+/// Decimals of a coordinate in mm that dialogue can have (TNC 640, Technical Information: ±99 999.9999).
+const DIALOGUE_DECIMALS: usize = 4;
+
 impl RefitSettings {
+    /// The same within what the language of a program allows.
+    ///
+    /// # Errors
+    /// [`Error::DialogueTimes`] for a time encoding that dialogue does not have.
+    pub fn suited_to(self, part: &Part) -> Result<Self> {
+        match (part.program.language(), self.encoding) {
+            (Language::Rs274, _) => Ok(self),
+            (Language::Dialogue, TimeEncoding::Keep) => Ok(Self { decimals: self.decimals.min(DIALOGUE_DECIMALS), ..self }),
+            (Language::Dialogue, _) => Err(Error::DialogueTimes { name: part.name.clone(), encoding: self.encoding.name() }),
+        }
+    }
+
     /// Given values, else those of the control profile, else the defaults.
     #[must_use]
     pub fn of(
