@@ -28,6 +28,7 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
+mod acting;
 mod arc;
 mod cycle;
 mod diagnostic;
@@ -50,6 +51,7 @@ mod split;
 mod toolpath;
 mod word;
 
+pub use acting::is_motion_word;
 pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
 pub use diagnostic::{Diagnostic, Severity};
@@ -65,6 +67,5 @@ pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, 
 pub use passive::PassiveCodes;
 pub use position::{Axis, Position};
 pub use program::{Block, Language, Program, parse};
-pub use split::is_motion_word;
 pub use toolpath::{Feed, Fixed, Move, MoveKind, MoveWords, Shiftable, Toolpath};
 pub use word::{Span, Word, WordKind};

@@ -64,7 +64,7 @@ pub enum Fixed {
     MachineCoordinates,
     /// G27 to G30.
     Home,
-    /// The block changes the tool.
+    /// The block changes the tool or a tool offset.
     ToolChange,
     /// The start is unknown, both as a position and relative to the last known one.
     UnknownStart,
@@ -76,8 +76,8 @@ pub enum Fixed {
     Dwell,
     /// The block may be skipped by the block-delete switch.
     OptionalBlock,
-    /// Some words of the block act before its motion and some after, it calls a subprogram, or a
-    /// jump leads to it, so several lines cannot replace it.
+    /// Some words of the block act before its motion and some after, or when is not known, it calls a
+    /// subprogram, or a jump leads to it, so several lines cannot replace it.
     Unsplittable,
     /// The control computes part of the move, or of the one beside it, from this one's ends: RND, CHF, APPR, DEP, CT, a pole measured from here.
     Adjoining,

@@ -322,3 +322,35 @@ fn an_exact_stop_for_one_block_is_one_of_that_block() {
     let modes: Vec<PathMode> = path.moves.iter().map(|step| path.modal(step).path).collect();
     assert_eq!(modes, [PathMode::Default, PathMode::Default, PathMode::ExactStop, PathMode::Default]);
 }
+
+/// The modes of shiftability of the feed moves.
+fn feeds(text: &str, dialect: Dialect) -> Vec<Shiftable> {
+    let path = interpret(&parse(text), &dialect.into()).expect("accepted");
+    path.moves.iter().filter(|m| m.is_feed()).map(|m| m.shiftable).collect()
+}
+
+#[test]
+fn after_g40_the_tool_is_beside_the_contour() {
+    let part = "G21 G90 G17 F600\nG0 X0 Y0 Z0\nG41 D1\nG1 X10\nG40\nG1 X20\nG1 Y5\nX0\n";
+    let (beside, comp, yes) = (Shiftable::No(Fixed::UnknownStart), Shiftable::No(Fixed::CutterCompensation), Shiftable::Yes);
+    assert_eq!(feeds(part, Dialect::LinuxCnc), [comp, beside, beside, yes]);
+    // A Fanuc control takes the radius back in the block with G40 if that moves.
+    let part = part.replace("G40\nG1 X20", "G40 G1 X20");
+    assert_eq!(feeds(&part, Dialect::Fanuc), [comp, comp, yes, yes]);
+    assert_eq!(feeds(&part, Dialect::LinuxCnc), [comp, comp, beside, yes]);
+}
+
+#[test]
+fn a_restored_g92_is_another_frame() {
+    let part = "G21 G90 F600\nG0 X0 Y0 Z0\nG92 X5\nG1 X10\nG92.3\nG1 X20\nG1 Y5 Z1\nX0\n";
+    let (unknown, yes) = (Shiftable::No(Fixed::UnknownStart), Shiftable::Yes);
+    assert_eq!(feeds(part, Dialect::LinuxCnc), [yes, unknown, unknown, yes]);
+}
+
+#[test]
+fn a_block_that_changes_an_offset_with_its_motion_is_left_alone_on_fanuc() {
+    for word in ["H2", "G43 H1", "G49", "T0101", "D3"] {
+        let part = format!("G21 G90 F600\nG0 X0 Y0 Z0\nG1 X10 {word}\nG1 X20\n");
+        assert_eq!(feeds(&part, Dialect::Fanuc)[0], Shiftable::No(Fixed::ToolChange), "{word}");
+    }
+}

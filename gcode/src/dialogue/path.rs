@@ -161,7 +161,7 @@ impl Interpreter<'_> {
             Some(Fixed::CutterCompensation)
         } else if self.start_is_computed {
             Some(Fixed::Adjoining)
-        } else if !is_splittable(self.program.block_words(self.block)) {
+        } else if !is_splittable(self.program, self.block, self.options.dialect) {
             Some(Fixed::Unsplittable)
         } else if has(Effect::ToolChange) {
             Some(Fixed::ToolChange)

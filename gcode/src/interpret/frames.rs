@@ -41,6 +41,7 @@ impl Interpreter<'_> {
             };
             *shift = value.unwrap_or(*shift);
         }
+        self.shifts.saved = self.shifts.position;
         self.update_shift();
     }
 
@@ -59,14 +60,13 @@ impl Interpreter<'_> {
                 self.position.set(axis, value);
             }
         }
+        self.shifts.saved = self.shifts.position;
         self.update_shift();
     }
 
     /// G92.1 (and G92.2, which keeps the values for G92.3).
     pub fn clear_position_shift(&mut self, keep: bool) {
-        if keep {
-            self.shifts.saved = self.shifts.position;
-        } else {
+        if !keep {
             self.shifts.saved = [0.0; 6];
         }
         self.shifts.position = [0.0; 6];
@@ -78,9 +78,12 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// G92.3.
+    /// G92.3. Another program may have set the values, or another position than the present frame
+    /// knows: the position is unknown, and so it is when they are cleared again.
     pub fn restore_position_shift(&mut self) {
         self.shifts.position = self.shifts.saved;
+        self.shifts.relaid = [true; 6];
+        self.forget_all();
         self.update_shift();
     }
 

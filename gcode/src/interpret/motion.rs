@@ -3,6 +3,7 @@
 use super::codes::{Code, Motion};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
+use crate::acting::takes_p;
 use crate::cycle::{Cycle, CycleState};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
@@ -145,10 +146,10 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
-        } else if !self.is_splittable() {
-            Shiftable::No(Fixed::Unsplittable)
-        } else if words.has_m(self.program, &[6.0]) {
+        } else if words.has_m(self.program, &[6.0]) || self.changes_offset(words) {
             Shiftable::No(Fixed::ToolChange)
+        } else if !self.is_splittable() || self.has_unclear_turns(words) {
+            Shiftable::No(Fixed::Unsplittable)
         } else if words.optional {
             Shiftable::No(Fixed::OptionalBlock)
         } else if start.xyz_mm().is_none() || !rotary_known {
@@ -164,7 +165,23 @@ impl Interpreter<'_> {
         let words = self.program.block_words(self.block);
         let is_target = self.program.execution().is_some_and(|execution| execution.targets.contains(&self.block));
         let calls = words.iter().any(|word| word.is(b'M') && [97.0, 98.0, 198.0].contains(&word.value));
-        is_splittable(words) && !calls && !(is_target && is_split_before(words))
+        let dialect = self.options.dialect;
+        let before = is_target && is_split_before(self.program, self.block, dialect);
+        is_splittable(self.program, self.block, dialect) && !calls && !before
+    }
+
+    /// Whether P may be the turns of an arc or belong to another code of the block.
+    fn has_unclear_turns(&self, words: &Gathered) -> bool {
+        let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        is_arc && words.has(b'P') && takes_p(self.program.block_words(self.block))
+    }
+
+    /// Whether the block may change a tool offset, and with it the end of its motion: on Fanuc controls
+    /// by H, D, G43, G44 or G49, on lathes also by T (Fanuc 0i-F Operator's Manual, "Tool Function" and
+    /// "Tool Length Offset").
+    fn changes_offset(&self, words: &Gathered) -> bool {
+        let code = |code: &Code| matches!(code, Code::ToolLength(_));
+        self.options.dialect == Dialect::Fanuc && (words.any(b"DHT").is_some() || words.g.iter().any(|g| code(&g.code)))
     }
 
     fn open_cycle(&mut self, code: u16) {

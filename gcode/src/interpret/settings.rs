@@ -4,7 +4,8 @@ use super::codes::{Code, OneShot, PathCode, cancels};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
-use crate::modal::{FeedMode, PathMode, ToolLength, WorkOffset};
+use crate::modal::{CutterCompensation, FeedMode, PathMode, ToolLength, WorkOffset};
+use crate::position::AXIS_LETTERS;
 
 impl Interpreter<'_> {
     /// Applies the modal words of the block in the order of a control, before any motion.
@@ -65,7 +66,7 @@ impl Interpreter<'_> {
                 self.arc_distance_stated = true;
             }
             Code::Plane(plane) => self.modal.plane = plane,
-            Code::Cutter(cutter) => self.modal.cutter = cutter,
+            Code::Cutter(cutter) => self.set_cutter(words, cutter),
             Code::ReturnLevel(level) => self.modal.return_level = level,
             Code::ToolLength(length) => self.set_tool_length(length),
             Code::OneShot(OneShot::ToolOffset) => self.modal.tool_length = ToolLength::On,
@@ -98,6 +99,19 @@ impl Interpreter<'_> {
         if self.transforms.len() < active {
             self.forget_all();
         }
+    }
+
+    /// After G40 the tool is beside the contour by its radius. LinuxCNC takes the axes of the plane from
+    /// there ("Cutter Compensation", G40). On Fanuc controls the next move in the plane takes the radius
+    /// back, that of the block with G40 if it has one (0i-F Operator's Manual, "Offset Mode Cancel").
+    fn set_cutter(&mut self, words: &Gathered, cutter: CutterCompensation) {
+        let plane = &self.modal.plane.axes()[..2];
+        let leaves = cutter == CutterCompensation::Off && self.modal.cutter != CutterCompensation::Off;
+        let taken_back = self.options.dialect == Dialect::Fanuc && plane.iter().any(|axis| words.has(AXIS_LETTERS[*axis]));
+        if leaves && !taken_back {
+            plane.iter().for_each(|axis| self.position.forget(*axis));
+        }
+        self.modal.cutter = cutter;
     }
 
     fn set_tool_length(&mut self, length: ToolLength) {

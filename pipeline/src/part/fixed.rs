@@ -48,7 +48,7 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
         (Shiftable::No(fixed), _) => match fixed {
             Fixed::CutterCompensation => "under cutter compensation (G41, G42, RL, RR)",
             Fixed::MachineCoordinates => "in machine coordinates (G53, M91)",
-            Fixed::ToolChange => "in blocks that change the tool",
+            Fixed::ToolChange => "in blocks that change the tool or its offset",
             Fixed::UnknownStart => "that start where the program does not say",
             Fixed::OptionalBlock => "in blocks that a switch may skip (/)",
             Fixed::Unsplittable => {

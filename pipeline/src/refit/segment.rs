@@ -51,7 +51,7 @@ impl Segment<'_> {
                 lines.push(writer.line(owner, lines.is_empty(), target, before_s, target.share - share)?);
                 (before_s, share) = (target.time_s, target.share);
             }
-            out.edits.replace_motion(&part.program, step.block as usize, &lines)?;
+            out.edits.replace_motion(&part.program, step.block as usize, part.options.dialect, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.element).collect()));
             last = owner;
             // A line without motion has no path piece. Unchanged, it would lead back to the programmed point.
@@ -61,7 +61,7 @@ impl Segment<'_> {
                 {
                     let end = Target { element: Element { arc: None, ..end.element }, ..*end };
                     let line = writer.line(still, true, &end, before_s, 1.0)?;
-                    out.edits.replace_motion(&part.program, moves[still].block as usize, &[line])?;
+                    out.edits.replace_motion(&part.program, moves[still].block as usize, part.options.dialect, &[line])?;
                     out.targets.push((still, vec![end.element]));
                     last = still;
                 }
