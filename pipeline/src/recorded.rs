@@ -87,7 +87,8 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
     let in_time = command.with_columns(columns.map(at_positions).collect())?;
     check_turned(&in_time, &command)?;
     let samples = located(&part.plan, &command, matched);
-    let kept = taper(&away_from_corners(&part, &samples), TAPER_S / command.period_s());
+    let away: Vec<Option<()>> = away_from_corners(&part, &samples).iter().map(|away| away.then_some(())).collect();
+    let kept = taper(&away, TAPER_S / command.period_s());
     let wanted = command.columns().iter().zip(in_time.columns()).map(|(command, path)| {
         let between = command.iter().zip(path).zip(&kept);
         between.map(|((command, path), kept)| command + (path - command) * kept).collect()

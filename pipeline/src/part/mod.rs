@@ -3,6 +3,7 @@
 //! [`Part::read`] interprets the blocks of a program, places them on the machine by their work offsets, and plans the
 //! feed profile. [`Part::is_shiftable`] states which moves may be compensated.
 
+mod borders;
 mod faults;
 mod fixed;
 mod offsets;
@@ -335,6 +336,13 @@ impl Part {
         words_of(&self.toolpath, of, self.words)
     }
 
+    /// Which of X, Y, Z, A, B, C the program names anywhere. The position of the others is not known in program coordinates, so that no
+    /// block may state them.
+    #[must_use]
+    pub fn named_axes(&self) -> [bool; 6] {
+        b"XYZABC".map(|letter| self.program.words().iter().any(|word| word.is(letter)))
+    }
+
     /// Whether a sample of the plan belongs to a feed move. A sample index beyond the end counts as the last sample.
     #[must_use]
     pub fn feeds_at(&self, sample: usize) -> bool {
@@ -365,18 +373,17 @@ impl Part {
     }
 
     /// Taper of the correction, one weight a sample: 1 on moves that may be compensated, 0 elsewhere. Each segment
-    /// fades in and out over [`TAPER_S`], so that its ends are those of the program.
+    /// fades in and out over [`TAPER_S`], so that its ends are those of the program. Segments end at every
+    /// [border](Self::borders).
     #[must_use]
     pub fn taper(&self) -> Vec<f64> {
-        let mut shiftable: Vec<bool> = (0..self.plan.samples.len()).map(|k| self.shiftable_at(k)).collect();
-        for k in 1..shiftable.len() {
-            if let (Some(before), Some(after)) = (self.move_at(k - 1), self.move_at(k))
-                && before < after
-                && self.is_interrupted(before, after)
-            {
-                (shiftable[k - 1], shiftable[k]) = (false, false);
-            }
-        }
-        taper(&shiftable, TAPER_S / self.plan.desired.trajectory().period_s())
+        let segments: Vec<usize> = self
+            .borders()
+            .iter()
+            .scan(0, |count, border| Some(std::mem::replace(count, *count + usize::from(*border))))
+            .collect();
+        let segment = |k: usize| self.shiftable_at(k).then(|| segments[self.plan.samples[k].piece]);
+        let segments: Vec<Option<usize>> = (0..self.plan.samples.len()).map(segment).collect();
+        taper(&segments, TAPER_S / self.plan.desired.trajectory().period_s())
     }
 }

@@ -9,11 +9,22 @@ use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
 
-/// Which of A, B, C are axes of the part's machine.
-fn rotary_axes(part: &Part) -> [bool; 3] {
+/// Axes that lines may state: those of the part's machine that its program names.
+pub(super) fn stated_axes(part: &Part) -> Vec<usize> {
     let kinematics = part.plan.desired.kinematics();
-    ["a", "b", "c"].map(|name| kinematics.has_rotary_axes() && kinematics.axes().iter().any(|axis| axis.name == name))
+    let turns = |name: &str| kinematics.has_rotary_axes() && kinematics.axes().iter().any(|axis| axis.name == name);
+    let named = part.named_axes();
+    (0..6).filter(|axis| named[*axis] && (*axis < 3 || turns(["a", "b", "c"][*axis - 3]))).collect()
 }
+
+/// Distance from its programmed end up to which an axis counts as not shifted, mm or rad: the rounding of sums of numbers.
+const UNSHIFTED: f64 = 1e-9;
+/// Least share of a line in the time of its move, so that its feed stays below any limit.
+const LEAST_SHARE: f64 = 1e-3;
+/// G codes that state or cancel a motion.
+const MOTION_GROUP: [f64; 5] = [0.0, 1.0, 2.0, 3.0, 80.0];
+/// Decimals that no program exceeds.
+const PROGRAM_DECIMALS: usize = 8;
 
 /// Usual largest length of a line, bytes.
 const LINE: usize = 96;
@@ -25,8 +36,8 @@ pub(super) struct Writer<'a> {
     notation: Notation,
     /// End of the last written line in program coordinates as rounded, mm and rad.
     written: Vec6,
-    /// Which of A, B, C are axes of the machine.
-    rotary: [bool; 3],
+    /// Axes that lines may state.
+    axes: &'a [usize],
     mode: FeedMode,
     /// Motion code in force; `None` before the first line.
     code: Option<&'static str>,
@@ -35,7 +46,7 @@ pub(super) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    pub(super) fn new(part: &'a Part, settings: &'a RefitSettings, first: &Move) -> Self {
+    pub(super) fn new(part: &'a Part, settings: &'a RefitSettings, axes: &'a [usize], first: &Move) -> Self {
         let modal = part.toolpath.modal(first);
         let notation = Notation::of(&part.program);
         Self {
@@ -43,11 +54,28 @@ impl<'a> Writer<'a> {
             settings,
             notation,
             written: coordinates(&first.start),
-            rotary: rotary_axes(part),
+            axes,
             mode: modal.feed_mode,
             code: None,
             // In dialogue the feed in force may be that of the tool call: the first line states it.
             feed: first.feed_word.filter(|_| notation == Notation::Rs274),
+        }
+    }
+
+    /// Share of each line in the length of the lines to `targets`, at least [`LEAST_SHARE`].
+    pub(super) fn shares(&self, targets: &[Target]) -> Vec<f64> {
+        let starts = std::iter::once(&self.written).chain(targets.iter().map(|target| &target.element.point));
+        let lengths: Vec<f64> = starts.zip(targets).map(|(start, target)| target.element.length(*start)).collect();
+        let total: f64 = lengths.iter().sum();
+        lengths.iter().map(|length| if total > 0.0 { (length / total).max(LEAST_SHARE) } else { 1.0 }).collect()
+    }
+
+    /// Notes the blocks between two moves of the segment: a motion code in one of them replaces that of the last line.
+    pub(super) fn pass_blocks(&mut self, last: usize, next: usize) {
+        let block = |index: usize| self.part.toolpath.moves[index].block as usize;
+        let mut words = (block(last) + 1..block(next)).flat_map(|block| self.part.program.block_words(block));
+        if words.any(|word| word.is(b'G') && MOTION_GROUP.contains(&word.value)) {
+            self.code = None;
         }
     }
 
@@ -120,21 +148,25 @@ impl<'a> Writer<'a> {
     fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Element) -> Result<()> {
         let (toolpath, units) = (&self.part.toolpath, self.part.toolpath.modal(step).units);
         let mut moves = false;
-        let decimals = self.decimals(units);
-        for axis in (0..6).filter(|axis| *axis < 3 || self.rotary[axis - 3]) {
+        let own = self.decimals(units);
+        let end = coordinates(&step.end);
+        // A line without an axis word is not a move.
+        let last = self.axes.iter().rev().find(|axis| **axis < 3).or(self.axes.last()).copied();
+        for (index, &axis) in self.axes.iter().enumerate() {
             let at = self.written[axis];
             let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
             let before_word = text.len();
             let letter = ['X', 'Y', 'Z', 'A', 'B', 'C'][axis];
+            // An end that is not shifted keeps all decimals of the program: the next move may be left alone.
+            let decimals = if (target.point[axis] - end[axis]).abs() < UNSHIFTED { own.max(PROGRAM_DECIMALS) } else { own };
             // The value as the control reads it, so that incremental programs do not accumulate rounding errors.
             let read = match axis {
                 0..3 => self.notation.append_coordinate(text, letter, value / units.mm(), decimals)? * units.mm(),
-                _ => self.notation.append_coordinate(text, letter, value.to_degrees(), self.settings.decimals)?.to_radians(),
+                _ => self.notation.append_coordinate(text, letter, value.to_degrees(), decimals)?.to_radians(),
             };
             let reached = at + (read - toolpath.programmed(step, axis, at, at).unwrap_or_default());
-            // A line without an axis word is not a move.
-            let last_chance = !moves && axis == 2;
-            let stated = axis == 0 && self.settings.encoding != TimeEncoding::Keep;
+            let last_chance = !moves && Some(axis) == last;
+            let stated = index == 0 && self.settings.encoding != TimeEncoding::Keep;
             if (reached - at).abs() > 0.0 || stated || last_chance {
                 self.written[axis] = reached;
                 moves = true;
@@ -172,11 +204,10 @@ impl<'a> Writer<'a> {
     /// Writes the program's own feed word where it applies, times the factor of its move.
     fn append_own_feed(&mut self, text: &mut String, owner: usize, first_of_block: bool, share: f64) -> Result<()> {
         let (step, factor) = (&self.part.toolpath.moves[owner], self.part.feed_factors[owner]);
-        // Inverse time applies to one line: the parts of a move share its time. A part without a share of the length
-        // gets a hundredth.
+        // Inverse time applies to one line: the parts of a move share its time.
         if self.mode == FeedMode::InverseTime && share < 1.0 {
             let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
-            return self.notation.append_feed(text, word * factor / share.max(0.01));
+            return self.notation.append_feed(text, word * factor / share);
         }
         let wanted = step.feed_word.map(|feed| feed * factor);
         match step.words(&self.part.program).feed {

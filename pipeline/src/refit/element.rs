@@ -9,8 +9,6 @@ pub(super) struct Target {
     pub(super) element: Element,
     /// Time at which the plan passes the end, s.
     pub(super) time_s: f64,
-    /// Share of the move's length up to the end, 0…1.
-    pub(super) share: f64,
 }
 
 /// A line or arc, from the end of the element before it.
@@ -42,7 +40,7 @@ pub struct ElementArc {
 const MOST_SWEEP: f64 = 2.6;
 /// Least height of an arc above its chord, mm. A flatter one is written as a line: its centre would be far away.
 const LEAST_HEIGHT_MM: f64 = 5e-5;
-/// Lever at which the error of a rotary axis counts, mm.
+/// Lever at which a rotary axis counts, mm.
 const LEVER_MM: f64 = 100.0;
 
 impl ElementArc {
@@ -99,16 +97,25 @@ impl ElementArc {
 }
 
 impl Element {
+    /// Length from `start`, mm.
+    pub(super) fn length(&self, start: Vec6) -> f64 {
+        self.arc.map_or_else(|| at_lever(self.point - start).norm(), |arc| arc.length_mm())
+    }
+
     /// Distance of a point of the curve from the element that begins at `start`, mm.
     pub(super) fn off(&self, start: Vec6, point: Vec6) -> f64 {
         self.arc.map_or_else(|| off_line(point, start, self.point), |arc| arc.off(point))
     }
 }
 
+/// A displacement in mm, with rotary axes at their lever.
+fn at_lever(displacement: Vec6) -> Vec6 {
+    displacement.component_mul(&Vec6::new(1.0, 1.0, 1.0, LEVER_MM, LEVER_MM, LEVER_MM))
+}
+
 /// Distance of a point from the line between two others, mm.
 fn off_line(point: Vec6, start: Vec6, end: Vec6) -> f64 {
-    let at_lever = Vec6::new(1.0, 1.0, 1.0, LEVER_MM, LEVER_MM, LEVER_MM);
-    let (chord, off) = ((end - start).component_mul(&at_lever), (point - start).component_mul(&at_lever));
+    let (chord, off) = (at_lever(end - start), at_lever(point - start));
     let length_squared = chord.norm_squared();
     if length_squared < 1e-24 { off.norm() } else { (off - chord * (off.dot(&chord) / length_squared)).norm() }
 }

@@ -14,6 +14,9 @@ mod segment;
 mod settings;
 mod verify;
 
+use std::collections::HashSet;
+use std::ops::Range;
+
 use gcode::{Language, edit};
 use motion::{SHARE, Trajectory, Vec6};
 use rayon::prelude::*;
@@ -21,6 +24,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::part::{Part, stated};
 
+use block_writer::stated_axes;
 use modes::rounds_less;
 use segment::{Segment, piece_is_shiftable};
 
@@ -38,28 +42,57 @@ pub use verify::verify;
 /// When a block cannot be split into several lines, or the program cannot have this time encoding.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
     let settings = &settings.suited_to(part)?;
-    let shifts = shifts(part, reference)?;
+    let named = Vec6::from(part.named_axes().map(|named| f64::from(u8::from(named))));
+    let shifts: Vec<Vec6> = shifts(part, reference)?.into_iter().map(|shift| shift.component_mul(&named)).collect();
     let rounded = rounds_less(part, settings).then(|| program_points(part));
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted::default();
-    let pieces: Vec<usize> = (0..part.owners.len()).collect();
-    let runs = pieces.chunk_by(|a, b| {
-        let exact = |piece: usize| part.owners[piece].is_some_and(|owner| part.stops_exactly(&part.toolpath.moves[owner]));
-        let interrupted = part.owners[*a].zip(part.owners[*b]).is_none_or(|(a, b)| part.is_interrupted(a, b));
-        piece_is_shiftable(part, *a) && piece_is_shiftable(part, *b) && exact(*a) == exact(*b) && !interrupted
-    });
-    let mut from = 0;
+    let borders = part.borders();
+    let runs: Vec<Run> = runs(part, &borders).into_iter().filter(|run| is_changed(part, &shifts, run)).collect();
+    let rewritten: HashSet<usize> =
+        runs.iter().flat_map(|run| run.pieces.clone()).filter_map(|piece| part.owners[piece]).collect();
+    let axes = stated_axes(part);
     for run in runs {
-        let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece <= run[run.len() - 1]);
-        from = samples.end;
-        let refed = |piece: &usize| part.owners[*piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
-        if piece_is_shiftable(part, run[0]) && (samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.iter().any(refed)) {
-            let largest = samples.clone().map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
-            out.largest_shift_mm = out.largest_shift_mm.max(largest);
-            Segment { part, shifts: &shifts, rounded: rounded.as_deref(), settings }.write(run, &mut out)?;
-        }
+        let largest = run.samples.map(|k| (tips[k] - part.plan.desired.poses()[k].tip).norm()).fold(0.0, f64::max);
+        out.largest_shift_mm = out.largest_shift_mm.max(largest);
+        let segment = Segment {
+            part,
+            shifts: &shifts,
+            rounded: rounded.as_deref(),
+            settings,
+            axes: &axes,
+            borders: &borders,
+            rewritten: &rewritten,
+        };
+        segment.write(&run.pieces.collect::<Vec<usize>>(), &mut out)?;
     }
     Ok(out)
+}
+
+/// Consecutive path pieces that may be compensated together, and their samples.
+struct Run {
+    pieces: Range<usize>,
+    samples: Range<usize>,
+}
+
+/// The runs of pieces that may be compensated, each up to a border.
+fn runs(part: &Part, borders: &[bool]) -> Vec<Run> {
+    let pieces: Vec<usize> = (0..part.owners.len()).collect();
+    let chunks = pieces.chunk_by(|a, _| !borders[*a]);
+    let mut from = 0;
+    let run = |chunk: &[usize]| {
+        let (first, end) = (chunk[0], chunk[chunk.len() - 1] + 1);
+        let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece < end);
+        from = samples.end;
+        piece_is_shiftable(part, first).then_some(Run { pieces: first..end, samples })
+    };
+    chunks.filter_map(run).collect()
+}
+
+/// Whether a run has a correction, or other feeds than the program.
+fn is_changed(part: &Part, shifts: &[Vec6], run: &Run) -> bool {
+    let refed = |piece: usize| part.owners[piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
+    run.samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.pieces.clone().any(refed)
 }
 
 /// Planned path at every sample in program coordinates, mm and rad.

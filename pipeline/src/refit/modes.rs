@@ -14,11 +14,16 @@ const TOLERANCE_SHARE: f64 = 0.1;
 /// fiftieth, 2.1 % with a twentieth.
 const MERGING_SHARE: f64 = 0.05;
 
+/// Motion codes of feed moves.
+const FEED_MOTIONS: [f64; 3] = [1.0, 2.0, 3.0];
+
 /// Modes of a segment. Codes of other modes are removed from its blocks.
 pub(super) struct Modes<'a> {
     part: &'a Part,
     /// Codes of feed modes other than the segment's.
     other_feeds: &'static [f64],
+    /// Whether lines are in inverse time.
+    is_timed: bool,
     /// Whether the segment has a path mode of its own.
     states_path: bool,
     /// The path mode in force.
@@ -45,7 +50,8 @@ impl<'a> Modes<'a> {
             path = wanted;
             edits.insert_before(&part.program, block, &[stated(path, modal.units.mm())?])?;
         }
-        Ok(Self { part, other_feeds, states_path: wanted.is_some(), path, next_block: block })
+        let is_timed = settings.encoding == TimeEncoding::G93;
+        Ok(Self { part, other_feeds, is_timed, states_path: wanted.is_some(), path, next_block: block })
     }
 
     /// Removes codes of other modes from all blocks up to `block`.
@@ -54,8 +60,11 @@ impl<'a> Modes<'a> {
         let own = (self.next_block..=block).filter(|block| program.runs_once(*block));
         for words in own.map(|block| program.block_words(block)) {
             let path = self.states_path && words.iter().any(states_path);
+            // In inverse time LinuxCNC wants a feed in every block with a motion code, also without motion.
+            let idle = self.is_timed && !words.iter().any(|word| word.is(b'F') || b"XYZABCIJK".contains(&word.letter));
             let is_other = |word: &&Word| {
                 (word.is(b'G') && self.other_feeds.contains(&word.value))
+                    || (idle && word.is(b'G') && FEED_MOTIONS.contains(&word.value))
                     || (path && (states_path(word) || word.is(b'P') || word.is(b'Q')))
             };
             for word in words.iter().filter(is_other) {
@@ -139,12 +148,12 @@ fn stated(path: PathMode, unit_mm: f64) -> Result<String> {
     })
 }
 
-/// States the motion code of the move after the segment where that move relied on a code other than `active`, which the
-/// segment leaves active.
+/// States the motion code of the move after the segment, which is not rewritten, where that move relied on a code other than
+/// `active`, which the segment leaves active.
 pub(super) fn restore_motion_code(part: &Part, last: usize, active: Option<&str>, edits: &mut Edits) {
     let moves = &part.toolpath.moves;
     let Some(next) = moves.get(last + 1) else { return };
-    if next.explicit_motion || part.is_shiftable(next) {
+    if next.explicit_motion {
         return;
     }
     let code = match next.kind {

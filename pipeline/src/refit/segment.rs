@@ -1,5 +1,7 @@
 //! Segments: consecutive moves that are compensated together.
 
+use std::collections::HashSet;
+
 use gcode::{Language, Move, MoveKind};
 use motion::Vec6;
 use rayon::prelude::*;
@@ -31,6 +33,12 @@ pub(super) struct Segment<'a> {
     /// include the rounding.
     pub(super) rounded: Option<&'a [Vec6]>,
     pub(super) settings: &'a RefitSettings,
+    /// Axes that lines may state.
+    pub(super) axes: &'a [usize],
+    /// Whether the correction is zero behind each piece.
+    pub(super) borders: &'a [bool],
+    /// Moves that this or another segment rewrites.
+    pub(super) rewritten: &'a HashSet<usize>,
 }
 
 impl Segment<'_> {
@@ -38,27 +46,28 @@ impl Segment<'_> {
         let part = self.part;
         let moves = &part.toolpath.moves;
         let mut last = self.owner(run[0]);
-        let mut writer = Writer::new(part, self.settings, &moves[last]);
+        let mut writer = Writer::new(part, self.settings, self.axes, &moves[last]);
         let mut modes = Modes::state(part, self.settings, &moves[last], &mut out.edits)?;
         let targets: Vec<Vec<Target>> = run.par_iter().with_min_len(MOVES_PER_TASK).map(|piece| self.targets(*piece)).collect();
         for (piece, targets) in run.iter().zip(targets) {
             let owner = self.owner(*piece);
             let step = &moves[owner];
             let mut before_s = self.departure(self.start_of(*piece));
+            writer.pass_blocks(last, owner);
             let mut lines = Vec::with_capacity(targets.len());
-            let mut share = 0.0;
-            for target in &targets {
-                lines.push(writer.line(owner, lines.is_empty(), target, before_s, target.share - share)?);
-                (before_s, share) = (target.time_s, target.share);
+            for (target, share) in targets.iter().zip(writer.shares(&targets)) {
+                lines.push(writer.line(owner, lines.is_empty(), target, before_s, share)?);
+                before_s = target.time_s;
             }
             out.edits.replace_motion(&part.program, step.block as usize, part.options.dialect, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.element).collect()));
             last = owner;
             // A line without motion has no path piece. Unchanged, it would lead back to the programmed point.
-            if let Some(end) = targets.last() {
+            if let Some(end) = targets.last().filter(|_| !self.borders[*piece]) {
                 while let Some(still) =
                     Some(last + 1).filter(|next| moves.get(*next).is_some_and(|step| leads_nowhere(part, step)))
                 {
+                    writer.pass_blocks(last, still);
                     let end = Target { element: Element { arc: None, ..end.element }, ..*end };
                     let line = writer.line(still, true, &end, before_s, 1.0)?;
                     out.edits.replace_motion(&part.program, moves[still].block as usize, part.options.dialect, &[line])?;
@@ -70,7 +79,9 @@ impl Segment<'_> {
         }
         let after: Vec<String> = writer.restore(&moves[last])?.into_iter().chain(modes.restore(&moves[last])?).collect();
         out.edits.insert_after(&part.program, moves[last].block as usize, &after)?;
-        restore_motion_code(part, last, writer.code(), &mut out.edits);
+        if !self.rewritten.contains(&(last + 1)) {
+            restore_motion_code(part, last, writer.code(), &mut out.edits);
+        }
         Ok(())
     }
 
@@ -133,11 +144,16 @@ impl Segment<'_> {
             ((position - from_mm) / length).clamp(0.0, 1.0)
         };
         let point_at = |time_s: f64, share: f64| {
+            let turned = coordinates(&step.start).lerp(&coordinates(&step.end), share);
             if let Some(rounded) = self.rounded {
-                return self.between(rounded, time_s);
+                let mut point = self.between(rounded, time_s);
+                // The plan has no rotary axes where the machine has none.
+                if !plan.desired.kinematics().has_rotary_axes() {
+                    point.fixed_rows_mut::<3>(3).copy_from(&turned.fixed_rows::<3>(3));
+                }
+                return point;
             }
             let [x, y, z] = step.point_mm(share);
-            let turned = coordinates(&step.start).lerp(&coordinates(&step.end), share);
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
@@ -145,6 +161,8 @@ impl Segment<'_> {
         let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
         let point = |i: usize| match i {
             0 => point_at(from_s, 0.0) + self.shift_at(from_s),
+            // What follows a border starts where the program states it.
+            _ if i == steps && self.borders[piece] => coordinates(&step.end),
             _ if i == steps => point_at(to_s, 1.0) + self.shift_at(to_s),
             _ => corrected(at(i)),
         };
@@ -169,8 +187,7 @@ impl Segment<'_> {
         let mut from = 0;
         while from < steps {
             let to = furthest(from, steps, &fits);
-            let share = if to == steps { 1.0 } else { share_at(at(to)) };
-            targets.push(Target { element: element(from, to), time_s: if to == steps { to_s } else { at(to) }, share });
+            targets.push(Target { element: element(from, to), time_s: if to == steps { to_s } else { at(to) } });
             from = to;
         }
         targets

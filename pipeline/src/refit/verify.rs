@@ -65,12 +65,7 @@ pub fn verify(
             let bounded = has_rotary_axes && part.words_of(original) == ProgramWords::Axes;
             let at = |share: f64| distance(original, Vec3::from(step.point_mm(share)));
             let off = if element.arc.is_some() { at(1.0).max(at(0.5) - BETWEEN_MM) } else { at(1.0) };
-            // Points may include the control's rounding of the corner.
-            let corner_mm = match part.toolpath.modal(original).path {
-                PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
-                _ => 0.0,
-            };
-            if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm {
+            if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm(part, index) {
                 return Err(VerifyError::TooFar { line, off_mm: off });
             }
         }
@@ -92,6 +87,16 @@ fn is_alike(kind: &MoveKind, element: &Element, rounding_mm: f64) -> bool {
         }
         _ => false,
     }
+}
+
+/// Largest rounding of the corners of a move by the control, mm, which points may include: its own tolerance, or that of a neighbour.
+fn corner_mm(part: &Part, index: usize) -> f64 {
+    let tolerance = |step: &Move| match part.toolpath.modal(step).path {
+        PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
+        _ => 0.0,
+    };
+    let moves = &part.toolpath.moves;
+    moves[index.saturating_sub(1)..moves.len().min(index + 2)].iter().map(tolerance).fold(0.0, f64::max)
 }
 
 fn ends_alike(a: &Move, b: &Move) -> bool {

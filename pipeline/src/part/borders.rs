@@ -1,0 +1,68 @@
+//! Positions at which the tool has to be where the program states it: between a move that may be compensated and everything that is left
+//! alone.
+
+use gcode::{MoveKind, Word, WordKind};
+
+use super::Part;
+
+/// G codes that neither move the tool, nor depend on its position, nor change coordinates: motion codes, dwell, exact stop, planes, units,
+/// G40, path modes, G80, distances, feed modes, spindle modes, return levels.
+const NEUTRAL_G: [f64; 30] = [
+    0.0, 1.0, 2.0, 3.0, 4.0, 9.0, 17.0, 18.0, 19.0, 20.0, 21.0, 40.0, 61.0, 61.1, 64.0, 70.0, 71.0, 80.0, 90.0, 90.1, 91.0, 91.1,
+    93.0, 94.0, 95.0, 96.0, 97.0, 98.0, 99.0, 5.1,
+];
+/// M codes of stops, spindle, coolant, overrides and outputs.
+const NEUTRAL_M: [f64; 21] =
+    [0.0, 1.0, 3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 13.0, 14.0, 48.0, 49.0, 50.0, 51.0, 52.0, 53.0, 62.0, 63.0, 64.0, 65.0, 68.0];
+
+impl Part {
+    /// Whether the correction is zero behind each path piece: beside moves that are left alone, and where anything between two moves
+    /// depends on the position, such as G92, a work offset, homing, or a call.
+    #[must_use]
+    pub fn borders(&self) -> Vec<bool> {
+        let shiftable = |owner: Option<usize>| owner.filter(|index| self.is_shiftable(&self.toolpath.moves[*index]));
+        let meets = |pair: [Option<usize>; 2]| match pair.map(shiftable) {
+            [Some(before), Some(after)] => !self.is_neutral_between(before, after),
+            _ => true,
+        };
+        let next = |piece: usize| self.owners.get(piece + 1).copied().flatten();
+        (0..self.owners.len()).map(|piece| meets([self.owners[piece], next(piece)])).collect()
+    }
+
+    /// Whether nothing between two moves needs the programmed position.
+    fn is_neutral_between(&self, before: usize, after: usize) -> bool {
+        let moves = &self.toolpath.moves;
+        // Runs of different path modes are written apart.
+        let alike = self.stops_exactly(&moves[before]) == self.stops_exactly(&moves[after]);
+        let stays =
+            moves[before + 1..after].iter().all(|step| matches!(step.kind, MoveKind::Dwell { .. }) || self.is_shiftable(step));
+        let (first, last) = (moves[before].block as usize, moves[after].block as usize);
+        // Of the words of the first block, the M codes may act after its motion.
+        let own = self.program.block_words(first).iter().filter(|word| word.is(b'M'));
+        let others = (first + 1..=last).flat_map(|block| self.program.block_words(block));
+        let neutral = |word: &Word| is_neutral(word, self.program.text(word.span));
+        alike && stays && !self.is_interrupted(before, after) && own.chain(others).all(neutral)
+    }
+}
+
+fn is_neutral(word: &Word, text: &[u8]) -> bool {
+    match word.kind {
+        WordKind::Comment | WordKind::BlockDelete | WordKind::Percent | WordKind::Motion => true,
+        WordKind::Expression | WordKind::Assignment | WordKind::Flow if reads_position(text) => false,
+        WordKind::Expression if word.value.is_nan() => false,
+        WordKind::Assignment | WordKind::Flow => true,
+        WordKind::Number | WordKind::Expression => match word.letter {
+            b'G' => NEUTRAL_G.contains(&word.value),
+            b'M' => NEUTRAL_M.contains(&word.value),
+            b'D' | b'E' | b'H' | b'O' | b'T' | b'U' | b'V' | b'W' => false,
+            _ => true,
+        },
+        WordKind::Keyword | WordKind::Unknown => false,
+    }
+}
+
+/// Whether a statement may read a parameter that holds a position (LinuxCNC #5420 and #<_x>, Fanuc #5001 on), itself or through a
+/// computed number.
+fn reads_position(text: &[u8]) -> bool {
+    [&b"#5"[..], b"#<_", b"##", b"#["].iter().any(|mark| text.windows(mark.len()).any(|window| window == *mark))
+}
