@@ -1,0 +1,98 @@
+//! LinuxCNC's stand-alone interpreter as an oracle: the canonical calls of a program before and after compensation.
+//!
+//! Skipped where `/usr/bin/rs274` is not installed (Debian: `linuxcnc-uspace`). Thousands of programs:
+//!
+//! ```sh
+//! ORACLE_PROGRAMS=5000 cargo test --release --test oracle generated -- --nocapture
+//! ```
+//!
+//! `ORACLE_SEED=7 ORACLE_PROGRAMS=1` runs one program and prints it.
+
+mod cases;
+mod compare;
+mod compensate;
+mod coverage;
+mod events;
+mod follow;
+mod generate;
+mod random;
+mod rs274;
+mod run;
+
+use std::path::{Path, PathBuf};
+
+use run::{Tally, check, numbered};
+
+/// Programs of a run in the gate.
+const PROGRAMS: u64 = 300;
+
+fn setting(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
+fn is_skipped() -> bool {
+    if !rs274::is_installed() {
+        println!("skipped: /usr/bin/rs274 is not installed");
+    }
+    !rs274::is_installed()
+}
+
+#[test]
+fn generated_programs_keep_their_calls() {
+    if is_skipped() {
+        return;
+    }
+    let (first, count) = (setting("ORACLE_SEED").unwrap_or(1), setting("ORACLE_PROGRAMS").unwrap_or(PROGRAMS));
+    let tally = Tally::default();
+    std::thread::scope(|scope| {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
+        for thread in 0..threads {
+            let tally = &tally;
+            scope.spawn(move || {
+                for seed in (first..first + count).skip(thread as usize).step_by(threads as usize) {
+                    let program = generate::program(seed);
+                    let program = if seed % 4 == 0 { program } else { numbered(&program) };
+                    if count == 1 {
+                        println!("{program}");
+                    }
+                    check(&format!("seed {seed}"), program.as_bytes(), seed, tally);
+                }
+            });
+        }
+    });
+    let accepted = tally.report("generated programs");
+    assert!(accepted * 2 > count as usize, "rs274 accepts too few of the generated programs");
+}
+
+/// The programs below a folder.
+fn programs(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    found.sort();
+    let is_program =
+        |path: &PathBuf| path.extension().is_some_and(|ending| ["ngc", "nc", "gcode"].iter().any(|known| ending == *known));
+    found.iter().flat_map(|path| if path.is_dir() { programs(path) } else { vec![path.clone()] }).filter(is_program).collect()
+}
+
+#[test]
+fn programs_of_others_keep_their_calls() {
+    if is_skipped() {
+        return;
+    }
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gcode");
+    let tally = Tally::default();
+    let files = [programs(Path::new("/usr/share/linuxcnc/ncfiles")), programs(&shared)].concat();
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let (files, tally) = (&files, &tally);
+            scope.spawn(move || {
+                for (seed, file) in files.iter().enumerate().filter(|(index, _)| index % 2 == half) {
+                    let program = std::fs::read(file).unwrap();
+                    let text = numbered(&String::from_utf8_lossy(&program));
+                    check(&file.display().to_string(), text.as_bytes(), seed as u64, tally);
+                }
+            });
+        }
+    });
+    tally.report("programs of others");
+}
