@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::ReadOptions;
-use gcode::{Dialect, PassiveCodes};
+use gcode::{DecimalPoint, Dialect, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
 use pipeline::model_based_ilc::LawName;
 use pipeline::part::{GivenOffset, Subprograms};
@@ -50,6 +50,9 @@ pub struct ProgramArgs {
     /// refused whose feed moves run several times or in other files
     #[arg(long)]
     pub expand: bool,
+    /// How the control reads coordinates without a decimal point: X50 as 50 mm, or as 0.050 mm. When left out, the control's profile decides
+    #[arg(long, value_enum)]
+    pub decimal_point: Option<DecimalPointName>,
     /// Work offset: machine minus program coordinates, mm; for one coordinate system with its name, as in G55=10,20,0. Without it
     /// terms that depend on position are left out
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
@@ -85,6 +88,7 @@ impl ProgramArgs {
             expand: self.expand,
             // Those beside the program, once it is known.
             subprograms: Subprograms::default(),
+            decimal_point: self.decimal_point.map(Into::into),
             work_offsets: self.work_offset.clone(),
             tool_length_mm: self.tool_length,
             at_zero: false,
@@ -132,6 +136,24 @@ impl From<DialectName> for Dialect {
         match name {
             DialectName::Fanuc => Self::Fanuc,
             DialectName::Linuxcnc => Self::LinuxCnc,
+        }
+    }
+}
+
+/// A reading of coordinates without a decimal point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DecimalPointName {
+    /// Units: X50 is 50 mm (calculator-type input)
+    Unit,
+    /// Least input increments: X50 is 0.050 mm (IS-B)
+    LeastIncrement,
+}
+
+impl From<DecimalPointName> for DecimalPoint {
+    fn from(name: DecimalPointName) -> Self {
+        match name {
+            DecimalPointName::Unit => Self::Unit,
+            DecimalPointName::LeastIncrement => Self::LeastIncrement,
         }
     }
 }

@@ -42,6 +42,19 @@ pub enum ArcCentres {
     Absolute,
 }
 
+/// Reading of a coordinate without a decimal point.
+///
+/// Fanuc controls read it by parameter 3401, bit 0 (DPI): in least input increments, or in units ("calculator-type
+/// input"; 0i-F Operator's Manual, "Decimal Point Programming"). LinuxCNC, Grbl and SINUMERIK read units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DecimalPoint {
+    /// `X50` is 50 mm.
+    #[default]
+    Unit,
+    /// `X50` is 0.050 mm or 0.0050 in, `A50` is 0.050° (increment system IS-B).
+    LeastIncrement,
+}
+
 /// Interpreter settings that the program does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -54,6 +67,8 @@ pub struct Options {
     /// Whether the block-delete switch is on, so that `/` blocks are skipped. `None`: they may run
     /// or not.
     pub block_delete: Option<bool>,
+    /// Reading of coordinates without a decimal point. See [`undecided_point`](crate::undecided_point).
+    pub decimal_point: DecimalPoint,
     /// Position at the start of the program, mm, if known.
     pub start_mm: Option<[f64; 3]>,
     /// Tolerance on arc radii. `None`: LinuxCNC's rule.
@@ -75,6 +90,7 @@ impl From<Dialect> for Options {
             units: Units::Mm,
             arc_centres: ArcCentres::Auto,
             block_delete: None,
+            decimal_point: DecimalPoint::Unit,
             start_mm: None,
             arc_tolerance: None,
             passive: PassiveCodes::default(),

@@ -31,6 +31,7 @@
 mod acting;
 mod arc;
 mod cycle;
+mod decimal_point;
 mod diagnostic;
 mod dialect;
 mod dialogue;
@@ -54,8 +55,9 @@ mod word;
 pub use acting::is_motion_word;
 pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
+pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, undecided_point};
 pub use diagnostic::{Diagnostic, Severity};
-pub use dialect::{ArcCentres, Dialect, Options};
+pub use dialect::{ArcCentres, DecimalPoint, Dialect, Options};
 pub use dialogue::renumber;
 pub use edit::{Edits, edit};
 pub use error::GcodeError;

@@ -354,3 +354,13 @@ fn a_block_that_changes_an_offset_with_its_motion_is_left_alone_on_fanuc() {
         assert_eq!(feeds(&part, Dialect::Fanuc)[0], Shiftable::No(Fixed::ToolChange), "{word}");
     }
 }
+
+#[test]
+fn words_that_do_nothing_do_not_refuse_a_program() {
+    let part = parse("G21 G90 G17 F600\nG0 X0 Y0 Z0\nG1 X10 L20\nG3 X10 Y10 I0 J5 K0\n");
+    let path = interpret(&part, &Dialect::Fanuc.into()).expect("accepted");
+    assert_eq!(path.warnings.len(), 1, "{:?}", path.warnings);
+    assert!(path.warnings[0].message.starts_with("L has no meaning"));
+    assert!(path.moves[1..].iter().all(|step| step.shiftable == Shiftable::Yes));
+    assert!(interpret(&part, &Dialect::LinuxCnc.into()).is_err());
+}

@@ -41,8 +41,9 @@ pub use simulated::{Run, SimulatedMachine};
 pub use spec::{
     AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, CommentStyle, ControllerSpec, DriveSpec, FiveAxisSpec, FrictionSpec,
     GearSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch, PathSpec, PreslidingSpec,
-    ProfileFormat, ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch,
-    RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic, WORK_SYSTEMS, Warming, Wave,
+    ProfileFormat, ProgramDecimalPoint, ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec, RotaryFrictionSpec,
+    RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec, TorqueHarmonic,
+    WORK_SYSTEMS, Warming, Wave,
 };
 
 /// A machine: commanded motion in, actual motion out.

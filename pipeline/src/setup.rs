@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use gcode::Dialect;
-use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDialect, ProgramWords};
+use gcode::{DecimalPoint, Dialect};
+use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDecimalPoint, ProgramDialect, ProgramWords};
 use models::Bundle;
 use motion::{Kinematics, Limits, PlanSettings};
 
@@ -29,6 +29,8 @@ pub struct Setup {
     pub controller: Option<ControllerSpec>,
     /// Program dialect of the control, where the profile states one.
     pub dialect: Option<Dialect>,
+    /// Reading of coordinates without a decimal point, where the profile states one.
+    pub decimal_point: Option<DecimalPoint>,
     /// Travel of every axis, lowest and highest position, mm or rad; `None` for an unlimited axis.
     pub travel: Vec<Option<[f64; 2]>>,
     /// Work offsets by coordinate system name, mm, machine minus program coordinates, as far as the machine description
@@ -47,6 +49,10 @@ impl Setup {
             ProgramDialect::Fanuc => Dialect::Fanuc,
             ProgramDialect::LinuxCnc => Dialect::LinuxCnc,
         });
+        let decimal_point = controller.and_then(|controller| controller.decimal_point).map(|point| match point {
+            ProgramDecimalPoint::Unit => DecimalPoint::Unit,
+            ProgramDecimalPoint::LeastIncrement => DecimalPoint::LeastIncrement,
+        });
         Ok(Self {
             name: machine.name.clone(),
             kinematics: machine.kinematics()?,
@@ -56,6 +62,7 @@ impl Setup {
             plan: machine.plan_settings(),
             controller,
             dialect,
+            decimal_point,
             travel: machine.axes.iter().map(AxisSpec::travel).collect(),
             work_offsets: machine.work_offsets.clone(),
         })

@@ -1,8 +1,10 @@
 //! Blocks that were once written wrongly, each with what the output has to hold. Needs no LinuxCNC.
 
+use gcode::{DecimalPoint, Dialect};
 use pipeline::refit::TimeEncoding;
+use pipeline::{Error, Part, ReadSettings};
 
-use crate::compensate::{Way, read, write};
+use crate::compensate::{Way, read, setup, write};
 
 fn way(controller: &'static str, encoding: TimeEncoding) -> Way {
     Way { controller, encoding, decimals: 4, block_delete: None }
@@ -92,4 +94,35 @@ fn a_motion_code_alone_in_its_block_does_not_govern_written_lines() {
 fn a_change_of_the_path_mode_starts_where_the_program_states_it() {
     let text = kept("G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 Y5.43215 F2400\nG61.1\nG1 X30\nX40\nM2\n");
     assert!(before(&text, "G61.1").contains("Y5.43215"), "{text}");
+}
+
+/// A program read for the control of this profile, which is no LinuxCNC.
+fn read_fanuc(program: &str, profile: &'static str, decimal_point: Option<DecimalPoint>) -> Result<Part, Error> {
+    let settings = ReadSettings { dialect: Some(Dialect::Fanuc), decimal_point, ..ReadSettings::default() };
+    Part::read("integers.nc", program, &setup(profile), &settings)
+}
+
+const INTEGERS: &str = "G21 G90 G17\nG0 X0 Y0 Z0\nG1 X40000 F2400\nG3 Y20000 J10000\nG1 X0\nG0 Z5000\nM30\n";
+
+#[test]
+fn a_program_without_decimal_points_is_a_question_unless_the_control_answers_it() {
+    let Err(Error::Program { text, .. }) = read_fanuc(INTEGERS, "fanuc", None) else { panic!("it is read") };
+    assert!(text.contains("X40000 has no decimal point") && text.contains("--decimal-point least-increment"), "{text}");
+    assert!(read_fanuc(INTEGERS, "grbl", None).is_ok());
+    assert!(read_fanuc(INTEGERS, "fanuc", Some(DecimalPoint::Unit)).is_ok());
+    let mixed = INTEGERS.replace("Z5000", "Z5.");
+    assert!(read_fanuc(&mixed, "generic", None).is_err());
+}
+
+#[test]
+fn a_program_in_increments_stays_in_increments() {
+    let part = read_fanuc(INTEGERS, "fanuc", Some(DecimalPoint::LeastIncrement)).unwrap();
+    assert_eq!(part.toolpath.moves[1].end.nominal_mm(), [40.0, 0.0, 0.0]);
+    let output = write(part, &way("generic", TimeEncoding::Keep), 3).unwrap();
+    let text = String::from_utf8(output.bytes).unwrap();
+    let written: Vec<&str> =
+        text.lines().skip(2).filter(|line| !line.starts_with(['G', 'M']) || line.starts_with("G1")).collect();
+    assert!(written.len() > 10 && !written.iter().any(|line| line.contains('.')), "{text}");
+    let largest = text.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse::<u32>().ok()).max();
+    assert!(largest.is_some_and(|largest| largest.abs_diff(50_000) < 100), "the arc reaches X50000: {text}");
 }

@@ -36,7 +36,9 @@ impl Interpreter<'_> {
     pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
         let plane = self.modal.plane;
         let [first, second, normal] = plane.axes();
-        if let Some(index) = words.index(CENTRE_LETTERS[normal]) {
+        // Postprocessors for Fanuc controls write a zero for the third axis. LinuxCNC refuses it.
+        let is_zero = self.options.dialect == Dialect::Fanuc && words.number(self.program, CENTRE_LETTERS[normal]) == Some(0.0);
+        if let Some(index) = words.index(CENTRE_LETTERS[normal]).filter(|_| !is_zero) {
             self.report.error(self.span(index), "this centre word is not in the plane of the arc", Some("check G17, G18, G19"));
             return None;
         }
@@ -60,7 +62,7 @@ impl Interpreter<'_> {
                 None
             }
             (Some(index), None) => {
-                let radius = words.number(self.program, b'R').unwrap_or(0.0) * self.modal.units.mm();
+                let radius = self.coordinate(words, b'R').unwrap_or(0.0) * self.modal.units.mm();
                 ends.with_radius(radius).map_err(|fault| self.report_arc(fault, index, None)).ok()
             }
             (None, None) => {
@@ -100,7 +102,7 @@ impl Interpreter<'_> {
         let [first, second, _] = ends.plane.axes();
         let unit = self.modal.units.mm();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute;
-        let offset = [first, second].map(|axis| words.number(self.program, CENTRE_LETTERS[axis]).map(|value| value * unit));
+        let offset = [first, second].map(|axis| self.coordinate(words, CENTRE_LETTERS[axis]).map(|value| value * unit));
         let shift = [self.modal.shift[first], self.modal.shift[second]];
         let incremental = [0, 1].map(|k| ends.start[k] + offset[k].unwrap_or(0.0));
         let absolute = [0, 1].map(|k| shift[k] + offset[k].unwrap_or(0.0));

@@ -16,6 +16,11 @@ const SHAPING: &[u8] = b"XYZABCIJKRF";
 /// Letters that have their own meaning in every block.
 const FREE: &[u8] = b"NOSTHDF";
 
+/// Whether a code beside a feed move leaves an L to nothing.
+fn takes_no_l(code: Code) -> bool {
+    !matches!(code, Code::OneShot(_) | Code::Silent)
+}
+
 impl Interpreter<'_> {
     /// Checks a feed move and reports every error. Returns whether there is none.
     pub fn check_feed_move(&mut self, words: &Gathered, motion: Motion, at: usize) -> bool {
@@ -49,6 +54,9 @@ impl Interpreter<'_> {
             let letter = char::from(self.program.words()[index].letter);
             self.report.error(self.span(index), format!("{letter} has no meaning in this feed move"), None);
             return false;
+        }
+        if let Some(index) = words.index(b'L').filter(|_| words.m.is_empty() && words.g.iter().all(|g| takes_no_l(g.code))) {
+            self.report.warning(self.span(index), "L has no meaning in this feed move and is left as it is", None);
         }
         if !self.units_stated {
             // One warning is enough. An option that was set explicitly needs none.
@@ -112,7 +120,9 @@ impl Interpreter<'_> {
             b'I' | b'J' | b'K' => is_arc || compensating,
             b'R' => is_arc,
             b'P' => taken_by_code || (is_arc && linux_cnc),
-            b'Q' | b'E' | b'L' => taken_by_code,
+            // Repeats of cycles and calls.
+            b'L' => taken_by_code || !linux_cnc,
+            b'Q' | b'E' => taken_by_code,
             _ => false,
         };
         (b'A'..=b'Z').filter(|letter| !allowed(*letter)).filter_map(|letter| words.index(letter)).min()

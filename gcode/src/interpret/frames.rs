@@ -5,15 +5,27 @@
 
 use super::gather::Gathered;
 use super::state::Interpreter;
-use crate::dialect::Dialect;
+use crate::decimal_point::{ANGLE_INCREMENT, has_point, length_increment};
+use crate::dialect::{DecimalPoint, Dialect};
 use crate::modal::{Distance, WorkOffset};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
+    /// Value of a coordinate in program units or degrees, also where it is written in increments.
+    pub fn coordinate(&self, words: &Gathered, letter: u8) -> Option<f64> {
+        let word = self.program.words().get(words.index(letter)?)?;
+        let value = word.number()?;
+        if self.options.decimal_point == DecimalPoint::Unit || has_point(self.program, word) {
+            return Some(value);
+        }
+        let increment = if matches!(letter, b'A' | b'B' | b'C') { ANGLE_INCREMENT } else { length_increment(self.modal.units) };
+        Some(value * increment)
+    }
+
     /// Value of a word, mm or rad. `None` if it is no coordinate.
     pub fn scaled(&self, words: &Gathered, axis: usize) -> Option<f64> {
-        let number = words.number(self.program, AXIS_LETTERS[axis]).filter(|n| n.abs() <= LARGEST_COORDINATE)?;
+        let number = self.coordinate(words, AXIS_LETTERS[axis]).filter(|n| n.abs() <= LARGEST_COORDINATE)?;
         Some(if axis < 3 { number * self.modal.units.mm() } else { number.to_radians() })
     }
 
@@ -131,7 +143,7 @@ impl Interpreter<'_> {
         let (seconds, taken) = match self.options.dialect {
             Dialect::LinuxCnc => (number(b'P'), false),
             Dialect::Fanuc if words.has(b'P') => (number(b'P').map(|ms| ms / 1000.0), false),
-            Dialect::Fanuc => (number(b'X').or_else(|| number(b'U')), true),
+            Dialect::Fanuc => (self.coordinate(words, b'X').or_else(|| self.coordinate(words, b'U')), true),
         };
         self.push_fixed(MoveKind::Dwell { seconds }, self.position, Fixed::Dwell, false);
         taken

@@ -201,7 +201,7 @@ impl Interpreter<'_> {
         let level = |letter: u8, base: Option<f64>, old: Option<f64>| match words.index(letter) {
             None => old,
             Some(_) => {
-                let value = words.number(self.program, letter).filter(|n| n.abs() <= LARGEST_COORDINATE)? * unit;
+                let value = self.coordinate(words, letter).filter(|n| n.abs() <= LARGEST_COORDINATE)? * unit;
                 if incremental { Some(base? + value) } else { Some(value + shift) }
             }
         };

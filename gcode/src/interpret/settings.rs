@@ -3,8 +3,9 @@
 use super::codes::{Code, OneShot, PathCode, cancels};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
-use crate::dialect::Dialect;
-use crate::modal::{CutterCompensation, FeedMode, PathMode, ToolLength, WorkOffset};
+use crate::decimal_point::has_point;
+use crate::dialect::{DecimalPoint, Dialect};
+use crate::modal::{CutterCompensation, FeedMode, PathMode, ToolLength, Units, WorkOffset};
 use crate::position::AXIS_LETTERS;
 
 impl Interpreter<'_> {
@@ -40,11 +41,23 @@ impl Interpreter<'_> {
 
     fn read_feed(&mut self, words: &Gathered) {
         let Some(index) = words.index(b'F') else { return };
-        self.feed = match self.program.words()[index].number() {
+        self.feed = match self.program.words()[index].number().map(|written| written * self.feed_increment(index)) {
             Some(written) if self.modal.feed_mode == FeedMode::InverseTime => FeedWord::Value { written, mm: written },
             Some(written) => FeedWord::Value { written, mm: written * self.modal.units.mm() },
             None => FeedWord::Unpredictable { block: self.block },
         };
+    }
+
+    /// Unit of an F without a decimal point: 1 mm/min, 0.01 in/min, 0.01 mm/rev, 0.0001 in/rev where
+    /// numbers count increments (Fanuc 0i-F Operator's Manual, "Feed Functions").
+    fn feed_increment(&self, index: usize) -> f64 {
+        let counts = self.options.decimal_point == DecimalPoint::LeastIncrement;
+        match (self.modal.feed_mode, self.modal.units) {
+            _ if !counts || has_point(self.program, &self.program.words()[index]) => 1.0,
+            (FeedMode::PerMinute, Units::Mm) | (FeedMode::InverseTime, _) => 1.0,
+            (FeedMode::PerMinute, Units::Inch) | (FeedMode::PerRevolution, Units::Mm) => 0.01,
+            (FeedMode::PerRevolution, Units::Inch) => 0.0001,
+        }
     }
 
     fn read_spindle_and_tool(&mut self, words: &Gathered) {

@@ -105,6 +105,10 @@ pub struct ControllerSpec {
     /// Dialect of its programs. Absent: detected from each program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dialect: Option<ProgramDialect>,
+    /// Reading of coordinates without a decimal point. Absent: it is a setting of the control, and has to be stated for
+    /// programs that depend on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decimal_point: Option<ProgramDecimalPoint>,
     /// Path tolerance of compensated segments, mm. Absent: that of the program. LinuxCNC: `G64 P…
     /// Q0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -139,6 +143,16 @@ pub enum ProgramDialect {
     Fanuc,
     /// LinuxCNC.
     LinuxCnc,
+}
+
+/// Reading of a coordinate without a decimal point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProgramDecimalPoint {
+    /// In units: `X50` is 50 mm.
+    Unit,
+    /// In least input increments: `X50` is 0.050 mm.
+    LeastIncrement,
 }
 
 impl ControllerSpec {
@@ -301,6 +315,7 @@ impl Default for ControllerSpec {
             format: ProfileFormat::G93,
             point_spacing_ms: 4.0,
             dialect: None,
+            decimal_point: None,
             path_tolerance_mm: None,
             comments: CommentStyle::Parentheses,
         }

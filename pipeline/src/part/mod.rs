@@ -14,8 +14,8 @@ mod tool_path;
 use std::collections::BTreeMap;
 
 use gcode::{
-    Dialect, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable, ToolLength,
-    Toolpath,
+    DecimalPoint, Dialect, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable,
+    ToolLength, Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -50,6 +50,8 @@ pub struct ReadSettings {
     pub expand: bool,
     /// Files of subprograms.
     pub subprograms: Subprograms,
+    /// Reading of coordinates without a decimal point; `None` takes that of the setup, else refuses a program that depends on it.
+    pub decimal_point: Option<DecimalPoint>,
     /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
     pub work_offsets: Vec<GivenOffset>,
     /// Tool length, mm, where the Z offsets do not contain it.
@@ -68,6 +70,7 @@ impl Default for ReadSettings {
             block_delete: None,
             expand: false,
             subprograms: Subprograms::default(),
+            decimal_point: None,
             work_offsets: Vec::new(),
             tool_length_mm: 0.0,
             at_zero: false,
@@ -137,7 +140,13 @@ impl Part {
             return Err(Error::ToolLengthOfTurningMachine);
         }
         let dialect = settings.dialect.or(setup.dialect).unwrap_or_else(|| Dialect::detect(&program));
-        let options = Options { passive: settings.passive, block_delete: settings.block_delete, ..dialect.into() };
+        let stated = settings.decimal_point.or(setup.decimal_point);
+        let decimal_point = stated.unwrap_or_default();
+        let options = Options { passive: settings.passive, block_delete: settings.block_delete, decimal_point, ..dialect.into() };
+        if let (None, Some(open)) = (stated, gcode::undecided_point(&program, &options)) {
+            let diagnostics = vec![open];
+            return Err(Error::Program { text: render(&diagnostics, &program, name), diagnostics });
+        }
         let given = WorkOffsets::new(&settings.work_offsets, &setup.work_offsets, settings.tool_length_mm);
         let offsets = if settings.at_zero { given.or_zero() } else { given };
         let plan = PlanSettings { corner_tolerance_mm: settings.corner_tolerance_mm, ..setup.plan_settings() };
@@ -234,6 +243,7 @@ impl Part {
             plan: self.settings.clone(),
             controller: None,
             dialect: None,
+            decimal_point: None,
             travel: Vec::new(),
             work_offsets: BTreeMap::new(),
         };

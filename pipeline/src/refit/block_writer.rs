@@ -1,6 +1,9 @@
 //! Blocks of a compensated program, in its own units.
 
-use gcode::{Distance, FeedMode, Move, Units, append_number, format_number};
+use gcode::{
+    ANGLE_INCREMENT, DecimalPoint, Distance, FeedMode, Move, Units, append_number, format_number, is_integer_program,
+    length_increment,
+};
 use motion::Vec6;
 
 use super::element::{Element, ElementArc, Target};
@@ -15,6 +18,22 @@ pub(super) fn stated_axes(part: &Part) -> Vec<usize> {
     let turns = |name: &str| kinematics.has_rotary_axes() && kinematics.axes().iter().any(|axis| axis.name == name);
     let named = part.named_axes();
     (0..6).filter(|axis| named[*axis] && (*axis < 3 || turns(["a", "b", "c"][*axis - 3]))).collect()
+}
+
+/// Decimals of the least input increment, mm.
+pub(super) const INCREMENT_DECIMALS: usize = 3;
+
+/// Whether lines state whole increments, without a decimal point, as all coordinates of the program do.
+pub(super) fn counts_increments(part: &Part) -> bool {
+    part.options.decimal_point == DecimalPoint::LeastIncrement && is_integer_program(&part.program)
+}
+
+/// Appends a word whose `value` is a whole number of increments. Returns the value that a control reads from it.
+fn append_increments(text: &mut String, letter: char, value: f64, increment: f64) -> Result<f64> {
+    text.push(letter);
+    let count = append_number(text, value / increment, 0)?;
+    text.truncate(text.trim_end_matches('.').len());
+    Ok(count * increment)
 }
 
 /// Distance from its programmed end up to which an axis counts as not shifted, mm or rad: the rounding of sums of numbers.
@@ -38,6 +57,8 @@ pub(super) struct Writer<'a> {
     written: Vec6,
     /// Axes that lines may state.
     axes: &'a [usize],
+    /// Whether lines state whole increments.
+    counts: bool,
     mode: FeedMode,
     /// Motion code in force; `None` before the first line.
     code: Option<&'static str>,
@@ -55,6 +76,7 @@ impl<'a> Writer<'a> {
             notation,
             written: coordinates(&first.start),
             axes,
+            counts: counts_increments(part),
             mode: modal.feed_mode,
             code: None,
             // In dialogue the feed in force may be that of the tool call: the first line states it.
@@ -161,6 +183,8 @@ impl<'a> Writer<'a> {
             let decimals = if (target.point[axis] - end[axis]).abs() < UNSHIFTED { own.max(PROGRAM_DECIMALS) } else { own };
             // The value as the control reads it, so that incremental programs do not accumulate rounding errors.
             let read = match axis {
+                0..3 if self.counts => append_increments(text, letter, value / units.mm(), length_increment(units))? * units.mm(),
+                _ if self.counts => append_increments(text, letter, value.to_degrees(), ANGLE_INCREMENT)?.to_radians(),
                 0..3 => self.notation.append_coordinate(text, letter, value / units.mm(), decimals)? * units.mm(),
                 _ => self.notation.append_coordinate(text, letter, value.to_degrees(), decimals)?.to_radians(),
             };
@@ -186,8 +210,13 @@ impl<'a> Writer<'a> {
                 Distance::Incremental => start[axis],
                 Distance::Absolute => modal.shift[axis],
             };
-            text.push(['I', 'J', 'K'][axis]);
-            append_number(text, (centre - zero) / modal.units.mm(), self.decimals(modal.units))?;
+            let (letter, value) = (['I', 'J', 'K'][axis], (centre - zero) / modal.units.mm());
+            if self.counts {
+                append_increments(text, letter, value, length_increment(modal.units))?;
+            } else {
+                text.push(letter);
+                append_number(text, value, self.decimals(modal.units))?;
+            }
         }
         Ok(())
     }

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::part::{Part, stated};
 
-use block_writer::stated_axes;
+use block_writer::{INCREMENT_DECIMALS, counts_increments, stated_axes};
 use modes::rounds_less;
 use segment::{Segment, piece_is_shiftable};
 
@@ -151,6 +151,7 @@ pub fn write_program(
     if part.program.language() == Language::Dialogue && !refitted.edits.is_empty() {
         bytes = gcode::renumber(&gcode::parse(bytes))?;
     }
-    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, settings.decimals)?;
+    let decimals = if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals };
+    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, decimals)?;
     Ok((bytes, refitted.largest_shift_mm))
 }

@@ -1,0 +1,88 @@
+//! Coordinates without a decimal point: their value in increments, and programs whose reading is open.
+
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::dialect::{DecimalPoint, Dialect, Options};
+use crate::interpret::interpret;
+use crate::modal::Units;
+use crate::program::{Language, Program};
+use crate::word::Word;
+
+/// Letters of coordinates, which have a least input increment.
+const COORDINATES: &[u8] = b"XYZABCIJKRUVWQ";
+
+/// Least input increment of a length, program units (IS-B).
+pub fn length_increment(units: Units) -> f64 {
+    match units {
+        Units::Mm => 1e-3,
+        Units::Inch => 1e-4,
+    }
+}
+
+/// Least input increment of an angle, degrees (IS-B).
+pub const ANGLE_INCREMENT: f64 = 1e-3;
+
+/// Whether the number of a word has a decimal point.
+pub(crate) fn has_point(program: &Program, word: &Word) -> bool {
+    program.text(word.value_span()).contains(&b'.')
+}
+
+/// The coordinates of a program that are numbers other than 0.
+fn coordinates(program: &Program) -> impl Iterator<Item = &Word> {
+    program.words().iter().filter(|word| COORDINATES.contains(&word.letter) && word.number().is_some_and(|value| value != 0.0))
+}
+
+/// Whether the program writes coordinates, and none of them with a decimal point.
+pub fn is_integer_program(program: &Program) -> bool {
+    coordinates(program).next().is_some() && !coordinates(program).any(|word| has_point(program, word))
+}
+
+/// The first coordinate without a decimal point, as an error, where nothing decides how the control reads it: the
+/// dialect knows both readings, and the arcs of the program fit both or neither.
+pub fn undecided_point(program: &Program, options: &Options) -> Option<Diagnostic> {
+    if options.dialect == Dialect::LinuxCnc || program.language() == Language::Dialogue {
+        return None;
+    }
+    let word = coordinates(program).find(|word| !has_point(program, word))?;
+    let is_read = |decimal_point| interpret(program, &Options { decimal_point, ..*options }).is_ok();
+    if is_read(DecimalPoint::Unit) && !is_read(DecimalPoint::LeastIncrement) {
+        return None;
+    }
+    let text = String::from_utf8_lossy(program.text(word.span)).into_owned();
+    let value = word.value;
+    let message = format!("{text} has no decimal point: controls read it as {value} or as {} mm", value * 1e-3);
+    let help =
+        "state --decimal-point unit, or --decimal-point least-increment (0.001 mm, 0.0001 in, 0.001°), as the control is set";
+    Some(Diagnostic::new(program, Severity::Error, word.span, message).with_help(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse;
+
+    fn is_open(text: &str, dialect: Dialect) -> bool {
+        undecided_point(&parse(text), &dialect.into()).is_some()
+    }
+
+    #[test]
+    fn only_a_program_that_can_be_read_in_two_ways_is_open() {
+        let integers = "G21 G90\nG0 X0 Y0 Z0\nG1 X50 F600\nM30\n";
+        assert!(is_open(integers, Dialect::Fanuc) && !is_open(integers, Dialect::LinuxCnc));
+        assert!(is_open(&integers.replace("Y0", "Y1.5"), Dialect::Fanuc), "a mixed program");
+        assert!(!is_open(&integers.replace("X50", "X50."), Dialect::Fanuc), "zero is zero in both readings");
+        // 5 µm and 5.25 mm make no circle.
+        let arc = "G21 G90\nG0 X0. Y0. Z0.\nG1 X10 F600\nG2 X10. Y10.5 I0 J5.25\nM30\n";
+        assert!(!is_open(arc, Dialect::Fanuc));
+        assert!(is_open(&arc.replace("X10. Y10.5", "X10 Y10").replace("5.25", "5"), Dialect::Fanuc));
+    }
+
+    #[test]
+    fn increments_are_thousandths() {
+        let options = Options { decimal_point: DecimalPoint::LeastIncrement, ..Dialect::Fanuc.into() };
+        let text = "G21 G90\nG0 X0 Y0 Z0\nG1 X50000 F600\nG3 Y20000 J10000\nG1 X1.5\nG20 X10000 F20.\nM30\n";
+        let path = interpret(&parse(text), &options).expect("accepted");
+        let x = |index: usize| path.moves[index].end.nominal_mm()[0];
+        assert_eq!([x(1), x(2), x(3)], [50.0, 50.0, 1.5]);
+        assert!((x(4) - 25.4).abs() < 1e-9);
+    }
+}
