@@ -74,7 +74,7 @@ pub enum Fixed {
     Probing,
     /// No motion.
     Dwell,
-    /// The block may be skipped by the block-delete switch.
+    /// The block, or one that states its feed or motion code, may be skipped by the block-delete switch.
     OptionalBlock,
     /// Some words of the block act before its motion and some after, or when is not known, it calls a
     /// subprogram, or a jump leads to it, so several lines cannot replace it.

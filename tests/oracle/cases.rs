@@ -74,6 +74,12 @@ fn coolant_and_spindle_stop_where_they_did() {
 }
 
 #[test]
+fn the_p_of_an_m_code_stays_beside_a_path_mode() {
+    let text = written("G21 G90\nG0 X0 Y0 Z0\nG1 X40 F2400\nG64 Y40 M63 P1\nX0\nM2\n", way("linuxcnc", TimeEncoding::Keep));
+    assert!(text.lines().any(|line| line.contains("M63 P1")), "{text}");
+}
+
+#[test]
 fn the_turns_of_an_arc_are_written_out() {
     let text = kept("G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F2400\nG3 X10 Y0 Z2 I-5 J0 P3\nG1 X0\nM2\n");
     assert!(!text.contains('P'), "{text}");

@@ -87,7 +87,7 @@ fn number(part: &Part, block: usize) -> Option<u32> {
 fn corner_mm(part: &Part) -> f64 {
     let tolerance = |step: &gcode::Move| match part.toolpath.modal(step).path {
         PathMode::Continuous { tolerance_mm: Some(mm), .. } if part.states_path => mm,
-        _ => 0.0,
+        _ => part.settings.corner_tolerance_mm,
     };
     part.toolpath.moves.iter().map(tolerance).fold(0.0, f64::max)
 }

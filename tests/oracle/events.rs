@@ -7,6 +7,8 @@ use crate::rs274::Call;
 /// X, Y, Z in mm, A, B, C in degrees.
 pub type Point = [f64; 6];
 
+/// Distance of the ends of a full circle, mm: printed digits, also those of inches before a change of units.
+const CLOSED_MM: f64 = 0.01;
 /// The feed mode at the start, and in inverse time.
 const UNITS_PER_MINUTE: &str = "0, 0";
 /// Longest chord of an arc that is compared, as a share of its sweep.
@@ -131,7 +133,7 @@ impl State {
         let turned = (direction * (angle(&end) - angle(&start))).rem_euclid(TAU);
         // A full circle ends where it starts, up to the printed digits.
         let apart = (end[first] - start[first]).hypot(end[second] - start[second]);
-        let turned = if apart < 3e-4 * self.unit_mm { TAU } else { turned };
+        let turned = if apart < CLOSED_MM { TAU } else { turned };
         let sweep = direction * (turned + TAU * (turns.abs() - 1.0));
         let count = (sweep.abs() / CHORDS).ceil().max(2.0) as usize;
         self.at = end;

@@ -150,7 +150,7 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::ToolChange)
         } else if !self.is_splittable() || self.has_unclear_turns(words) {
             Shiftable::No(Fixed::Unsplittable)
-        } else if words.optional {
+        } else if words.optional || self.optional_feed || self.optional_motion {
             Shiftable::No(Fixed::OptionalBlock)
         } else if start.xyz_mm().is_none() || !rotary_known {
             Shiftable::No(Fixed::UnknownStart)

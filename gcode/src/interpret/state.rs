@@ -41,6 +41,9 @@ pub(super) struct Interpreter<'a> {
     pub units_stated: bool,
     pub arc_distance_stated: bool,
     pub arc_faults: usize,
+    /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
+    pub optional_feed: bool,
+    pub optional_motion: bool,
     pub cutter_before: CutterCompensation,
     pub content_seen: bool,
     pub ended: bool,
@@ -92,6 +95,8 @@ impl<'a> Interpreter<'a> {
             units_stated: false,
             arc_distance_stated: false,
             arc_faults: 0,
+            optional_feed: false,
+            optional_motion: false,
             cutter_before: modal.cutter,
             content_seen: false,
             ended: false,

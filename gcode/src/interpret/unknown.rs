@@ -3,7 +3,7 @@
 use super::codes::{Code, OneShot, written};
 use super::gather::Gathered;
 use super::sections::Cause;
-use super::state::Interpreter;
+use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
@@ -45,6 +45,21 @@ impl Interpreter<'_> {
         }
         if words.optional {
             self.note_optional(words);
+        }
+        self.note_optional_modes(words);
+    }
+
+    /// A feed and a motion code of an optional block are uncertain until another block states them.
+    fn note_optional_modes(&mut self, words: &Gathered) {
+        let optional = words.optional;
+        let is_motion = |code: &Code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::CancelCycle);
+        if let Some(g) = words.g.iter().find(|g| is_motion(&g.code)) {
+            let same = self.motion.is_some_and(|motion| g.code == Code::Motion(motion));
+            self.optional_motion = optional && (self.optional_motion || !same);
+        }
+        if words.has(b'F') {
+            let same = matches!(self.feed, FeedWord::Value { written, .. } if words.number(self.program, b'F') == Some(written));
+            self.optional_feed = optional && (self.optional_feed || !same);
         }
     }
 

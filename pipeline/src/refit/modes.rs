@@ -60,12 +60,14 @@ impl<'a> Modes<'a> {
         let own = (self.next_block..=block).filter(|block| program.runs_once(*block));
         for words in own.map(|block| program.block_words(block)) {
             let path = self.states_path && words.iter().any(states_path);
+            // An M code of the block may take P and Q.
+            let taken = words.iter().any(|word| word.is(b'M'));
             // In inverse time LinuxCNC wants a feed in every block with a motion code, also without motion.
             let idle = self.is_timed && !words.iter().any(|word| word.is(b'F') || b"XYZABCIJK".contains(&word.letter));
             let is_other = |word: &&Word| {
                 (word.is(b'G') && self.other_feeds.contains(&word.value))
                     || (idle && word.is(b'G') && FEED_MOTIONS.contains(&word.value))
-                    || (path && (states_path(word) || word.is(b'P') || word.is(b'Q')))
+                    || (path && (states_path(word) || !taken && (word.is(b'P') || word.is(b'Q'))))
             };
             for word in words.iter().filter(is_other) {
                 let blank = Span { start: word.span.end, end: word.span.end + 1 };

@@ -89,11 +89,13 @@ fn is_alike(kind: &MoveKind, element: &Element, rounding_mm: f64) -> bool {
     }
 }
 
-/// Largest rounding of the corners of a move by the control, mm, which points may include: its own tolerance, or that of a neighbour.
+/// Largest rounding of the corners of a move by the control, mm, which points may include: its own tolerance, or that of a
+/// neighbour; that of the plan where the program states none.
 fn corner_mm(part: &Part, index: usize) -> f64 {
     let tolerance = |step: &Move| match part.toolpath.modal(step).path {
         PathMode::Continuous { tolerance_mm: Some(own_mm), .. } => own_mm,
-        _ => 0.0,
+        PathMode::Continuous { .. } | PathMode::Default => part.settings.corner_tolerance_mm,
+        PathMode::ExactPath | PathMode::ExactStop => 0.0,
     };
     let moves = &part.toolpath.moves;
     moves[index.saturating_sub(1)..moves.len().min(index + 2)].iter().map(tolerance).fold(0.0, f64::max)
