@@ -370,5 +370,8 @@ fn a_feed_or_motion_code_that_a_switch_may_skip_leaves_the_moves_after_it_alone(
     let (optional, yes) = (Shiftable::No(Fixed::OptionalBlock), Shiftable::Yes);
     let head = "G21 G90 F600\nG0 X0 Y0 Z0\n";
     assert_eq!(feeds(&format!("{head}G1 X1\n/F700\nX2\nX3 F500\n"), Dialect::LinuxCnc), [yes, optional, yes]);
-    assert_eq!(feeds(&format!("{head}G1 X1\n/G0\n/G1\nX2\nG1 X3\n/G1\nX4\n"), Dialect::LinuxCnc), [yes, optional, yes, yes]);
+    assert_eq!(
+        feeds(&format!("{head}G1 X1\n/G0\n/G1\nX2\nG1 X3\nX4\n/G1\nX5\n"), Dialect::LinuxCnc),
+        [yes, optional, Shiftable::No(Fixed::UnknownStart), yes, yes]
+    );
 }

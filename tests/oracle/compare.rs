@@ -140,8 +140,15 @@ fn length_mm(feed: &Event) -> f64 {
 
 /// Every end of an original feed is the end of a written one, in the same order.
 fn missing_corner(corners: &[Point], ends: &[Point], off_mm: f64) -> Option<String> {
-    let mut ends = ends.iter();
-    let missing = corners.iter().find(|corner| !ends.any(|end| distance(corner, end) <= off_mm))?;
+    let mut from = 0;
+    let mut is_missing = |corner: &&Point| match ends[from..].iter().position(|end| distance(corner, end) <= off_mm) {
+        Some(at) => {
+            from += at;
+            false
+        }
+        None => true,
+    };
+    let missing = corners.iter().find(|corner| is_missing(corner))?;
     Some(format!("no written line ends at {missing:.4?}"))
 }
 

@@ -24,7 +24,7 @@ pub struct Event {
     /// Radius of an arc, 0 for other calls.
     pub radius_mm: f64,
     pub modes: Modes,
-    /// Length unit of the program, mm.
+    /// Largest length unit of the program so far, mm: positions are rounded in it.
     pub unit_mm: f64,
 }
 
@@ -40,6 +40,9 @@ pub struct Modes {
 struct State {
     at: Point,
     unit_mm: f64,
+    coarsest_mm: f64,
+    /// The feed follows the spindle: its rate has no meaning.
+    is_synchronised: bool,
     work: Point,
     shift: Point,
     tool: Point,
@@ -71,6 +74,8 @@ impl State {
         let (mut path, mut radius_mm) = (Vec::new(), 0.0);
         match call.name.as_str() {
             "USE_LENGTH_UNITS" => self.unit_mm = if call.text.contains("MM") { 1.0 } else { 25.4 },
+            "START_SPEED_FEED_SYNC" => self.is_synchronised = true,
+            "STOP_SPEED_FEED_SYNCH" => self.is_synchronised = false,
             "SELECT_PLANE" => self.plane.clone_from(&call.text),
             "SET_G5X_OFFSET" => self.work = self.offset(&call.numbers[1..]),
             "SET_G92_OFFSET" => self.shift = self.offset(&call.numbers),
@@ -96,8 +101,10 @@ impl State {
         if ["STRAIGHT_FEED", "STRAIGHT_TRAVERSE"].contains(&call.name.as_str()) && distance(&start, &self.at) < 1e-9 {
             return None;
         }
-        let modes = Modes { rate: self.modes.rate * self.unit_mm, ..self.modes.clone() };
-        Some(Event { call: call.clone(), start, path, radius_mm, modes, unit_mm: self.unit_mm })
+        self.coarsest_mm = self.coarsest_mm.max(self.unit_mm);
+        let rate = if self.is_synchronised { 0.0 } else { self.modes.rate * self.unit_mm };
+        let modes = Modes { rate, ..self.modes.clone() };
+        Some(Event { call: call.clone(), start, path, radius_mm, modes, unit_mm: self.coarsest_mm })
     }
 
     fn set(&mut self, change: impl FnOnce(&mut Modes)) -> Option<Event> {

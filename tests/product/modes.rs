@@ -75,7 +75,7 @@ fn a_generic_control_gets_the_programs_own_modes() {
 }
 
 /// Options that keep the program's own time encoding.
-const AS_PROGRAMMED: [&str; 4] = ["--controller", "generic", "--format", "keep"];
+const AS_PROGRAMMED: [&str; 6] = ["--controller", "generic", "--format", "keep", "--decimal-point", "unit"];
 
 #[test]
 fn inverse_time_and_feeds_change_within_a_segment_as_programmed() {

@@ -81,7 +81,7 @@ impl Interpreter<'_> {
     fn travel(&mut self, words: &Gathered, kind: MoveKind, why: Fixed, end_unknown: bool, explicit_motion: bool) {
         let start = self.position;
         self.position = self.target(words, 1);
-        if end_unknown {
+        if end_unknown || (self.optional_motion && !explicit_motion) {
             self.lose_named(words, start);
         }
         if !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some() {
@@ -113,7 +113,8 @@ impl Interpreter<'_> {
         };
         let feed = if sound { self.feed_of(words, at) } else { None };
         self.position = end;
-        if machine {
+        // Under a motion code that a switch may skip the move may be another, even a probing move.
+        if machine || (self.optional_motion && !explicit_motion) {
             self.lose_named(words, start);
         }
         let (Some(kind), Some(feed)) = (kind, feed) else { return };
