@@ -60,8 +60,8 @@ impl<'a> Modes<'a> {
         let own = (self.next_block..=block).filter(|block| program.runs_once(*block));
         for words in own.map(|block| program.block_words(block)) {
             let path = self.states_path && words.iter().any(states_path);
-            // An M code of the block may take P and Q.
-            let taken = words.iter().any(|word| word.is(b'M'));
+            // An M code of the block may take P and Q, unless it is one of stops, spindle and coolant.
+            let taken = words.iter().any(|word| word.is(b'M') && !(0.0..10.0).contains(&word.value));
             // In inverse time LinuxCNC wants a feed in every block with a motion code, also without motion.
             let idle = self.is_timed && !words.iter().any(|word| word.is(b'F') || b"XYZABCIJK".contains(&word.letter));
             let is_other = |word: &&Word| {
