@@ -53,7 +53,7 @@ fn constants_at_the_head_give_the_words_their_values() {
     assert_eq!(words.axes[1].and_then(|index| program.words()[index].number()), Some(2.5));
     // A shifted move gets numbers. All other bytes stay.
     let mut edits = Edits::new();
-    edits.replace_motion(&program, 4, &["G1 X10.01 Y2.49 F10."]).expect("block 4 has motion words");
+    edits.replace_motion(&program, 4, Dialect::LinuxCnc, &["G1 X10.01 Y2.49 F10."]).expect("block 4 has motion words");
     let out = String::from_utf8(edit(&program, &edits).expect("no overlap")).expect("ASCII");
     assert_eq!(out, text.replace("G1 X#1 Y[#1/4] F#1", "G1 X10.01 Y2.49 F10."));
     assert_eq!(edit(&program, &Edits::new()).as_deref(), Ok(text.as_bytes()));

@@ -132,6 +132,12 @@ fn shifts_leave_no_jump() {
     assert_eq!(ends, [Some(12.0), Some(13.0), Some(10.0)]);
     let fresh = read("G21 G92 X0 Y0 Z0\nG1 X1 F100\n");
     assert_eq!(last(&fresh).shiftable, Shiftable::Yes);
+    // G52 of LinuxCNC replaces the offset of that G92, which is not known.
+    let replaced = "G21 G92 X0 Y0 Z0\nG1 X1 F100\nG52 X2\nG1 Y1\nG1 X1\nG1 Y2\n";
+    for (dialect, expected) in [(Dialect::LinuxCnc, [true, false, false, true]), (Dialect::Fanuc, [true; 4])] {
+        let feeds = read_as(dialect, replaced).moves;
+        assert_eq!(feeds.iter().map(|m| m.shiftable == Shiftable::Yes).collect::<Vec<_>>(), expected, "{dialect:?}");
+    }
 }
 
 #[test]
@@ -164,6 +170,13 @@ fn what_makes_a_start_unknown() {
     let linux = read_as(Dialect::LinuxCnc, "G21 G90 G0 X0 Y0 Z0\nG43 H1\nG1 X1 F100\nZ1\nX2\n");
     let starts: Vec<_> = linux.moves[1..].iter().map(|m| m.shiftable == Shiftable::Yes).collect();
     assert_eq!(starts, [false, false, true]);
+    // An offset that the program states may concern any axis, until the next code.
+    let stated = read_as(
+        Dialect::LinuxCnc,
+        "G21 G90 G0 X0 Y0 Z0\nG43.1 Y1 Z-2\nG0 X0 Z0\nG1 X1 F100\nG0 X0 Y0\nG1 X1\nG49\nG0 X0 Z0\nG1 X2\nG0 Y0\nG1 X3\n",
+    );
+    let feeds: Vec<_> = stated.moves.iter().filter(|m| m.is_feed()).map(|m| m.shiftable == Shiftable::Yes).collect();
+    assert_eq!(feeds, [false, true, false, true]);
     let flat = read("G21 G0 X0 Y0\nG1 X1 F100\n");
     assert_eq!(last(&flat).shiftable, Shiftable::Yes, "Z is never named");
 }
@@ -374,4 +387,20 @@ fn a_feed_or_motion_code_that_a_switch_may_skip_leaves_the_moves_after_it_alone(
         feeds(&format!("{head}G1 X1\n/G0\n/G1\nX2\nG1 X3\nX4\n/G1\nX5\n"), Dialect::LinuxCnc),
         [yes, optional, Shiftable::No(Fixed::UnknownStart), yes, yes]
     );
+}
+
+#[test]
+fn an_arc_keeps_its_code_for_moves_behind_blocks_that_may_be_skipped() {
+    let last_arc_is_left_alone = |after: &str| {
+        let path = read(&format!("G21 G17 G90 G0 X0 Y0 Z0\nG2 X10 Y0 I5 J0 F100\nX20 Y0 I5 J0\n{after}\nG1 X0 Y0\n"));
+        let [first, second] = [1, 2].map(|index| path.moves[index].shiftable);
+        assert_eq!(first, Shiftable::Yes);
+        second == Shiftable::No(Fixed::OptionalBlock)
+    };
+    for after in ["/G3\nX30 Y0 I5 J0", "/G2\nX30 Y0 I5 J0"] {
+        assert!(last_arc_is_left_alone(after), "{after}");
+    }
+    for after in ["/F200\nG2 X30 Y0 I5 J0", "X30 Y0 I5 J0\n/G1 X5", "/M8\nG2 X30 Y0 I5 J0"] {
+        assert!(!last_arc_is_left_alone(after), "{after}");
+    }
 }

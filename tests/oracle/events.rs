@@ -54,6 +54,11 @@ pub fn distance(a: &Point, b: &Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
+/// Last printed digit of a coordinate, in units of the program.
+const PRINTED: f64 = 1e-4;
+/// Distance from the target at which a simulated probing move ends, mm.
+const PROBE_SHORT_MM: f64 = 0.254;
+
 /// The calls as events. Feeds, feed modes and path modes become state.
 pub fn events(calls: &[Call]) -> Vec<Event> {
     let modes = Modes { feed: UNITS_PER_MINUTE.to_owned(), ..Modes::default() };
@@ -80,7 +85,8 @@ impl State {
             "SET_G5X_OFFSET" => self.work = self.offset(&call.numbers[1..]),
             "SET_G92_OFFSET" => self.shift = self.offset(&call.numbers),
             "USE_TOOL_LENGTH_OFFSET" => self.tool = self.offset(&call.numbers[..3]),
-            "STRAIGHT_TRAVERSE" | "STRAIGHT_PROBE" => self.at = self.place(&call.numbers),
+            "STRAIGHT_TRAVERSE" => self.at = self.place(&call.numbers),
+            "STRAIGHT_PROBE" => self.at = self.probed(&call.numbers),
             "STRAIGHT_FEED" => {
                 self.at = self.place(&call.numbers);
                 path = vec![start, self.at];
@@ -98,7 +104,9 @@ impl State {
             _ => {}
         }
         // A motion code alone in its block is a move to the present position.
-        if ["STRAIGHT_FEED", "STRAIGHT_TRAVERSE"].contains(&call.name.as_str()) && distance(&start, &self.at) < 1e-9 {
+        if ["STRAIGHT_FEED", "STRAIGHT_TRAVERSE"].contains(&call.name.as_str())
+            && distance(&start, &self.at) < PRINTED * self.unit_mm
+        {
             return None;
         }
         self.coarsest_mm = self.coarsest_mm.max(self.unit_mm);
@@ -119,6 +127,13 @@ impl State {
     fn place(&self, numbers: &[f64]) -> Point {
         let own = self.offset(numbers);
         std::array::from_fn(|axis| own[axis] + self.work[axis] + self.shift[axis] + self.tool[axis])
+    }
+
+    /// End of a probing move: the stand-alone interpreter takes it as [`PROBE_SHORT_MM`] short of the target.
+    fn probed(&self, numbers: &[f64]) -> Point {
+        let target = self.place(numbers);
+        let share = PROBE_SHORT_MM / distance(&self.at, &target).max(PROBE_SHORT_MM);
+        std::array::from_fn(|axis| target[axis] + (self.at[axis] - target[axis]) * share)
     }
 
     /// `ARC_FEED(first end, second end, first centre, second centre, rotation, end along the normal, A, B, C)`.

@@ -26,25 +26,29 @@ pub fn follow(original: &[Point], written: &[Point], off_mm: f64, slack: f64) ->
     let centre = |a: &Point, b: &Point| std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
     let mut points = vec![written[0]];
     points.extend(written.windows(2).flat_map(|pair| [centre(&pair[0], &pair[1]), pair[1]]));
-    let (mut reached, mut before) = (0.0_f64, points[0]);
+    // Where two parts of the path are close to each other a point may belong to either: all places are kept.
+    let (mut reached, mut before) = (vec![0.0_f64], points[0]);
     for point in &points {
-        let step = distance(point, &before);
-        let (low, high) = (reached - slack, reached + step * 1.01 + slack);
+        let step = distance(point, &before) * 1.01;
+        let (low, high) = (reached[0] - slack, reached[reached.len() - 1] + step + slack);
         let from = lengths.partition_point(|length| *length < low).saturating_sub(1);
         let candidates = (from..original.len().saturating_sub(1)).take_while(|k| lengths[*k] <= high);
         let projected = candidates.map(|k| {
             let (off, along) = project(point, &original[k], &original[k + 1]);
             (off, lengths[k] + along)
         });
-        let valid = projected.filter(|(off, at)| *off <= off_mm && (low..=high).contains(at));
-        let wanted = reached + step;
-        let Some((_, at)) = valid.min_by(|a, b| (a.1 - wanted).abs().total_cmp(&(b.1 - wanted).abs())) else {
+        let follows = |at: f64| reached.iter().any(|before| (before - slack..=before + step + slack).contains(&at));
+        let mut next: Vec<f64> = projected.filter(|(off, at)| *off <= off_mm && follows(*at)).map(|(_, at)| at).collect();
+        next.sort_by(f64::total_cmp);
+        next.dedup();
+        if next.is_empty() {
+            let at = reached[reached.len() - 1];
             return Some(format!(
-                "the point {point:.4?} lies beyond {off_mm:.4} mm of the original path at {reached:.3} of {total:.3} mm"
+                "the point {point:.4?} lies beyond {off_mm:.4} mm of the original path at {at:.3} of {total:.3} mm"
             ));
-        };
-        (reached, before) = (at, *point);
+        }
+        (reached, before) = (next, *point);
     }
-    let gap = total - reached;
+    let gap = total - reached[reached.len() - 1];
     (gap > slack).then(|| format!("the written path ends {gap:.4} mm before the original one"))
 }

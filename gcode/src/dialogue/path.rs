@@ -161,10 +161,10 @@ impl Interpreter<'_> {
             Some(Fixed::CutterCompensation)
         } else if self.start_is_computed {
             Some(Fixed::Adjoining)
-        } else if !is_splittable(self.program, self.block, self.options.dialect) {
-            Some(Fixed::Unsplittable)
         } else if has(Effect::ToolChange) {
             Some(Fixed::ToolChange)
+        } else if !is_splittable(self.program, self.block, self.options.dialect) {
+            Some(Fixed::Unsplittable)
         } else if optional {
             Some(Fixed::OptionalBlock)
         } else {

@@ -44,7 +44,9 @@ impl Interpreter<'_> {
     pub fn local_shift(&mut self, words: &Gathered) {
         for axis in self.named(words) {
             let value = self.scaled(words, axis);
-            if value.is_none() {
+            // In LinuxCNC's one store the value replaces the offset of G92, which is not known after a G92 at an unknown position.
+            let replaces = self.options.dialect == Dialect::LinuxCnc && std::mem::take(&mut self.shifts.relaid[axis]);
+            if value.is_none() || replaces {
                 self.position.forget(axis);
             }
             let shift = match self.options.dialect {

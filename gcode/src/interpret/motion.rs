@@ -87,6 +87,7 @@ impl Interpreter<'_> {
         if !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some() {
             self.forget_all();
         }
+        self.keep_code_of_last_arc(words.optional, explicit_motion);
         let fixed = if kind == MoveKind::Rapid && end_unknown { Fixed::MachineCoordinates } else { why };
         self.push_fixed(kind, start, fixed, explicit_motion);
     }
@@ -122,6 +123,7 @@ impl Interpreter<'_> {
             FeedWord::Value { written, .. } => Some(written),
             _ => None,
         };
+        self.keep_code_of_last_arc(words.optional, explicit_motion);
         let shiftable = if decided { self.shiftable(words, start, machine) } else { Shiftable::No(Fixed::RunTime) };
         let (modal, after_shared) = (self.modal_index(), self.take_shared());
         self.moves.push(Move {
@@ -157,6 +159,22 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::UnknownStart)
         } else {
             Shiftable::Yes
+        }
+    }
+
+    /// Leaves the last arc alone where a move relies on its motion code, and blocks between them may be skipped: lines in place of the arc
+    /// would change that code, and no block between can restore it.
+    fn keep_code_of_last_arc(&mut self, optional: bool, explicit_motion: bool) {
+        if optional {
+            self.optional_since_code = true;
+            return;
+        }
+        if std::mem::take(&mut self.optional_since_code) && !explicit_motion {
+            let program = self.program;
+            let last = self.moves.iter_mut().rfind(|step| !program.is_optional(step.block as usize));
+            if let Some(arc) = last.filter(|step| step.shiftable == Shiftable::Yes && matches!(step.kind, MoveKind::Arc(_))) {
+                arc.shiftable = Shiftable::No(Fixed::OptionalBlock);
+            }
         }
     }
 

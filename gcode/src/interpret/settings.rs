@@ -82,7 +82,10 @@ impl Interpreter<'_> {
             Code::Cutter(cutter) => self.set_cutter(words, cutter),
             Code::ReturnLevel(level) => self.modal.return_level = level,
             Code::ToolLength(length) => self.set_tool_length(length),
-            Code::OneShot(OneShot::ToolOffset) => self.modal.tool_length = ToolLength::On,
+            Code::OneShot(OneShot::ToolOffset) => {
+                self.modal.tool_length = ToolLength::On;
+                self.tool_offset_stated = true;
+            }
             Code::WorkOffset(offset) => self.set_work_offset(offset),
             Code::ExtendedWorkOffset => {
                 let number = words.number(self.program, b'P').filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);
@@ -135,10 +138,13 @@ impl Interpreter<'_> {
             (0..3).for_each(|axis| self.position.forget(axis));
         }
         self.modal.tool_length = length;
-        // LinuxCNC reports the same position with another Z. Other controls apply the offset with
-        // the next Z word.
+        // LinuxCNC reports the same position with other coordinates. Other controls apply the offset with the next Z word.
         if self.options.dialect == Dialect::LinuxCnc && !unchanged {
             self.position.forget(2);
+            // G43.1 and G43.2 may have stated offsets of any axis.
+            if std::mem::take(&mut self.tool_offset_stated) {
+                self.forget_all();
+            }
         }
     }
 

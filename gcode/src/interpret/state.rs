@@ -44,6 +44,10 @@ pub(super) struct Interpreter<'a> {
     /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
     pub optional_feed: bool,
     pub optional_motion: bool,
+    /// Whether a block that a switch may skip came after the last motion code or move of the others.
+    pub optional_since_code: bool,
+    /// Whether G43.1 or G43.2 stated the tool offset.
+    pub tool_offset_stated: bool,
     pub cutter_before: CutterCompensation,
     pub content_seen: bool,
     pub ended: bool,
@@ -97,6 +101,8 @@ impl<'a> Interpreter<'a> {
             arc_faults: 0,
             optional_feed: false,
             optional_motion: false,
+            optional_since_code: false,
+            tool_offset_stated: false,
             cutter_before: modal.cutter,
             content_seen: false,
             ended: false,

@@ -56,6 +56,7 @@ impl Interpreter<'_> {
         if let Some(g) = words.g.iter().find(|g| is_motion(&g.code)) {
             let same = self.motion.is_some_and(|motion| g.code == Code::Motion(motion));
             self.optional_motion = optional && (self.optional_motion || !same);
+            self.optional_since_code = optional;
         }
         if words.has(b'F') {
             let same = matches!(self.feed, FeedWord::Value { written, .. } if words.number(self.program, b'F') == Some(written));

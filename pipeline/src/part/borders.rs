@@ -64,5 +64,21 @@ fn is_neutral(word: &Word, text: &[u8]) -> bool {
 /// Whether a statement may read a parameter that holds a position (LinuxCNC #5420 and #<_x>, Fanuc #5001 on), itself or through a
 /// computed number.
 fn reads_position(text: &[u8]) -> bool {
-    [&b"#5"[..], b"#<_", b"##", b"#["].iter().any(|mark| text.windows(mark.len()).any(|window| window == *mark))
+    let computed = [&b"#<_"[..], b"##", b"#["].iter().any(|mark| text.windows(mark.len()).any(|window| window == *mark));
+    computed || text.windows(5).any(|window| window.starts_with(b"#5") && window[2..].iter().all(u8::is_ascii_digit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::reads_position;
+
+    #[test]
+    fn parameters_of_positions_are_known_by_their_numbers() {
+        for text in ["#1=#5420", "[#5001+1]", "#<_x>", "#[#1+1]", "##2"] {
+            assert!(reads_position(text.as_bytes()), "{text}");
+        }
+        for text in ["#5=3", "[#51*2]", "#530+#512", "#<depth>=1"] {
+            assert!(!reads_position(text.as_bytes()), "{text}");
+        }
+    }
 }

@@ -133,7 +133,7 @@ impl Segment<'_> {
         let period = plan.desired.trajectory().period_s();
         let exact = self.part.stops_exactly(step);
         let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
-        let (from_s, to_s) = (self.departure(from_mm), self.time_at(to_mm));
+        let (arrival_s, from_s, to_s) = (self.time_at(from_mm), self.departure(from_mm), self.time_at(to_mm));
         let length = (to_mm - from_mm).max(1e-12);
         // Points of the original geometry at the share of its length that the plan has passed.
         let share_at = |time_s: f64| {
@@ -159,9 +159,12 @@ impl Segment<'_> {
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
         let steps = if exact { 1 } else { (((to_s - from_s) / self.settings.spacing_s).floor() as usize).max(1) };
         let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
+        // Beside a border the tool is where the program states it.
+        let after_border = piece.checked_sub(1).is_none_or(|before| self.borders[before]);
         let point = |i: usize| match i {
-            0 => point_at(from_s, 0.0) + self.shift_at(from_s),
-            // What follows a border starts where the program states it.
+            0 if after_border => coordinates(&step.start),
+            // The end of the piece before, which a dwell does not move.
+            0 => point_at(arrival_s, 0.0) + self.shift_at(arrival_s),
             _ if i == steps && self.borders[piece] => coordinates(&step.end),
             _ if i == steps => point_at(to_s, 1.0) + self.shift_at(to_s),
             _ => corrected(at(i)),
@@ -199,7 +202,7 @@ impl Segment<'_> {
         let [first, second, _] = arc.plane.axes();
         let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
         // Ends that are rounded to one point would be a full circle.
-        let is_short = chord < LEAST_CHORD * 0.1_f64.powi(i32::try_from(self.settings.decimals).unwrap_or(i32::MAX));
+        let is_short = chord < LEAST_CHORD_MM;
         let is_dialogue = self.part.program.language() == Language::Dialogue;
         let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
         if is_short || is_rounded || is_dialogue || self.part.plan.desired.kinematics().has_rotary_axes() {
@@ -234,8 +237,8 @@ const MOST_POINTS: usize = 1024;
 /// Least decimals of coordinates in mm for arcs. With fewer, rounding makes the radii at both ends differ by more than the 5 µm that LinuxCNC accepts.
 const LEAST_ARC_DECIMALS: usize = 3;
 
-/// Least chord of an arc, in units of the last decimal.
-const LEAST_CHORD: f64 = 20.0;
+/// Least chord of an arc, mm: twenty increments of a control with three decimals.
+const LEAST_CHORD_MM: f64 = 0.02;
 
 /// Least number of moves for each parallel task.
 const MOVES_PER_TASK: usize = 256;
