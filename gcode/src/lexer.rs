@@ -56,6 +56,7 @@ pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
             b'(' => (WordKind::Comment, comment_end(line, at)),
             b';' => (WordKind::Comment, line.len()),
             b'%' => (WordKind::Percent, at + 1),
+            b'/' if is_slash_comment(line, at, at_head) => (WordKind::Comment, line.len()),
             b'/' if at_head => (WordKind::BlockDelete, delete_end(line, at)),
             b'#' => assignment(line, at),
             _ if byte.is_ascii_alphabetic() => {
@@ -85,6 +86,22 @@ fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
 
 fn comment_end(line: &[u8], at: usize) -> usize {
     line[at..].iter().position(|b| *b == b')').map_or(line.len(), |close| at + close + 1)
+}
+
+/// Whether `//` begins a comment, as some CAM systems write it. At the head of a line it may be block delete: there it is none where words of
+/// a block follow.
+fn is_slash_comment(line: &[u8], at: usize, at_head: bool) -> bool {
+    let has_words = |text: &[u8]| {
+        let mut at = 0;
+        std::iter::from_fn(|| {
+            at += text[at..].iter().position(u8::is_ascii_alphabetic)?;
+            let run = letters(text, at).len();
+            at += run;
+            Some(run == 1 && scan_number(text, skip_blanks(text, at)).is_some())
+        })
+        .any(|is_word| is_word)
+    };
+    line[at..].starts_with(b"//") && !(at_head && has_words(&line[at..]))
 }
 
 fn delete_end(line: &[u8], at: usize) -> usize {

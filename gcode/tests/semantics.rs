@@ -404,3 +404,25 @@ fn an_arc_keeps_its_code_for_moves_behind_blocks_that_may_be_skipped() {
         assert!(!last_arc_is_left_alone(after), "{after}");
     }
 }
+
+#[test]
+fn moves_beside_a_corner_that_the_control_rounds_are_left_alone() {
+    let path = read("G21 G17 G90 G0 X0 Y0 Z0\nG1 X5 F100\nG1 X10 ,R2.\nY10 ,c1\nX20\nX30\nM30\n");
+    let kinds: Vec<_> = path.moves.iter().filter(|m| m.is_feed()).map(|m| m.shiftable).collect();
+    let adjoining = Shiftable::No(Fixed::Adjoining);
+    assert_eq!(kinds, [Shiftable::Yes, adjoining, adjoining, adjoining, Shiftable::Yes]);
+    assert_eq!(last(&path).start.xyz_mm(), Some([20.0, 10.0, 0.0]));
+    // An angle moves the end, and LinuxCNC has no such words.
+    for (dialect, word) in [(Dialect::Fanuc, ",A45."), (Dialect::Fanuc, ",R"), (Dialect::LinuxCnc, ",R2.")] {
+        let text = format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X10 {word} F100\nY10\n");
+        assert!(interpret(&parse(text), &dialect.into()).is_err(), "{word}");
+    }
+}
+
+#[test]
+fn two_slashes_begin_a_comment_unless_they_hide_a_block() {
+    let path = read("// Part 1\nG21 G17 G90 G0 X0 Y0 Z0 // start X5\nG1 X10 F100 // cut\nN5 // next\nY10\nM30\n");
+    assert_eq!(path.moves.iter().filter(|m| m.shiftable == Shiftable::Yes).count(), 2);
+    assert!(path.warnings.is_empty(), "{:?}", path.warnings);
+    assert!(interpret(&parse("G21 G17 G90 G0 X0 Y0 Z0\n//G1 X10 F100\nG1 Y10 F100\n"), &Dialect::Fanuc.into()).is_err());
+}

@@ -60,6 +60,8 @@ pub struct OutputSettings {
     decimals: Option<usize>,
     spacing_ms: Option<f64>,
     controller: Option<ControllerSpec>,
+    /// Points of a program in place of those by the other settings.
+    points: Option<RefitSettings>,
 }
 
 impl OutputSettings {
@@ -70,7 +72,7 @@ impl OutputSettings {
         // Measured with the planner of this project in place of the control: G93 lengthens the cycle by up to 13 %, the
         // program's own feeds do not lengthen it.
         let own = setup.controller.map_or(OutputFormat::Program(TimeEncoding::Keep), |profile| profile.format.into());
-        Self { format: format.unwrap_or(own), mark: None, decimals, spacing_ms, controller: setup.controller }
+        Self { format: format.unwrap_or(own), mark: None, decimals, spacing_ms, controller: setup.controller, points: None }
     }
 
     /// The same, with this comment at the head of a changed program.
@@ -78,6 +80,15 @@ impl OutputSettings {
     pub fn marked(self, mark: Mark) -> Self {
         let comments = self.controller.map(|profile| profile.comments).unwrap_or_default();
         Self { mark: Some(mark.in_comments(comments)), ..self }
+    }
+
+    /// The same with the points of a program that were chosen by its forecast. Without effect where the output is setpoints.
+    #[must_use]
+    pub fn with_points(self, points: RefitSettings) -> Self {
+        match self.format {
+            OutputFormat::Program(_) => Self { format: OutputFormat::Program(points.encoding), points: Some(points), ..self },
+            OutputFormat::Setpoints(_) => self,
+        }
     }
 
     /// Settings for writing a program; `None` where the output is setpoints.
@@ -89,7 +100,7 @@ impl OutputSettings {
     /// Settings for writing a program, also where the output is setpoints.
     #[must_use]
     pub fn refit(&self) -> RefitSettings {
-        RefitSettings::of(self.format.encoding(), self.decimals, self.spacing_ms, self.controller)
+        self.points.unwrap_or_else(|| RefitSettings::of(self.format.encoding(), self.decimals, self.spacing_ms, self.controller))
     }
 
     /// Sets [`Part::states_path`]: whether compensated segments state a path mode of their own, as on LinuxCNC.

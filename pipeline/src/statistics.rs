@@ -98,6 +98,22 @@ impl Figures {
     }
 }
 
+/// Cost of every sample of a run, mm: contour error of the tip, and the direction's error at a lever of 20 mm.
+///
+/// # Errors
+/// As [`contour_errors`].
+pub fn costs(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<f64>> {
+    let poses = poses_of(actual, desired.kinematics().as_ref())?;
+    let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
+    let errors = errors_from(desired, &tips, &desired.tips())?;
+    let of_tips = errors.iter().map(|error| error.magnitude_mm);
+    if !desired.kinematics().has_rotary_axes() {
+        return Ok(of_tips.collect());
+    }
+    let angles = orientation_errors(&errors, &poses, desired.poses());
+    Ok(of_tips.zip(angles).map(|(tip, direction)| tip.hypot(direction.angle_rad * LEVER_MM)).collect())
+}
+
 /// Error figures over the samples of a run; of a program over its feed moves only.
 ///
 /// # Errors

@@ -63,6 +63,13 @@ pub struct Compensate {
     /// Largest correction of the tool's direction on a machine that turns tool or workpiece, degrees
     #[arg(long, alias = "max-turn", value_name = "DEG", default_value_t = CorrectionLimits::MAX_ROTATION_DEG, value_parser = parse_not_negative)]
     max_rotation: f64,
+    /// Refuse a program with moves that would be left alone because it does not say enough: codes that are not understood, values of run
+    /// time, blocks that may be skipped, starts that are not stated
+    #[arg(long)]
+    strict: bool,
+    /// Largest increase of the cycle time by the compensated program, percent. When left out: 1, and no limit with --format or --spacing
+    #[arg(long, value_name = "PERCENT", value_parser = parse_not_negative)]
+    cycle_limit: Option<f64>,
     /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     tolerance: Option<f64>,
@@ -107,6 +114,9 @@ impl Compensate {
         let format = self.output.settings(&setup);
         let input = source.on(&setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
+        if let Some(part) = input.part().filter(|_| self.strict) {
+            part.check_understood()?;
+        }
         let (input, readback) = self.recorded(input, &format, &printer)?;
         let terms = PositionTerms::of(&model, &input)?;
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
@@ -122,6 +132,10 @@ impl Compensate {
 
         let output = outcome.write(&input, &format, &self.out)?;
         self.show_output(&output, &outcome, &printer);
+        let lines = input.part().map(|part| (line_count(part.program.bytes()), line_count(&output.content)));
+        if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
+            printer.line(print::summary(part, &outcome, lines));
+        }
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
         outputs.add(&self.out, output.content);
@@ -134,6 +148,7 @@ impl Compensate {
             "feeds": feeds,
             "left_out": terms.as_ref().map(print::position_terms_json),
             "reference": readback.as_ref().map(readback_json),
+            "program": input.part().zip(lines).map(|(part, lines)| print::summary_json(part, &outcome, lines)),
         });
         outputs.write(self.common.json.as_deref(), &merged(figures, beside))
     }
@@ -182,8 +197,7 @@ impl Compensate {
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             written: format.program().filter(|_| input.part().is_some()),
-            slowest: if self.output.format.is_some() { f64::INFINITY } else { SLOWEST },
-            ..Settings::default()
+            ..self.points()
         };
         let shown = Shown::default();
         let progress = |event: pipeline::Event<'_>| shown.event(event);
@@ -201,6 +215,15 @@ impl Compensate {
         let feeds = print::feeds_json(&adjusted, goal);
         let Adjusted { input, outcome, .. } = adjusted;
         Ok(Learned { input, outcome, feeds })
+    }
+
+    /// Who states the format or the distance of points has asked for what it costs.
+    fn points(&self) -> Settings {
+        let own = Settings::default();
+        let is_asked = self.output.format.is_some() || self.output.spacing.is_some();
+        let usual = if is_asked { f64::INFINITY } else { own.cycle_limit };
+        let cycle_limit = self.cycle_limit.map_or(usual, |percent| 0.01 * percent);
+        Settings { cycle_limit, fewer_points: self.output.spacing.is_none(), ..own }
     }
 
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
@@ -262,6 +285,10 @@ struct Learned {
     feeds: Value,
 }
 
+fn line_count(bytes: &[u8]) -> usize {
+    bytes.split_inclusive(|byte| *byte == b'\n').count()
+}
+
 /// The keys of both.
 fn merged(mut figures: Value, beside: Value) -> Value {
     if let (Value::Object(figures), Value::Object(beside)) = (&mut figures, beside) {
@@ -272,9 +299,6 @@ fn merged(mut figures: Value, beside: Value) -> Value {
 
 /// Share of its bound from which on a correction counts as cut off by it.
 const AT_BOUND: f64 = 0.99;
-
-/// Share of the cycle time that points with times of their own may cost before the program's feeds are kept.
-const SLOWEST: f64 = 0.03;
 
 fn forecast(input: &Input, model: &Bundle, outcome: &Outcome) -> Result<PathReport> {
     let before = machine_for(model, input.part())?.run(input.command())?;

@@ -2,7 +2,7 @@
 
 use models::Outside;
 use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
-use pipeline::model_based_ilc::Outcome;
+use pipeline::model_based_ilc::{Outcome, WithoutGain};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
@@ -44,6 +44,9 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
     }
     if let Some(left) = input.part().filter(|_| outcome.gained).and_then(left_alone) {
         printer.line(left);
+    }
+    if let Some(line) = without_gain(outcome) {
+        printer.line(line);
     }
     if !outcome.gained {
         printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(input.part())));
@@ -160,6 +163,67 @@ pub fn left_alone(part: &Part) -> Option<String> {
     let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
     let share = 100.0 * part.fixed_share();
     (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
+}
+
+/// Segments without gain that are named one by one.
+const SEGMENTS_NAMED: usize = 5;
+
+/// Segments that are not changed because the forecast gains nothing by it, the longest ones by their lines.
+fn without_gain(outcome: &Outcome) -> Option<String> {
+    let left = &outcome.without_gain;
+    let mut longest: Vec<&WithoutGain> = left.iter().collect();
+    longest.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
+    let named: Vec<String> = longest.iter().take(SEGMENTS_NAMED).map(|segment| segment_without_gain(segment)).collect();
+    let more = if left.len() > named.len() { format!(" and {} shorter ones", left.len() - named.len()) } else { String::new() };
+    (!left.is_empty())
+        .then(|| format!("segments left as they are, because the forecast gains nothing: {}{more}", named.join(", ")))
+}
+
+fn segment_without_gain(of: &WithoutGain) -> String {
+    let ((first, last), (before, after)) = (of.lines, (of.before_mm, of.after_mm));
+    let lines = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
+    format!("{lines} ({} → {} µm RMS, {} → {} µm MAX)", um(before.0), um(after.0), um(before.1), um(after.1))
+}
+
+/// What became of the feed length of a program, and how it grew.
+pub fn summary(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> String {
+    let without = part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum());
+    let fixed = part.fixed_share();
+    let compensated = if outcome.gained { (1.0 - without - fixed).max(0.0) } else { 0.0 };
+    let points = outcome.written.filter(|written| written.spacing_s.is_finite()).map_or(String::new(), |written| {
+        let (spacing_ms, chord_um) = (written.spacing_s * 1e3, written.chord_tolerance_mm * 1e3);
+        format!(", with points at least {spacing_ms} ms apart and lines within {chord_um} µm of the corrected curve")
+    });
+    let share = |share: f64| format!("{:.1} %", 100.0 * share);
+    let unchanged = if outcome.gained { without } else { 1.0 - fixed };
+    format!(
+        "feed length: {} compensated, {} without gain, {} left alone; {} lines in, {} out{points}",
+        share(compensated),
+        share(unchanged),
+        share(fixed),
+        lines.0,
+        lines.1
+    )
+}
+
+/// The same as JSON.
+pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Value {
+    let without_gain = outcome.without_gain.iter().map(|left| {
+        json!({
+            "lines": [left.lines.0, left.lines.1],
+            "length_mm": left.length_mm,
+            "before_um": { "rms": left.before_mm.0 * 1e3, "max": left.before_mm.1 * 1e3 },
+            "after_um": { "rms": left.after_mm.0 * 1e3, "max": left.after_mm.1 * 1e3 },
+        })
+    });
+    json!({
+        "lines_in": lines.0,
+        "lines_out": lines.1,
+        "without_gain": without_gain.collect::<Vec<Value>>(),
+        "without_gain_share": part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum()),
+        "spacing_ms": outcome.written.map(|written| written.spacing_s * 1e3),
+        "chord_tolerance_um": outcome.written.map(|written| written.chord_tolerance_mm * 1e3),
+    })
 }
 
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.

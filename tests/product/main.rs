@@ -14,6 +14,7 @@ mod marked;
 mod measure;
 mod modes;
 mod placed;
+mod points;
 mod real_machine;
 mod recorded;
 mod refine;

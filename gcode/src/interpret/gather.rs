@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::codes::{Code, classify, tenths};
 use crate::dialect::Dialect;
+use crate::number::scan_number;
 use crate::program::Program;
 use crate::word::{Word, WordKind};
 
@@ -25,6 +26,8 @@ pub(super) struct Gathered {
     pub bad_g: Option<usize>,
     pub unknown: Option<usize>,
     pub duplicate: Option<usize>,
+    /// Whether the control rounds or chamfers the corner at the end of the block (`,R`, `,C`).
+    pub corner: bool,
     pub flow: Option<usize>,
     pub percent: bool,
     pub block_delete: bool,
@@ -54,6 +57,7 @@ impl Gathered {
                 WordKind::BlockDelete => self.block_delete = true,
                 WordKind::Percent => self.percent = true,
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
+                WordKind::Unknown if dialect == Dialect::Fanuc && is_corner(program.text(word.span)) => self.corner = true,
                 WordKind::Unknown | WordKind::Motion | WordKind::Keyword => self.unknown = self.unknown.or(Some(index)),
                 WordKind::Number | WordKind::Expression => self.add(index, word, dialect, has_cycle_words),
             }
@@ -116,4 +120,11 @@ impl Gathered {
     pub fn has_m(&self, program: &Program, numbers: &[f64]) -> bool {
         self.m.iter().any(|index| program.words()[*index].number().is_some_and(|n| numbers.contains(&n)))
     }
+}
+
+/// Whether a word rounds or chamfers a corner: `,R5.` or `,C1` (Fanuc 0i-F Operator's Manual, "Optional Chamfering and Corner R").
+fn is_corner(text: &[u8]) -> bool {
+    let [b',', letter, value @ ..] = text else { return false };
+    let is_number = scan_number(value, 0).is_some_and(|(end, number)| end == value.len() && number >= 0.0);
+    matches!(letter.to_ascii_uppercase(), b'R' | b'C') && is_number
 }

@@ -125,6 +125,7 @@ impl Interpreter<'_> {
         };
         self.keep_code_of_last_arc(words.optional, explicit_motion);
         let shiftable = if decided { self.shiftable(words, start, machine) } else { Shiftable::No(Fixed::RunTime) };
+        self.after_corner = words.corner;
         let (modal, after_shared) = (self.modal_index(), self.take_shared());
         self.moves.push(Move {
             block: self.block as u32,
@@ -151,6 +152,8 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::CutterCompensation)
         } else if words.has_m(self.program, &[6.0]) || self.changes_offset(words) {
             Shiftable::No(Fixed::ToolChange)
+        } else if words.corner || self.after_corner {
+            Shiftable::No(Fixed::Adjoining)
         } else if !self.is_splittable() || self.has_unclear_turns(words) {
             Shiftable::No(Fixed::Unsplittable)
         } else if words.optional || self.optional_feed || self.optional_motion {

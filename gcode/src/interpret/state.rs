@@ -48,6 +48,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_since_code: bool,
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
+    /// Whether the control rounds or chamfers the corner at the end of the last feed move.
+    pub after_corner: bool,
     pub cutter_before: CutterCompensation,
     pub content_seen: bool,
     pub ended: bool,
@@ -103,6 +105,7 @@ impl<'a> Interpreter<'a> {
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,
+            after_corner: false,
             cutter_before: modal.cutter,
             content_seen: false,
             ended: false,

@@ -308,12 +308,12 @@ impl MachineSpec {
 }
 
 impl Default for ControllerSpec {
-    /// Six decimals, inverse time, a point every 4 ms: within the capability of LinuxCNC.
+    /// Six decimals, inverse time, a point every 8 ms: within the capability of LinuxCNC.
     fn default() -> Self {
         Self {
             decimals: 6,
             format: ProfileFormat::G93,
-            point_spacing_ms: 4.0,
+            point_spacing_ms: 8.0,
             dialect: None,
             decimal_point: None,
             path_tolerance_mm: None,

@@ -89,7 +89,7 @@ impl Bench<'_> {
         let desired = program.desired();
         let mut references = vec![(Method::Uncompensated, desired.trajectory().clone())];
         if let Some(bundle) = self.bundle {
-            let settings = Settings { written: Some(MOVE_POINTS), ..self.settings.learning };
+            let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..self.settings.learning };
             self.steps.at(&format!("{name}: learning on the model"))?;
             let first = model_based_ilc(&program, bundle, &settings, SILENT)?;
             references.push((Method::FirstRun, first.reference));

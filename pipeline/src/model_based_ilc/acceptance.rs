@@ -4,6 +4,10 @@ use compensation::Iteration;
 
 use crate::statistics::Figures;
 
+/// Relative difference between two forecasts up to which they count as equal: that on the reference and that on the replanned program, or
+/// the largest error before and after.
+pub(super) const SAME_FORECAST: f64 = 0.02;
+
 /// Cost of a forecast, mm: RMS plus a tenth of MAX, which is three to ten times as large.
 pub(super) fn cost(figures: &Figures) -> f64 {
     figures.cost_mm() + 0.1 * figures.tip.max_mm
@@ -26,6 +30,11 @@ impl Bound {
     pub fn holds(self, measure: f64, figures: &Figures) -> bool {
         measure < self.measure && figures.cost_mm() <= self.cost_mm && figures.tip.max_mm <= self.max_mm
     }
+}
+
+/// Index of the run with the lowest cost; 0 where none is below that of the first run.
+pub(super) fn least(runs: &[(Iteration, Figures)]) -> usize {
+    (0..runs.len()).min_by(|a, b| runs[*a].0.measure.total_cmp(&runs[*b].0.measure)).unwrap_or_default()
 }
 
 /// Index of the run with the lowest cost within the bound.

@@ -4,19 +4,23 @@
 //! plans its own feed profile, and returns the best accepted forecast with its reference.
 
 mod acceptance;
+mod gain;
 mod laws;
+mod on_program;
 mod outcome;
 mod outside;
 mod settings;
 mod task;
 
-use compensation::{Ended, Iteration, LowPass, StopRule};
+use compensation::{Ended, Iteration, StopRule};
 use machine::Machine;
 use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
 
-use acceptance::{Bound, best, cost};
-use laws::{law, spatial};
+use acceptance::{Bound, SAME_FORECAST, best, cost, least};
+use gain::{Gains, LEAST_GAIN};
+use laws::law;
+use on_program::{OnProgram, relearn_on_program};
 use outside::ranges;
 use task::{Runs, Task};
 
@@ -24,9 +28,10 @@ use crate::control::ControlledMachine;
 use crate::error::Result;
 use crate::input::Input;
 use crate::progress::{Progress, SILENT};
-use crate::refit::{Mark, RefitSettings, TimeEncoding};
+use crate::refit::Mark;
 use crate::statistics::Figures;
 
+pub use gain::WithoutGain;
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
 pub use outcome::Outcome;
 pub use outside::OutsideRange;
@@ -34,25 +39,6 @@ pub use settings::{LawName, Settings, shift_bound};
 
 /// Least relative decrease of the forecast by an update on the reference for which the iteration continues.
 const LEAST_DECREASE: f64 = 0.02;
-/// Relative difference between the forecast on the reference and that on the replanned program up to which the two
-/// count as equal.
-const SAME_FORECAST: f64 = 0.02;
-/// Updates on the replanned program for each update on the reference, and largest number of consecutive updates without
-/// improvement.
-const REPLANNED_UPDATES: usize = 3;
-const REPLANNED_PATIENCE: usize = 4;
-/// Largest number of replanned samples over all updates, and least number of updates for a program of hours: replanning
-/// takes most of the time.
-const REPLANNED_SAMPLES: usize = 12_000_000;
-const LEAST_REPLANNED: usize = 2;
-/// Gain and cut-off, Hz, of updates on the replanned program. Corrections above the cut-off become kinks, at which a
-/// control slows down.
-const REPLANNED_GAIN: f64 = 0.7;
-const REPLANNED_LOW_PASS_HZ: f64 = 40.0;
-
-/// Least predicted gain for which a path is changed, as a share of its RMS contour error.
-const LEAST_GAIN: f64 = 0.05;
-
 /// Forecast at which the iteration ends, as a share of the model's held-out error. It adds half a per cent to that error.
 const FLOOR_SHARE: f64 = 0.1;
 
@@ -91,17 +77,60 @@ pub fn on_learned_machine(
     let mut task = Task::new(input, correction_limits, floor_mm, progress);
 
     let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, settings)?;
-    let most = Bound::of(&runs[0], LEAST_GAIN);
     let updates = runs.len() - 1;
-    let run = best(&runs, most).map(|run| runs.swap_remove(run));
+    // A program whose whole does not gain may hold segments that do.
+    let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
+    let run = run.map(|run| runs.swap_remove(run));
+    let (first, _) = runs.swap_remove(0);
+    drop(runs);
     let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
-    if let Some(written) = settings.written.filter(|_| chosen.run.is_some())
+    if let Some(written) = settings.written
+        && let Some((ideal, _)) = &chosen.run
         && control.replans(written)
     {
-        chosen = relearn_on_program(&task, &mut control, input, settings, written, chosen, most)?;
+        let ideal = ideal.clone();
+        chosen = relearn_on_program(&task, &mut control, input, settings, written, ideal)?;
+        chosen.updates += updates;
     }
-    let (first, _) = runs.swap_remove(0);
-    choose(input, first, chosen, Learned { max_shift, ended, outside })
+    let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
+    choose(input, first, chosen, Learned { max_shift, ended, outside, without_gain })
+}
+
+/// Takes the correction out of segments without gain, until the forecast of every other segment gains. Returns the former.
+fn leave_out(
+    task: &Task<'_>,
+    control: &mut ControlledMachine<'_, LearnedMachine>,
+    input: &Input,
+    first: &Iteration,
+    chosen: &mut OnProgram,
+) -> Result<Vec<WithoutGain>> {
+    let Some((mut run, mut figures)) = chosen.run.take() else { return Ok(Vec::new()) };
+    let Some(mut gains) = Gains::of(input, &first.actual, task.floor_mm())? else {
+        chosen.run = Some((run, figures));
+        return Ok(Vec::new());
+    };
+    if let Some(written) = chosen.written {
+        control.replans(written);
+    }
+    let mut without_gain = Vec::new();
+    loop {
+        let (reference, left) = gains.leave_out(&run.reference, &run.actual)?;
+        if left.is_empty() {
+            without_gain.sort_by_key(|left: &WithoutGain| left.lines);
+            chosen.run = Some((run, figures));
+            return Ok(without_gain);
+        }
+        without_gain.extend(left);
+        if gains.is_empty() {
+            return Ok(Vec::new());
+        }
+        let actual = control.run(&reference)?;
+        figures = task.figures(&actual)?;
+        run = Iteration { measure: cost(&figures), reference, actual };
+        if let Some((_, after_s)) = &mut chosen.cycle_s {
+            *after_s = control.last_s();
+        }
+    }
 }
 
 /// Correction weights of the samples, and the ranges outside the operating range. Also gives the machine its directions
@@ -152,83 +181,29 @@ fn learn_on_reference(
     Ok(OnReference { runs, ended: None })
 }
 
-/// Candidate for the result, on the feed profile that the control uses.
-#[derive(Default)]
-struct OnProgram {
-    run: Option<(Iteration, Figures)>,
-    /// Updates so far, on the reference and on the replanned program.
-    updates: usize,
-    /// Cycle time before and after, s, where the control replans the program.
-    cycle_s: Option<(f64, f64)>,
-    /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its
-    /// feeds.
-    kept_feeds: Option<f64>,
-}
-
-/// Continues the iteration from the best reference on the replanned program.
-fn relearn_on_program(
-    task: &Task<'_>,
-    control: &mut ControlledMachine<'_, LearnedMachine>,
-    input: &Input,
-    settings: &Settings,
-    written: RefitSettings,
-    so_far: OnProgram,
-    most: Bound,
-) -> Result<OnProgram> {
-    let OnProgram { run: Some((ideal, _)), mut updates, .. } = so_far else { return Ok(so_far) };
-    let (path, reference) = (input.trajectory(), ideal.reference);
-    let mut seen = control.run(&reference)?;
-    let slowdown = control.last_s() / path.duration_s() - 1.0;
-    let keep = RefitSettings { encoding: TimeEncoding::Keep, ..written };
-    let mut kept_feeds = None;
-    if slowdown > settings.slowest && written.encoding != TimeEncoding::Keep && control.replans(keep) {
-        kept_feeds = Some(slowdown);
-        seen = control.run(&reference)?;
-    }
-    let mut after_s = control.last_s();
-    let figures = task.figures(&seen)?;
-    let measure = cost(&figures);
-    // The papers' laws are not iterated again; only their forecast is that of the replanned program.
-    let run = if settings.law == LawName::ModelBased && (measure / ideal.measure - 1.0).abs() > SAME_FORECAST {
-        let mut law = spatial(REPLANNED_GAIN, LowPass::new(REPLANNED_LOW_PASS_HZ, path.period_s())?)?;
-        let affordable = (REPLANNED_SAMPLES / path.len().max(1)).max(LEAST_REPLANNED);
-        let most_updates = affordable.min(REPLANNED_UPDATES * settings.iterations);
-        let stop = StopRule { updates: most_updates, patience: REPLANNED_PATIENCE, worth: 0.0 };
-        let first = control.durations_s().len();
-        let mut planned = task.iterate(control, &mut law, Some(reference), stop)?;
-        updates += planned.len() - 1;
-        let run = best(&planned, most);
-        after_s = run.map_or(after_s, |run| control.durations_s()[first + run]);
-        run.map(|run| planned.swap_remove(run))
-    } else {
-        most.holds(measure, &figures).then_some((Iteration { reference, actual: seen, measure }, figures))
-    };
-    let cycle_s = run.is_some().then_some((path.duration_s(), after_s));
-    Ok(OnProgram { run, updates, cycle_s, kept_feeds })
-}
-
 /// Result of the iteration beside its runs.
 struct Learned {
     max_shift: f64,
     ended: Option<Ended>,
     outside: Vec<OutsideRange>,
+    without_gain: Vec<WithoutGain>,
 }
 
 /// Takes the chosen run where the figures over all feed moves do not grow either, else the uncompensated run.
-fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) -> Result<Outcome> {
+fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learned) -> Result<Outcome> {
     let before = input.figures(&first.actual)?;
     let overall = |(iteration, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> {
         Ok((input.figures(&iteration.actual)?, iteration))
     };
-    let kept = chosen.run.map(overall).transpose()?.filter(|(after, _)| {
+    let kept = chosen.run.take().map(overall).transpose()?.filter(|(after, _)| {
         let most = |before: f64| before * (1.0 + SAME_FORECAST);
         after.cost_mm() <= most(before.cost_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
     });
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
-    let (updates, kept_feeds) = (chosen.updates, chosen.kept_feeds);
-    let Learned { max_shift, ended, outside } = learned;
+    let OnProgram { updates, kept_feeds, written, .. } = chosen;
+    let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {
         reference,
         forecast,
@@ -240,6 +215,8 @@ fn choose(input: &Input, first: Iteration, chosen: OnProgram, learned: Learned) 
         gained,
         cycle_s,
         kept_feeds,
+        written: written.filter(|_| gained),
+        without_gain: if gained { without_gain } else { Vec::new() },
         outside,
         mark: None,
     })

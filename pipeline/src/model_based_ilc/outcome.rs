@@ -5,11 +5,12 @@ use std::path::Path;
 use compensation::Ended;
 use motion::Trajectory;
 
+use super::gain::WithoutGain;
 use super::outside::OutsideRange;
 use crate::error::Result;
 use crate::input::Input;
-use crate::output::{Output, OutputFormat, OutputSettings};
-use crate::refit::{Mark, TimeEncoding};
+use crate::output::{Output, OutputSettings};
+use crate::refit::{Mark, RefitSettings};
 use crate::statistics::Figures;
 
 /// Result of model-based ILC.
@@ -37,6 +38,10 @@ pub struct Outcome {
     /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its
     /// feeds.
     pub kept_feeds: Option<f64>,
+    /// Points of the written program, where they were chosen by the forecast of the replanned program.
+    pub written: Option<RefitSettings>,
+    /// Segments of a program that are not changed, because the forecast gains nothing by it.
+    pub without_gain: Vec<WithoutGain>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
     /// Comment at the head of the written program; `None` where no model file was involved.
@@ -45,7 +50,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Writes the reference for the `input` that it was computed for: refits, edits and verifies the program, marks it so that
-    /// [`Input::check_original`] recognises it, and keeps the program's feeds where [`Outcome::kept_feeds`] says so.
+    /// [`Input::check_original`] recognises it, and takes the points of [`Outcome::written`].
     ///
     /// `format` has to be the one whose [`OutputSettings::program`] was given as `Settings::written`. The extension of `name` selects the
     /// format of a reference: `.csv` or `.parquet`.
@@ -57,8 +62,8 @@ impl Outcome {
             Some(mark) => format.clone().marked(mark.clone()),
             None => format.clone(),
         };
-        if self.gained && self.kept_feeds.is_some() && matches!(format.format, OutputFormat::Program(_)) {
-            format.format = OutputFormat::Program(TimeEncoding::Keep);
+        if let Some(written) = self.written {
+            format = format.with_points(written);
         }
         input.write(&self.reference, &format, self.max_shift, name)
     }

@@ -24,7 +24,8 @@ pub enum LawName {
 /// Settings of model-based ILC.
 ///
 /// Defaults: law [`LawName::ModelBased`], 4 iterations, gain 0.9 and low-pass 100 Hz (used by the papers' laws only), bound of shifts from the
-/// forecast, rotation 0.5°, no output (`written: None`), no limit of the cycle time.
+/// forecast, rotation 0.5°, no output (`written: None`), a cycle at most 1 % longer, as few points
+/// as the forecast allows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The law.
@@ -43,9 +44,15 @@ pub struct Settings {
     /// Output settings of a program, whose replanned feed profile the last updates then use. `None` where the control
     /// takes the reference itself.
     pub written: Option<RefitSettings>,
-    /// Largest relative increase of the cycle time by timed points; above it the program keeps its feeds.
-    pub slowest: f64,
+    /// Largest relative increase of the cycle time of a replanned program. Points are further apart, and have no times of their own, where
+    /// that keeps within it; otherwise nothing is changed.
+    pub cycle_limit: f64,
+    /// Whether a program gets fewer points than `written` says where its forecast allows it.
+    pub fewer_points: bool,
 }
+
+/// Default limit of the relative increase of the cycle time.
+const CYCLE_LIMIT: f64 = 0.01;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -57,7 +64,8 @@ impl Default for Settings {
             max_shift: None,
             max_rotation_rad: CorrectionLimits::MAX_ROTATION_DEG.to_radians(),
             written: None,
-            slowest: f64::INFINITY,
+            cycle_limit: CYCLE_LIMIT,
+            fewer_points: true,
         }
     }
 }

@@ -71,6 +71,11 @@ impl<'a> Task<'a> {
         }
     }
 
+    /// Forecast at which the iteration ends, mm.
+    pub fn floor_mm(&self) -> f64 {
+        self.floor_mm
+    }
+
     /// Figures of a run over the moves that may be changed. Fixed moves must not prevent the correction of the others.
     pub fn figures(&self, actual: &Trajectory) -> Result<Figures> {
         let counts = |k: &usize| self.evaluated.as_ref().is_none_or(|evaluated| evaluated[*k]);

@@ -1,6 +1,8 @@
 //! Positions at which the tool has to be where the program states it: between a move that may be compensated and everything that is left
 //! alone.
 
+use std::ops::Range;
+
 use gcode::{MoveKind, Word, WordKind};
 
 use super::Part;
@@ -15,7 +17,33 @@ const NEUTRAL_G: [f64; 30] = [
 const NEUTRAL_M: [f64; 21] =
     [0.0, 1.0, 3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 13.0, 14.0, 48.0, 49.0, 50.0, 51.0, 52.0, 53.0, 62.0, 63.0, 64.0, 65.0, 68.0];
 
+/// Consecutive path pieces that may be compensated together, between two [borders](Part::borders), and their samples.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PathSegment {
+    /// Path pieces.
+    pub pieces: Range<usize>,
+    /// Samples of the plan.
+    pub samples: Range<usize>,
+}
+
 impl Part {
+    /// The segments that may be compensated, in their order.
+    #[must_use]
+    pub fn segments(&self) -> Vec<PathSegment> {
+        let borders = self.borders();
+        let pieces: Vec<usize> = (0..self.owners.len()).collect();
+        let chunks = pieces.chunk_by(|piece, _| !borders[*piece]);
+        let mut from = 0;
+        let segment = |chunk: &[usize]| {
+            let pieces = chunk[0]..chunk[chunk.len() - 1] + 1;
+            let samples = from..from + self.plan.samples[from..].partition_point(|sample| sample.piece < pieces.end);
+            from = samples.end;
+            let changes = self.owners[pieces.start].is_some_and(|owner| self.is_shiftable(&self.toolpath.moves[owner]));
+            changes.then_some(PathSegment { pieces, samples })
+        };
+        chunks.filter_map(segment).collect()
+    }
+
     /// Whether the correction is zero behind each path piece: beside moves that are left alone, and where anything between two moves
     /// depends on the position, such as G92, a work offset, homing, or a call.
     #[must_use]

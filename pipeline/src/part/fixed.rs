@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use gcode::{Fixed, Move, MoveKind, Shiftable};
+use gcode::{Diagnostic, Fixed, Move, MoveKind, Severity, Shiftable};
 
 use super::Part;
+use super::faults::render;
+use crate::error::{Error, Result};
 
 impl Part {
     /// Reasons why cutting moves cannot be compensated, each with its number of moves. Rapids and dwells are not
@@ -25,14 +27,45 @@ impl Part {
         counts
     }
 
+    /// Refuses a program with feed moves that are left alone because it does not say enough: codes that are not understood, values of run
+    /// time, blocks that may be skipped, starts that are not stated. Names the first move of each reason.
+    ///
+    /// # Errors
+    /// [`Error::Program`](crate::Error::Program) with the lines.
+    pub fn check_understood(&self) -> Result<()> {
+        let mut diagnostics: Vec<Diagnostic> = Vec::new();
+        for reason in [Fixed::NotUnderstood, Fixed::RunTime, Fixed::OptionalBlock, Fixed::UnknownStart] {
+            let mut moves = self.toolpath.moves.iter().filter(|step| step.is_feed() && step.shiftable == Shiftable::No(reason));
+            let Some(first) = moves.next() else { continue };
+            let block = first.block as usize;
+            let span = self.program.block_words(block).first().map_or(self.program.blocks()[block].span, |word| word.span);
+            let (count, why) = (1 + moves.count(), why_fixed(first).unwrap_or_default());
+            let what = format!("{count} moves {why} are left as they are, this one first");
+            diagnostics.push(Diagnostic::new(&self.program, Severity::Error, span, what));
+        }
+        if let Some(last) = diagnostics.pop() {
+            diagnostics.push(last.with_help("state what is missing, or leave --strict out: these moves will not be changed"));
+            let text = render(&diagnostics, &self.program, &self.name);
+            return Err(Error::Program { diagnostics, text });
+        }
+        Ok(())
+    }
+
     /// Share of the length of all feed moves that cannot be compensated, 0…1. Pure rotations have no length.
     #[must_use]
     pub fn fixed_share(&self) -> f64 {
-        let length = |of: &Move| of.length_mm().unwrap_or(0.0);
-        let feeds = || self.toolpath.moves.iter().filter(|of| of.is_feed());
-        let (all, fixed) =
-            (feeds().map(length).sum::<f64>(), feeds().filter(|of| !self.is_shiftable(of)).map(length).sum::<f64>());
-        if all > 0.0 { (fixed / all).max(0.0) } else { 0.0 }
+        self.share(self.feed_length_mm(|step| !self.is_shiftable(step)))
+    }
+
+    /// Share of a length in that of all feed moves, 0…1.
+    #[must_use]
+    pub fn share(&self, length_mm: f64) -> f64 {
+        let all_mm = self.feed_length_mm(|_| true);
+        if length_mm > 0.0 && all_mm > 0.0 { (length_mm / all_mm).min(1.0) } else { 0.0 }
+    }
+
+    fn feed_length_mm(&self, counts: impl Fn(&Move) -> bool) -> f64 {
+        self.toolpath.moves.iter().filter(|of| of.is_feed() && counts(of)).filter_map(Move::length_mm).sum()
     }
 }
 
@@ -54,7 +87,7 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
             Fixed::Unsplittable => {
                 "in blocks that several lines cannot replace: words that act before and after the motion, calls, jumps"
             }
-            Fixed::Adjoining => "whose ends the control needs for what it computes itself (RND, CHF, APPR, DEP, CT, CC)",
+            Fixed::Adjoining => "whose ends the control needs for what it computes itself (,R ,C RND CHF APPR DEP CT CC)",
             Fixed::Threading => "that follow the spindle or a probe",
             Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
             Fixed::RunTime => "that depend on what only the running program knows",

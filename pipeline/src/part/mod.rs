@@ -26,6 +26,7 @@ use crate::setup::Setup;
 use faults::{on_line, on_move, refused};
 use tool_path::{offset_of, pieces, words_of};
 
+pub use borders::PathSegment;
 pub use faults::render;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
 pub use subprograms::Subprograms;

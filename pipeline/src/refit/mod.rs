@@ -15,18 +15,17 @@ mod settings;
 mod verify;
 
 use std::collections::HashSet;
-use std::ops::Range;
 
 use gcode::{Language, edit};
 use motion::{SHARE, Trajectory, Vec6};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::part::{Part, stated};
+use crate::part::{Part, PathSegment, stated};
 
 use block_writer::{INCREMENT_DECIMALS, counts_increments, stated_axes};
 use modes::rounds_less;
-use segment::{Segment, piece_is_shiftable};
+use segment::Segment;
 
 pub use element::{Element, ElementArc};
 pub use mark::{Mark, marked_line};
@@ -48,7 +47,7 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted::default();
     let borders = part.borders();
-    let runs: Vec<Run> = runs(part, &borders).into_iter().filter(|run| is_changed(part, &shifts, run)).collect();
+    let runs: Vec<PathSegment> = part.segments().into_iter().filter(|run| is_changed(part, &shifts, run)).collect();
     let rewritten: HashSet<usize> =
         runs.iter().flat_map(|run| run.pieces.clone()).filter_map(|piece| part.owners[piece]).collect();
     let axes = stated_axes(part);
@@ -69,28 +68,8 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     Ok(out)
 }
 
-/// Consecutive path pieces that may be compensated together, and their samples.
-struct Run {
-    pieces: Range<usize>,
-    samples: Range<usize>,
-}
-
-/// The runs of pieces that may be compensated, each up to a border.
-fn runs(part: &Part, borders: &[bool]) -> Vec<Run> {
-    let pieces: Vec<usize> = (0..part.owners.len()).collect();
-    let chunks = pieces.chunk_by(|a, _| !borders[*a]);
-    let mut from = 0;
-    let run = |chunk: &[usize]| {
-        let (first, end) = (chunk[0], chunk[chunk.len() - 1] + 1);
-        let samples = from..from + part.plan.samples[from..].partition_point(|sample| sample.piece < end);
-        from = samples.end;
-        piece_is_shiftable(part, first).then_some(Run { pieces: first..end, samples })
-    };
-    chunks.filter_map(run).collect()
-}
-
 /// Whether a run has a correction, or other feeds than the program.
-fn is_changed(part: &Part, shifts: &[Vec6], run: &Run) -> bool {
+fn is_changed(part: &Part, shifts: &[Vec6], run: &PathSegment) -> bool {
     let refed = |piece: usize| part.owners[piece].is_some_and(|owner| part.feed_factors[owner] != 1.0);
     run.samples.clone().any(|k| shifts[k] != Vec6::zeros()) || run.pieces.clone().any(refed)
 }

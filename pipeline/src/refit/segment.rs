@@ -14,11 +14,6 @@ use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::Result;
 use crate::part::{POINT_MM, Part, coordinates};
 
-/// Whether the move of a path piece may be compensated.
-pub(super) fn piece_is_shiftable(part: &Part, piece: usize) -> bool {
-    part.owners[piece].is_some_and(|owner| part.is_shiftable(&part.toolpath.moves[owner]))
-}
-
 /// Whether a move is a feed move without motion.
 fn leads_nowhere(part: &Part, step: &Move) -> bool {
     let displacement = coordinates(&step.end) - coordinates(&step.start);
@@ -86,7 +81,7 @@ impl Segment<'_> {
     }
 
     fn owner(&self, piece: usize) -> usize {
-        // `piece_is_shiftable` holds for every piece of a run.
+        // Every piece of a segment has a move.
         self.part.owners[piece].unwrap_or_default()
     }
 
@@ -157,7 +152,8 @@ impl Segment<'_> {
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
-        let steps = if exact { 1 } else { (((to_s - from_s) / self.settings.spacing_s).floor() as usize).max(1) };
+        let by_time = ((to_s - from_s) / self.settings.spacing_s).floor() as usize;
+        let steps = if exact { 1 } else { by_time.max(self.least_steps(step)) };
         let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
         // Beside a border the tool is where the program states it.
         let after_border = piece.checked_sub(1).is_none_or(|before| self.borders[before]);
@@ -196,16 +192,28 @@ impl Segment<'_> {
         targets
     }
 
+    /// Least number of points in a move, whatever the time between them: those that the shape of an arc needs.
+    fn least_steps(&self, step: &Move) -> usize {
+        let MoveKind::Arc(arc) = step.kind else { return 1 };
+        let of_line = 2.0 * (1.0 - SAGITTA_MM / arc.radius_start_mm.max(SAGITTA_MM)).acos();
+        let angle = if self.writes_arcs() { MOST_ANGLE } else { of_line.min(MOST_ANGLE) };
+        (arc.sweep.abs() / angle).ceil() as usize
+    }
+
+    /// Whether arcs are written as arcs.
+    fn writes_arcs(&self) -> bool {
+        let is_dialogue = self.part.program.language() == Language::Dialogue;
+        let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
+        !is_rounded && !is_dialogue && !self.part.plan.desired.kinematics().has_rotary_axes()
+    }
+
     /// The arc of a part of an arc move, through three corrected points; `None` for a line.
     fn arc(&self, step: &Move, start: Vec6, between: Vec6, end: Vec6) -> Option<ElementArc> {
         let MoveKind::Arc(arc) = step.kind else { return None };
         let [first, second, _] = arc.plane.axes();
         let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
         // Ends that are rounded to one point would be a full circle.
-        let is_short = chord < LEAST_CHORD_MM;
-        let is_dialogue = self.part.program.language() == Language::Dialogue;
-        let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
-        if is_short || is_rounded || is_dialogue || self.part.plan.desired.kinematics().has_rotary_axes() {
+        if chord < LEAST_CHORD_MM || !self.writes_arcs() {
             return None;
         }
         ElementArc::through(arc.plane, arc.sweep > 0.0, start, between, end)
@@ -239,6 +247,13 @@ const LEAST_ARC_DECIMALS: usize = 3;
 
 /// Least chord of an arc, mm: twenty increments of a control with three decimals.
 const LEAST_CHORD_MM: f64 = 0.02;
+
+/// Largest angle of an arc between points, rad. Fewer points would not show its shape.
+const MOST_ANGLE: f64 = 0.25;
+
+/// Largest distance of a line from its arc where arcs are not written as arcs, mm, whatever the time between points. At 5 m/s² it is that
+/// of lines of 1.8 ms.
+const SAGITTA_MM: f64 = 2e-3;
 
 /// Least number of moves for each parallel task.
 const MOVES_PER_TASK: usize = 256;

@@ -12,8 +12,8 @@ use crate::part::{Part, coordinates};
 /// Rounding of written coordinates, mm, with five decimals or more.
 const ROUNDING_MM: f64 = 2e-5;
 
-/// Distance by which an arc between its ends may lie further off than at them, mm.
-const BETWEEN_MM: f64 = 1e-3;
+/// Distance by which a line or arc between its ends may lie further off than at them, mm.
+const BETWEEN_MM: f64 = 5e-3;
 
 /// Largest rounding error of a coordinate with `decimals`, mm. It covers inch programs, which have one decimal more.
 fn rounding_mm(decimals: usize) -> f64 {
@@ -64,7 +64,7 @@ pub fn verify(
             // bounded.
             let bounded = has_rotary_axes && part.words_of(original) == ProgramWords::Axes;
             let at = |share: f64| distance(original, Vec3::from(step.point_mm(share)));
-            let off = if element.arc.is_some() { at(1.0).max(at(0.5) - BETWEEN_MM) } else { at(1.0) };
+            let off = at(1.0).max(at(0.5) - BETWEEN_MM);
             if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm(part, index) {
                 return Err(VerifyError::TooFar { line, off_mm: off });
             }

@@ -177,7 +177,7 @@ impl Reproduce {
         let part = program.program()?;
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
-        let settings = Settings { written: Some(MOVE_POINTS), ..Settings::default() };
+        let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..Settings::default() };
         let first_run = model_based_ilc(program, bundle, &settings, SILENT)?.reference;
         let mut found = Found::default();
         for machine in self.machines(spec) {

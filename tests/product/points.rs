@@ -1,0 +1,81 @@
+//! Points and segments of a compensated program: as few as the forecast needs, and none where it gains nothing.
+
+use serde_json::Value;
+
+use crate::common::{Folder, text};
+
+/// A wave of lines of about this length at 50 mm/s, as CAM systems write it.
+fn wave(step_mm: f64) -> String {
+    let mut text = String::from("G21 G90 G94 G17\nG0 X0 Y0 Z0\nG1 F3000\n");
+    for k in 1..=(45.0 / step_mm) as u32 {
+        let x = step_mm * f64::from(k);
+        text += &format!("X{x:.3} Y{:.3}\n", 3.0 * (0.4 * x).sin());
+    }
+    text + "M2\n"
+}
+
+fn compensate(folder: &Folder, name: &str, more: &[&str]) -> Value {
+    folder.figures(&[&["compensate", name, "-m", "machine.model", "-o", "out.nc"][..], more].concat())
+}
+
+fn number(figures: &Value, pointer: &str) -> f64 {
+    figures.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer} in {figures}"))
+}
+
+fn slowdown(figures: &Value) -> f64 {
+    number(figures, "/cycle_s/after") / number(figures, "/cycle_s/before") - 1.0
+}
+
+#[test]
+fn the_points_of_a_program_follow_from_its_forecast_and_its_cycle() {
+    let folder = Folder::with_model();
+    folder.write("wave.nc", wave(0.9));
+    let dense = compensate(&folder, "wave.nc", &["--spacing", "1"]);
+    let own = compensate(&folder, "wave.nc", &[]);
+    let rms = |figures: &Value, at: &str| number(figures, &format!("/predicted_contour_um/{at}/rms"));
+    assert!(number(&own, "/program/lines_out") < 0.8 * number(&dense, "/program/lines_out"), "{own}");
+    // Dense points take a quarter of the cycle more.
+    assert!(slowdown(&own) <= 0.01 && slowdown(&dense) > 0.1, "{own} beside {dense}");
+    assert!(rms(&own, "after") < 0.6 * rms(&own, "before"), "{own}");
+    assert_eq!(number(&dense, "/program/spacing_ms"), 1.0);
+}
+
+#[test]
+fn a_cycle_may_become_longer_only_where_that_is_allowed() {
+    let folder = Folder::with_model();
+    folder.write("wave.nc", wave(0.15));
+    let within = |percent: &str| compensate(&folder, "wave.nc", &["--spacing", "1", "--cycle-limit", percent]);
+    let (none, free) = (within("0"), within("1000"));
+    assert!(none["changed"] == false || slowdown(&none) <= 0.0, "{none}");
+    assert!(slowdown(&free) > 0.0, "short lines cost time on this machine: {free}");
+}
+
+#[test]
+fn a_segment_without_gain_keeps_every_byte() {
+    let folder = Folder::with_model();
+    let slow = "G1 X20 F60\nX25\n";
+    let fast = "G1 X10 Y8 F3000\nG3 X-10 Y8 I-10 J4\nG1 X0 Y0\n";
+    folder.write("two.nc", format!("G21 G90 G94 G17\nG0 X0 Y0 Z0\n{slow}G0 Z5\nX0\nZ0\n{fast}M2\n"));
+    let figures = compensate(&folder, "two.nc", &[]);
+    let out = folder.read("out.nc");
+    assert!(out.contains(slow) && !out.contains(fast), "{out}");
+    let left = figures.pointer("/program/without_gain").and_then(Value::as_array).unwrap();
+    assert_eq!(left.len(), 1, "{figures}");
+    assert_eq!(left[0]["lines"], serde_json::json!([3, 4]));
+    let share = number(&figures, "/program/without_gain_share");
+    assert!(share > 0.1 && share < 0.5, "{share}");
+}
+
+#[test]
+fn strict_refuses_what_would_be_left_alone() {
+    let folder = Folder::with_model();
+    folder.write("whole.nc", wave(0.9));
+    folder.write("polar.nc", "G21 G90 G94 G17\nG0 X0 Y0 Z0\nG1 X10 F1000\nG16\nG1 X20 Y30\nG15\nG0 X0 Y0\nG1 Y9\nM2\n");
+    let strict = |name: &str| folder.precomp(&["compensate", name, "-m", "machine.model", "-o", "out.nc", "--strict"]);
+    let refused = strict("polar.nc");
+    let said = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(said.contains("polar.nc:5") && said.contains("not known") && said.contains("--strict"), "{said}");
+    assert!(!folder.path("out.nc").exists());
+    assert_eq!(strict("whole.nc").status.code(), Some(0));
+}
