@@ -3,13 +3,16 @@
 //! | | before the motion | after the motion | source |
 //! |---|---|---|---|
 //! | LinuxCNC | every word but those on the right | M0 M1 M2 M30 M60 M98 M99 | G-Code Overview, "G-Code Order of Execution"; RS274NGC (NISTIR 6556), 3.8 |
+//! | SINUMERIK | S, M3 M4 M7 M8, G codes | M0 M1 M2 M5 M9 M17 M30 | SINUMERIK "NC programming", "M functions", "Spindle speed (S), spindle direction of rotation (M3, M4, M5)" |
 //! | Fanuc | S, M3 M4 M7 M8 M13 M14, G codes | M0 M1 M2 M5 M9 M30 M60 M97 M98 M99 M198 | Fanuc 0i-F Operator's Manual (B-64604EN), "Auxiliary Function"; Haas Mill Operator's Manual, "M-Codes" |
 //!
 //! Dialogue counts as Fanuc (TNC 640 Klartext manual, "M functions": M5 and M9 act at the end of the block, M3 and M8 at its start).
-//! On Fanuc controls the builder decides about the other M codes: they act with the motion or after it.
+//! SINUMERIK may switch M5 before the motion too (machine data); with the last of several lines it stops no earlier than it did.
+//! On Fanuc and SINUMERIK controls the builder decides about the other M codes: they act with the motion or after it.
 
 use crate::dialect::Dialect;
 use crate::program::{Language, Program};
+use crate::sinumerik::names::Name;
 use crate::word::{Word, WordKind};
 
 /// Letters that describe a motion.
@@ -23,6 +26,8 @@ const LINUX_CNC_AFTER: [f64; 7] = [0.0, 1.0, 2.0, 30.0, 60.0, 98.0, 99.0];
 const SWITCHED: [f64; 4] = [62.0, 63.0, 64.0, 65.0];
 const FANUC_BEFORE: [f64; 6] = [3.0, 4.0, 7.0, 8.0, 13.0, 14.0];
 const FANUC_AFTER: [f64; 11] = [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0, 97.0, 98.0, 99.0, 198.0];
+const SINUMERIK_BEFORE: [f64; 4] = [3.0, 4.0, 7.0, 8.0];
+const SINUMERIK_AFTER: [f64; 7] = [0.0, 1.0, 2.0, 5.0, 9.0, 17.0, 30.0];
 /// Comments that LinuxCNC acts on (G-Code Overview, "Messages", "Probe Logging", "Debug Messages").
 const ACTIVE_COMMENTS: [&[u8]; 8] = [b"MSG", b"DEBUG", b"PRINT", b"LOG", b"PROBEOPEN", b"PROBECLOSE", b"ABORT", b"PY"];
 
@@ -44,7 +49,7 @@ pub(crate) enum Acting {
 pub fn is_motion_word(word: &Word) -> bool {
     match word.kind {
         WordKind::Number | WordKind::Expression if word.letter == b'G' => [0.0, 1.0, 2.0, 3.0].contains(&word.value),
-        WordKind::Number | WordKind::Expression => MOTION_LETTERS.contains(&word.letter),
+        WordKind::Number | WordKind::Expression => MOTION_LETTERS.contains(&word.letter) || word.name == Name::Turn,
         WordKind::Motion => true,
         _ => false,
     }
@@ -66,6 +71,9 @@ pub(crate) fn acting(program: &Program, block: usize, word: &Word, dialect: Dial
         WordKind::Comment if dialect == Dialect::LinuxCnc && is_active(program.text(word.span)) => Acting::Before,
         WordKind::Comment => Acting::Indifferent,
         _ if is_motion_word(word) => Acting::Motion,
+        WordKind::Keyword if word.name == Name::Label => Acting::Indifferent,
+        // Auxiliary functions of the builder; calls.
+        _ if dialect == Dialect::Sinumerik && b"HLP".contains(&word.letter) => Acting::Unclear,
         WordKind::Number | WordKind::Expression => match word.letter {
             b'P' if !takes_p(program.block_words(block)) => Acting::Motion,
             b'N' | b'P' | b'L' | b'Q' => Acting::Indifferent,
@@ -84,7 +92,9 @@ fn code(number: f64, dialect: Dialect) -> Acting {
         Dialect::LinuxCnc => Acting::Before,
         Dialect::Fanuc if FANUC_BEFORE.contains(&number) => Acting::Before,
         Dialect::Fanuc if FANUC_AFTER.contains(&number) => Acting::After,
-        Dialect::Fanuc => Acting::Unclear,
+        Dialect::Sinumerik if SINUMERIK_BEFORE.contains(&number) => Acting::Before,
+        Dialect::Sinumerik if SINUMERIK_AFTER.contains(&number) => Acting::After,
+        Dialect::Fanuc | Dialect::Sinumerik => Acting::Unclear,
     }
 }
 

@@ -30,7 +30,7 @@ impl CycleState {
     pub fn end_level(&self, level: ReturnLevel, dialect: Dialect) -> Option<f64> {
         match (level, dialect) {
             (ReturnLevel::Retract, _) => self.retract_mm,
-            (ReturnLevel::Initial, Dialect::Fanuc) => self.initial_mm,
+            (ReturnLevel::Initial, Dialect::Fanuc | Dialect::Sinumerik) => self.initial_mm,
             (ReturnLevel::Initial, Dialect::LinuxCnc) => Some(self.initial_mm?.max(self.retract_mm?)),
         }
     }

@@ -39,7 +39,7 @@ pub fn is_integer_program(program: &Program) -> bool {
 /// The first coordinate without a decimal point, as an error, where nothing decides how the control reads it: the
 /// dialect knows both readings, and the arcs of the program fit both or neither.
 pub fn undecided_point(program: &Program, options: &Options) -> Option<Diagnostic> {
-    if options.dialect == Dialect::LinuxCnc || program.language() == Language::Dialogue {
+    if options.dialect != Dialect::Fanuc || program.language() == Language::Dialogue {
         return None;
     }
     let word = coordinates(program).find(|word| !has_point(program, word))?;

@@ -3,7 +3,7 @@
 use crate::arc::ArcTolerance;
 use crate::modal::Units;
 use crate::passive::PassiveCodes;
-use crate::program::Program;
+use crate::program::{Language, Program};
 use crate::word::WordKind;
 
 /// RS-274 dialect of the control.
@@ -27,6 +27,8 @@ pub enum Dialect {
     Fanuc,
     /// LinuxCNC 2.9.
     LinuxCnc,
+    /// SINUMERIK 840D, 828D, 808D, ONE, in its own dialect (G290).
+    Sinumerik,
 }
 
 /// Interpretation of I, J, K before the program states G90.1 or G91.1.
@@ -99,8 +101,30 @@ impl From<Dialect> for Options {
 }
 
 impl Dialect {
-    /// Detects the dialect from codes that only one of the two has. Default: Fanuc.
+    /// The program, split as this control reads it. [`parse`](crate::parse) goes by the codes that it finds; SINUMERIK reads brackets, names
+    /// and blanks in another way than the others. Programs of dialogue stay as they are.
+    #[must_use]
+    pub fn read(self, program: Program) -> Program {
+        match self.language_of(&program) {
+            Some(language) => program.in_language(language),
+            None => program,
+        }
+    }
+
+    /// The language in which this control reads the program, if it was split in another.
+    pub(crate) fn language_of(self, program: &Program) -> Option<Language> {
+        match (program.language(), self) {
+            (Language::Rs274, Self::Sinumerik) => Some(Language::Sinumerik),
+            (Language::Sinumerik, Self::Fanuc | Self::LinuxCnc) => Some(Language::Rs274),
+            _ => None,
+        }
+    }
+
+    /// Detects the dialect from codes that only one of them has. Default: Fanuc.
     pub fn detect(program: &Program) -> Self {
+        if program.language() == Language::Sinumerik {
+            return Self::Sinumerik;
+        }
         let mut linux_cnc = 0_usize;
         let mut fanuc = 0_usize;
         for word in program.words() {

@@ -1,6 +1,7 @@
 //! Splits one line into words. Total: every non-blank byte belongs to exactly one word.
 
 use crate::number::{is_blank, scan_number, skip_blanks};
+use crate::sinumerik::names::Name;
 use crate::word::{Span, Word, WordKind};
 
 /// Functions whose bracketed argument may follow a letter or be part of an expression.
@@ -81,7 +82,7 @@ fn offset(base: u32, at: usize) -> u32 {
 
 fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
     let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN }
+    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name: Name::None }
 }
 
 fn comment_end(line: &[u8], at: usize) -> usize {
@@ -148,7 +149,7 @@ fn address(line: &[u8], at: usize, base: u32) -> Word {
         return plain(WordKind::Unknown, at, at + run.len(), base);
     };
     let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: offset(base, value_at), kind, letter, value }
+    Word { span, value_start: offset(base, value_at), kind, letter, value, name: Name::None }
 }
 
 /// Whether an `O` begins an O-word (`100 sub`, `<name> call`, `#1 call`), not a program number.

@@ -66,7 +66,7 @@ impl Plane {
 pub enum WorkOffset {
     /// 1 for G54 to 6 for G59, 7 to 9 for G59.1 to G59.3.
     Standard(u8),
-    /// The P of G54.1.
+    /// The P of G54.1; of SINUMERIK 505 to 599, and 500 for none.
     Extended(u16),
     /// G54.1 with a P that is no number.
     Unpredictable,
@@ -124,8 +124,10 @@ pub enum ReturnLevel {
 /// Modal state of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modal {
-    /// G20, G21.
+    /// G20, G21; G70, G71, G700, G710 of SINUMERIK.
     pub units: Units,
+    /// Units of F: those of lengths, but under G70 and G71 of SINUMERIK those of the control.
+    pub feed_units: Units,
     /// G90, G91.
     pub distance: Distance,
     /// G90.1, G91.1.
@@ -144,7 +146,7 @@ pub struct Modal {
     pub path: PathMode,
     /// G98, G99.
     pub return_level: ReturnLevel,
-    /// Sum of G52 and G92 by axis (mm; rad for A, B, C). Programmed absolute coordinate = position
+    /// Sum of G52 and G92, or of TRANS and ATRANS, by axis (mm; rad for A, B, C). Programmed absolute coordinate = position
     /// − shift.
     pub shift: [f64; 6],
     /// Spindle speed, rev/min, if it is a number.
@@ -158,6 +160,7 @@ impl Modal {
     pub(crate) fn initial(units: Units, arc_distance: Distance) -> Self {
         Self {
             units,
+            feed_units: units,
             distance: Distance::Absolute,
             arc_distance,
             feed_mode: FeedMode::PerMinute,

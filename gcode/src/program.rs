@@ -3,6 +3,8 @@
 use crate::dialogue::lexer as dialogue;
 use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
+use crate::sinumerik::lexer as sinumerik;
+use crate::sinumerik::signs::is_sinumerik;
 use crate::word::{Span, Word, WordKind};
 
 /// UTF-8 byte order mark. It stays at the head of the file and belongs to no block.
@@ -16,6 +18,8 @@ pub enum Language {
     Rs274,
     /// Heidenhain dialogue (Klartext): programs that begin with `BEGIN PGM`.
     Dialogue,
+    /// SINUMERIK: programs with its own codes or forms, such as `X=10`, `CYCLE800(…)`, `%_N_PART_MPF`.
+    Sinumerik,
 }
 
 /// One line of a program.
@@ -32,7 +36,7 @@ pub struct Block {
 ///
 /// Block `i` is line `i + 1`. Offsets have 32 bits: bytes beyond 4 GiB are kept but not split (see
 /// [`Program::is_whole`]).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Program {
     bytes: Vec<u8>,
     language: Language,
@@ -49,12 +53,22 @@ pub struct Program {
 /// Time and memory are linear in the length.
 pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
     let bytes = bytes.into();
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
+    let language = match text {
+        text if dialogue::is_dialogue(text) => Language::Dialogue,
+        text if is_sinumerik(text) => Language::Sinumerik,
+        _ => Language::Rs274,
+    };
+    parse_in(bytes, language)
+}
+
+/// Splits a program of this language.
+pub(crate) fn parse_in(bytes: Vec<u8>, language: Language) -> Program {
     let limit = bytes.len().min(u32::MAX as usize);
     let text = &bytes[..limit];
     let mut blocks = Vec::with_capacity(limit / 24);
     let mut words = Vec::with_capacity(limit / 6);
     let mut start = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
-    let language = if dialogue::is_dialogue(&text[start..]) { Language::Dialogue } else { Language::Rs274 };
     while start < limit {
         let length = text[start..].iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(limit - start);
         let end = start + length;
@@ -68,6 +82,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
         match language {
             Language::Rs274 => lex_line(&text[start..end], span.start, &mut words),
             Language::Dialogue => dialogue::lex_line(&text[start..end], span.start, &mut words),
+            Language::Sinumerik => sinumerik::lex_line(&text[start..end], span.start, &mut words),
         }
         start = end + ending;
     }
@@ -84,6 +99,11 @@ impl Program {
     /// The language in which the program is written.
     pub fn language(&self) -> Language {
         self.language
+    }
+
+    /// The same bytes, split as a program of this language.
+    pub(crate) fn in_language(self, language: Language) -> Self {
+        if self.language == language { self } else { parse_in(self.bytes, language) }
     }
 
     /// The blocks, one per line.
@@ -243,7 +263,7 @@ mod tests {
             ("WHILE [#1 LT 3] DO1", vec![Flow]),
             ("END1", vec![Flow]),
             ("G1 X1 ,R2. !? \u{e9}", vec![Number, Number, Unknown, Unknown, Unknown]),
-            ("M. HELLO X=3", vec![Unknown, Unknown, Unknown, Unknown, Unknown]),
+            ("M. HELLO Q=3", vec![Unknown, Unknown, Unknown, Unknown, Unknown]),
         ];
         for (text, expected) in cases {
             let found: Vec<_> = kinds(text).into_iter().map(|(kind, _)| kind).collect();

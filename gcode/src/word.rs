@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::sinumerik::names::Name;
+
 /// A half-open range of byte offsets into the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
@@ -31,13 +33,14 @@ impl Span {
 /// Kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WordKind {
-    /// A letter and a number: `X1.5`, `G 1`, `N10`, `O1234`.
+    /// A letter and a number: `X1.5`, `G 1`, `N10`, `O1234`; in SINUMERIK programs also `X=1.5`, `CR=5` (as R), `RND=2` (no letter).
     Number,
-    /// A letter and a parameter or an expression: `X#101`, `X[#1+2]`, `Z-#<depth>`.
+    /// A letter and a parameter or an expression: `X#101`, `X[#1+2]`, `Z-#<depth>`, `X=R1+2`, `X=IC(5)`.
     Expression,
-    /// An assignment: `#501=1`, `#<name> = [#1*2]`.
+    /// An assignment: `#501=1`, `#<name> = [#1*2]`, `R1=5`, `$P_UIFR[1,X,TR]=10`.
     Assignment,
-    /// A flow statement up to the end of its line: `o100 sub`, `O<f> call [1]`, `IF[#1EQ0]GOTO10`, `WHILE[1]DO1`.
+    /// A flow statement up to the end of its line: `o100 sub`, `O<f> call [1]`, `IF[#1EQ0]GOTO10`, `WHILE[1]DO1`,
+    /// `IF R1>5 GOTOF END`.
     Flow,
     /// A comment, in parentheses (perhaps unclosed) or after a semicolon.
     Comment,
@@ -47,7 +50,7 @@ pub enum WordKind {
     Percent,
     /// A word of a positioning block of dialogue whose name is no single letter: `L`, `DR+`, `IX-5`, `FMAX`.
     Motion,
-    /// Another word of dialogue: `TOOL`, `CYCL`, `"MILL"`, `7.1`.
+    /// Another word of dialogue: `TOOL`, `CYCL`, `"MILL"`, `7.1`; a name of SINUMERIK: `TRANS`, `SUPA`, `CYCLE81(…)`, `LABEL:`.
     Keyword,
     /// Anything else, kept unchanged.
     Unknown,
@@ -67,6 +70,8 @@ pub struct Word {
     /// Value, correctly rounded. For a [`WordKind::Expression`] that of its first execution, if the program was evaluated and the value is
     /// known. NaN otherwise, and for words of dialogue without a number.
     pub value: f64,
+    /// What a word of SINUMERIK names besides its letter.
+    pub(crate) name: Name,
 }
 
 impl Word {
@@ -78,6 +83,11 @@ impl Word {
     /// The bytes of the value alone. An edit of a coordinate replaces them.
     pub fn value_span(&self) -> Span {
         Span { start: self.value_start, end: self.span.end }
+    }
+
+    /// Whether the word is a label, a message or another name of SINUMERIK without effect on path and frame.
+    pub fn is_silent(&self) -> bool {
+        matches!(self.name, Name::Silent | Name::Label)
     }
 
     /// Whether the word has this address letter (upper case) and a value.

@@ -1,6 +1,7 @@
 //! Splits one line of dialogue into words. Total: every non-blank byte belongs to exactly one word.
 
 use crate::number::is_blank;
+use crate::sinumerik::names::Name;
 use crate::word::{Span, Word, WordKind};
 
 /// Names of a positioning block that stand alone: path functions, radius compensation, feeds.
@@ -61,7 +62,7 @@ fn offset(base: u32, at: usize) -> u32 {
 
 fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
     let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN }
+    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name: Name::None }
 }
 
 fn block_number(line: &[u8], at: usize, base: u32) -> Word {

@@ -88,7 +88,7 @@ impl Operator {
         let (Some(a), Some(b)) = (left.number(), right.number()) else { return Ok(Value::Unknown) };
         match dialect {
             Dialect::LinuxCnc => self.linux_cnc(a, b),
-            Dialect::Fanuc => self.fanuc(a, b),
+            Dialect::Fanuc | Dialect::Sinumerik => self.fanuc(a, b),
         }
     }
 

@@ -48,7 +48,7 @@ pub(crate) fn assignment(text: &[u8], parameters: &Parameters, dialect: Dialect)
     let value = match dialect {
         // Operators need brackets.
         Dialect::LinuxCnc => reader.term()?,
-        Dialect::Fanuc => reader.expression()?,
+        Dialect::Fanuc | Dialect::Sinumerik => reader.expression()?,
     };
     reader.end()?;
     Ok((name, value))

@@ -14,7 +14,9 @@ mod o_words;
 mod parameters;
 mod perhaps;
 mod quirks;
+mod recorded;
 mod run;
+mod sinumerik;
 mod source;
 mod statement;
 #[cfg(test)]
@@ -28,29 +30,36 @@ pub use run::Files;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dialect::Options;
 use crate::error::GcodeError;
-use crate::execution::{Execution, Note, Ran, Step};
+use crate::execution::Note;
 use crate::program::{Language, Program};
-use crate::word::{Span, Word, WordKind};
+use crate::word::WordKind;
+use recorded::Recorded;
 use run::Run;
-use trace::{Executed, Words};
 
 /// Evaluates a program in place: its expressions get their values, and [`interpret`](crate::interpret) reads the blocks in the order of
 /// their execution. No byte changes.
 ///
 /// `files` gives the content of subprogram files by their names: `name.ngc` in lower case for LinuxCNC; `O1234.nc`, `1234.nc`, `O1234` and
-/// `O1234.NC` for Fanuc, the first that exists. A subprogram that is not found is not read: the position after it is unknown.
+/// `O1234.NC` for Fanuc; `NAME.SPF`, `NAME.MPF` and `_N_NAME_SPF` for SINUMERIK, in any case: the first that exists. A subprogram that is not found is not read: the position after it is unknown.
 ///
 /// # Errors
 /// [`GcodeError::Refused`] if the control would refuse an expression or a statement, if a jump depends on a value that is unknown, and if
 /// the program does not end within 4 million repeated blocks.
 pub fn evaluate(program: &mut Program, options: &Options, files: Files<'_>) -> Result<(), GcodeError> {
+    if let Some(language) = options.dialect.language_of(program) {
+        *program = std::mem::take(program).in_language(language);
+    }
     if is_plain(program) || program.execution().is_some() {
         return Ok(());
     }
-    let (values, again, execution) = {
+    let (values, again, execution) = if program.language() == Language::Sinumerik {
+        let mut run = sinumerik::Run::new(program, options, files);
+        run.execute().map_err(|note| refused(program, note))?;
+        run.recorded().in_place()
+    } else {
         let mut run = Run::new(program, options, files);
         run.execute().map_err(|note| refused(program, note))?;
-        in_place(&run)
+        recorded(&run).in_place()
     };
     program.set_execution(&values, &again, execution);
     Ok(())
@@ -64,8 +73,16 @@ pub fn evaluate(program: &mut Program, options: &Options, files: Files<'_>) -> R
 /// # Errors
 /// As [`evaluate`]; also if a value or a branch is known only when the program runs.
 pub fn expand(program: &Program, options: &Options, files: Files<'_>) -> Result<Vec<u8>, GcodeError> {
+    if let Some(language) = options.dialect.language_of(program) {
+        return expand(&program.clone().in_language(language), options, files);
+    }
     if is_plain(program) {
         return Ok(program.bytes().to_vec());
+    }
+    if program.language() == Language::Sinumerik {
+        let mut run = sinumerik::Run::new(program, options, files);
+        run.execute().map_err(|note| refused(program, note))?;
+        return sinumerik::write(&run).map_err(|note| refused(program, note));
     }
     let mut run = Run::new(program, options, files);
     run.execute().map_err(|note| refused(program, note))?;
@@ -79,6 +96,9 @@ pub(crate) fn is_plain(program: &Program) -> bool {
     is_dialogue
         || program.words().iter().all(|word| match word.kind {
             WordKind::Expression | WordKind::Assignment | WordKind::Flow => false,
+            // Names that are not known may be subprograms.
+            WordKind::Unknown => program.language() != Language::Sinumerik,
+            WordKind::Number if word.letter == b'L' => program.language() != Language::Sinumerik,
             WordKind::Number if word.letter == b'M' => ![97.0, 98.0, 99.0, 198.0].contains(&word.value),
             WordKind::Number if word.letter == b'G' => word.value != 65.0,
             _ => true,
@@ -91,59 +111,7 @@ fn refused(program: &Program, note: Note) -> GcodeError {
     GcodeError::Refused { diagnostics: vec![diagnostic] }
 }
 
-/// Values of the program's own words, the words of further executions, and the order of all.
-fn in_place(run: &Run<'_>) -> (Vec<(usize, f64)>, Vec<Word>, Execution) {
-    let main = &run.sources[0].program;
-    let (mut values, mut again, mut steps) = (Vec::new(), Vec::new(), Vec::with_capacity(run.trace.executed.len()));
-    let own_words = main.words().len();
-    let mut once = vec![false; main.blocks().len()];
-    for executed in &run.trace.executed {
-        let words = match &executed.words {
-            Words::Own if executed.source == 0 => main.word_range(executed.block),
-            _ => {
-                let start = again.len();
-                let caller = main.blocks()[executed.caller].span;
-                let at = |word: &Word| placed(word, (executed.source > 0).then_some(caller));
-                again.extend(run.words_of(executed).iter().map(at));
-                own_words + start..own_words + again.len()
-            }
-        };
-        if executed.source == 0 && executed.run == 1 {
-            values.extend(own_values(main, executed.block, run.words_of(executed)));
-        }
-        let (block, first_word, end_word) = (executed.caller as u32, words.start as u32, words.end as u32);
-        let ran = ran(run, executed);
-        once[executed.caller] |= ran == Ran::Once;
-        steps.push(Step { block, first_word, end_word, ran });
-    }
-    let files = run.sources[1..].iter().map(|source| (source.name.clone(), source.program.bytes().to_vec())).collect();
-    let notes = run.undecided.iter().cloned().collect();
-    (values, again, Execution { once, targets: run.targets.clone(), steps, notes, files })
-}
-
-fn ran(run: &Run<'_>, executed: &Executed) -> Ran {
-    match executed {
-        Executed { perhaps: true, .. } => Ran::Perhaps,
-        Executed { source: 1.., .. } => Ran::Elsewhere,
-        Executed { block, .. } if run.trace.runs(0, *block) > 1 => Ran::Repeated,
-        _ => Ran::Once,
-    }
-}
-
-/// A word of another file refers to the block that calls it.
-fn placed(word: &Word, caller: Option<Span>) -> Word {
-    match caller {
-        Some(span) => Word { span, value_start: span.end, ..*word },
-        None => *word,
-    }
-}
-
-/// Indices and values of the expressions of a block. The executed words are some of its words, in order.
-fn own_values(main: &Program, block: usize, executed: &[Word]) -> impl Iterator<Item = (usize, f64)> {
-    let mut rest = executed.iter().peekable();
-    main.word_range(block).filter_map(move |index| {
-        let own = main.words()[index];
-        let value = rest.next_if(|word| word.span == own.span)?.value;
-        (own.kind == WordKind::Expression).then_some((index, value))
-    })
+fn recorded<'a>(run: &'a Run<'_>) -> Recorded<'a> {
+    let programs = run.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
+    Recorded { programs, trace: &run.trace, undecided: run.undecided.as_ref(), targets: &run.targets }
 }

@@ -88,7 +88,7 @@ impl Parameters {
     fn check(&self, number: u32) -> Result<(), Fault> {
         let exists = match self.dialect {
             Dialect::LinuxCnc => (1..=LAST_LINUXCNC).contains(&number),
-            Dialect::Fanuc => number >= 100,
+            Dialect::Fanuc | Dialect::Sinumerik => number >= 100,
         };
         if exists { Ok(()) } else { Err(Fault::new(format!("there is no parameter #{number}"))) }
     }
@@ -97,7 +97,7 @@ impl Parameters {
     pub fn is_system(&self, name: &Name) -> bool {
         match (name, self.dialect) {
             (Name::Number(number), Dialect::LinuxCnc) => *number > LAST_USER_LINUXCNC,
-            (Name::Number(number), Dialect::Fanuc) => *number >= FIRST_SYSTEM_FANUC,
+            (Name::Number(number), Dialect::Fanuc | Dialect::Sinumerik) => *number >= FIRST_SYSTEM_FANUC,
             (Name::Named(_), _) => false,
         }
     }
@@ -106,7 +106,7 @@ impl Parameters {
     pub fn moves_frame(&self, name: &Name) -> bool {
         match (name, self.dialect) {
             (Name::Number(number), Dialect::LinuxCnc) => *number > LAST_HOME_LINUXCNC,
-            (Name::Number(number), Dialect::Fanuc) => *number >= 1200 && !(3000..=3006).contains(number),
+            (Name::Number(number), Dialect::Fanuc | Dialect::Sinumerik) => *number >= 1200 && !(3000..=3006).contains(number),
             (Name::Named(_), _) => false,
         }
     }

@@ -15,6 +15,8 @@ pub fn recognise(program: &Program) -> Option<Foreign> {
     let by_bytes = signature::recognise(program.bytes());
     match program.language() {
         Language::Dialogue => by_bytes,
-        Language::Rs274 => by_bytes.or_else(|| text::recognise(program)).or_else(|| words::recognise(program)),
+        Language::Rs274 | Language::Sinumerik => {
+            by_bytes.or_else(|| text::recognise(program)).or_else(|| words::recognise(program))
+        }
     }
 }

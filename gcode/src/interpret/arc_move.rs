@@ -6,6 +6,7 @@ use crate::arc::{Arc, ArcFault, ArcTolerance};
 use crate::dialect::Dialect;
 use crate::modal::{Distance, Plane};
 use crate::position::{AXIS_LETTERS, Position};
+use crate::sinumerik::names::Name;
 
 /// Address letters of the distances from start to centre along X, Y, Z.
 const CENTRE_LETTERS: [u8; 3] = *b"IJK";
@@ -37,7 +38,8 @@ impl Interpreter<'_> {
         let plane = self.modal.plane;
         let [first, second, normal] = plane.axes();
         // Postprocessors for Fanuc controls write a zero for the third axis. LinuxCNC refuses it.
-        let is_zero = self.options.dialect == Dialect::Fanuc && words.number(self.program, CENTRE_LETTERS[normal]) == Some(0.0);
+        let is_zero =
+            self.options.dialect != Dialect::LinuxCnc && words.number(self.program, CENTRE_LETTERS[normal]) == Some(0.0);
         if let Some(index) = words.index(CENTRE_LETTERS[normal]).filter(|_| !is_zero) {
             self.report.error(self.span(index), "this centre word is not in the plane of the arc", Some("check G17, G18, G19"));
             return None;
@@ -78,13 +80,20 @@ impl Interpreter<'_> {
         let [first, second, _] = self.modal.plane.axes();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute && has_centre;
         [first, second].iter().all(|&axis| {
-            let given = words.has(AXIS_LETTERS[axis]) && self.modal.distance == Distance::Absolute;
+            let given = words.has(AXIS_LETTERS[axis]) && self.distance_of(words, axis) == Distance::Absolute;
             self.position.knows(axis) || !(given || absolute_centre)
         })
     }
 
     /// LinuxCNC's P word of an arc, 1 if absent.
     fn turns(&mut self, words: &Gathered, at: usize) -> Option<u32> {
+        if let Some((index, _)) = words.named.iter().find(|(_, name)| *name == Name::Turn) {
+            let full = self.program.words()[*index].number().filter(|n| n.fract() == 0.0 && (0.0..1e3).contains(n));
+            if full.is_none() {
+                self.report.error(self.span(*index), "TURN must be a whole number of circles", None);
+            }
+            return full.map(|full| full as u32 + 1);
+        }
         match words.number(self.program, b'P') {
             Some(p) if self.options.dialect == Dialect::LinuxCnc && words.m.is_empty() => {
                 if p.fract() != 0.0 || !(1.0..=1e6).contains(&p) {
@@ -102,7 +111,13 @@ impl Interpreter<'_> {
         let [first, second, _] = ends.plane.axes();
         let unit = self.modal.units.mm();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute;
-        let offset = [first, second].map(|axis| self.coordinate(words, CENTRE_LETTERS[axis]).map(|value| value * unit));
+        let is_absolute = |axis: usize| {
+            words.index(CENTRE_LETTERS[axis]).is_some_and(|index| self.program.words()[index].name == Name::Absolute)
+        };
+        let offset = [first, second].map(|axis| {
+            let value = self.coordinate(words, CENTRE_LETTERS[axis])? * unit;
+            Some(if is_absolute(axis) { self.modal.shift[axis] + value - self.position.nominal[axis] } else { value })
+        });
         let shift = [self.modal.shift[first], self.modal.shift[second]];
         let incremental = [0, 1].map(|k| ends.start[k] + offset[k].unwrap_or(0.0));
         let absolute = [0, 1].map(|k| shift[k] + offset[k].unwrap_or(0.0));

@@ -2,6 +2,7 @@
 
 use crate::dialect::Dialect;
 use crate::modal::{CutterCompensation, Distance, FeedMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
+use crate::sinumerik::names::Section;
 
 /// A motion code of modal group 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,8 @@ pub(super) enum Motion {
     Thread,
     RigidTap,
     Probe,
+    /// A path that is not interpreted.
+    Curve,
 }
 
 /// Path mode of the control, before its words are read.
@@ -33,6 +36,8 @@ pub(super) enum OneShot {
     SetPosition,
     MacroCall,
     ToolOffset,
+    /// Limits and poles of SINUMERIK: no motion.
+    Data,
 }
 
 /// One G code.
@@ -71,6 +76,10 @@ pub(super) enum Code {
     Silent,
     /// Known motion along a path that is not interpreted.
     UnsupportedMotion,
+    /// Opens a section of SINUMERIK.
+    Opens(Section),
+    /// Ends a section of SINUMERIK.
+    Closes(Section),
     Unknown,
 }
 
@@ -156,6 +165,8 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> 
         _ => match dialect {
             Dialect::Fanuc => classify_fanuc(tenths, has_cycle_words),
             Dialect::LinuxCnc => classify_linuxcnc(tenths),
+            // Has a table of its own.
+            Dialect::Sinumerik => Unknown,
         },
     }
 }

@@ -29,7 +29,7 @@ impl Interpreter<'_> {
         Some(if axis < 3 { number * self.modal.units.mm() } else { number.to_radians() })
     }
 
-    fn update_shift(&mut self) {
+    pub fn update_shift(&mut self) {
         for axis in 0..6 {
             self.modal.shift[axis] = self.shifts.local[axis] + self.shifts.position[axis];
         }
@@ -50,7 +50,7 @@ impl Interpreter<'_> {
                 self.position.forget(axis);
             }
             let shift = match self.options.dialect {
-                Dialect::Fanuc => &mut self.shifts.local[axis],
+                Dialect::Fanuc | Dialect::Sinumerik => &mut self.shifts.local[axis],
                 Dialect::LinuxCnc => &mut self.shifts.position[axis],
             };
             *shift = value.unwrap_or(*shift);
@@ -144,6 +144,11 @@ impl Interpreter<'_> {
         let number = |letter| words.number(self.program, letter);
         let (seconds, taken) = match self.options.dialect {
             Dialect::LinuxCnc => (number(b'P'), false),
+            // F is the time, S a number of revolutions of the spindle.
+            Dialect::Sinumerik if words.has(b'F') => (number(b'F'), true),
+            Dialect::Sinumerik => {
+                (number(b'S').zip(self.modal.spindle_rpm).filter(|(_, rpm)| *rpm > 0.0).map(|(s, rpm)| 60.0 * s / rpm), true)
+            }
             Dialect::Fanuc if words.has(b'P') => (number(b'P').map(|ms| ms / 1000.0), false),
             Dialect::Fanuc => (self.coordinate(words, b'X').or_else(|| self.coordinate(words, b'U')), true),
         };
@@ -173,8 +178,12 @@ impl Interpreter<'_> {
     pub fn target(&self, words: &Gathered, repeats: u32) -> Position {
         let mut end = self.position;
         for axis in self.named(words) {
-            match (self.scaled(words, axis), self.modal.distance) {
+            match (self.scaled(words, axis), self.distance_of(words, axis)) {
                 (None, _) => end.forget(axis),
+                (Some(value), Distance::Incremental) if self.unsettled[axis] => {
+                    end.nominal[axis] += value;
+                    end.forget(axis);
+                }
                 (Some(value), Distance::Absolute) => end.set(axis, value + self.modal.shift[axis]),
                 (Some(value), Distance::Incremental) => end.nominal[axis] += value * f64::from(repeats),
             }

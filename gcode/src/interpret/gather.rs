@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use super::codes::{Code, classify, tenths};
+use super::codes::{Code, Motion, classify, tenths};
+use super::sinumerik_codes::classify_sinumerik;
 use crate::dialect::Dialect;
 use crate::number::scan_number;
 use crate::program::Program;
+use crate::sinumerik::names::Name;
 use crate::word::{Word, WordKind};
 
 /// One G word with its meaning.
@@ -22,6 +24,8 @@ pub(super) struct Gathered {
     by_letter: [Option<u32>; 26],
     pub g: Vec<GWord>,
     pub m: Vec<usize>,
+    /// Words of SINUMERIK with a name, and values in AC( ) or IC( ) of none of the axes.
+    pub named: Vec<(usize, Name)>,
     /// G words whose value is an expression or no code.
     pub bad_g: Option<usize>,
     pub unknown: Option<usize>,
@@ -41,18 +45,22 @@ pub(super) struct Gathered {
 impl Gathered {
     /// Sorts the words with these indices.
     pub fn fill(&mut self, program: &Program, range: Range<usize>, dialect: Dialect) {
-        let (mut g, mut m) = (std::mem::take(&mut self.g), std::mem::take(&mut self.m));
+        let (mut g, mut m, mut named) =
+            (std::mem::take(&mut self.g), std::mem::take(&mut self.m), std::mem::take(&mut self.named));
         g.clear();
         m.clear();
-        *self = Self { g, m, is_empty: true, ..Self::default() };
+        named.clear();
+        *self = Self { g, m, named, is_empty: true, ..Self::default() };
         let has_cycle_words = program.words()[range.clone()].iter().any(|w| w.is(b'P') || w.is(b'Q'));
         for index in range {
             let word = &program.words()[index];
             if word.kind != WordKind::Comment {
                 self.is_empty = false;
             }
+            self.note_name(index, word.name);
             match word.kind {
                 WordKind::Comment => {}
+                WordKind::Keyword if word.name != Name::None => {}
                 WordKind::Assignment => self.assignment = self.assignment.or(Some(index)),
                 WordKind::BlockDelete => self.block_delete = true,
                 WordKind::Percent => self.percent = true,
@@ -64,10 +72,27 @@ impl Gathered {
         }
     }
 
+    fn note_name(&mut self, index: usize, name: Name) {
+        // The number is in no message.
+        let code = |code: Code| GWord { index, tenths: u16::MAX, code };
+        match name {
+            Name::None | Name::Absolute | Name::Incremental => {}
+            Name::Curve => self.g.push(code(Code::Motion(Motion::Curve))),
+            Name::MachineFrame => self.g.push(code(Code::MachineCoordinates)),
+            name => self.named.push((index, name)),
+        }
+    }
+
     fn add(&mut self, index: usize, word: &Word, dialect: Dialect, has_cycle_words: bool) {
         match word.letter {
             b'G' => match word.number().and_then(tenths) {
-                Some(tenths) => self.g.push(GWord { index, tenths, code: classify(tenths, dialect, has_cycle_words) }),
+                Some(tenths) => {
+                    let code = match dialect {
+                        Dialect::Sinumerik => classify_sinumerik(tenths),
+                        _ => classify(tenths, dialect, has_cycle_words),
+                    };
+                    self.g.push(GWord { index, tenths, code });
+                }
                 None => self.bad_g = self.bad_g.or(Some(index)),
             },
             b'M' => self.m.push(index),
@@ -95,6 +120,11 @@ impl Gathered {
     /// Whether the block has a word with this letter.
     pub fn has(&self, letter: u8) -> bool {
         self.index(letter).is_some()
+    }
+
+    /// Index of the first name of a position that is not interpreted.
+    pub fn geometry(&self) -> Option<usize> {
+        self.named.iter().find(|(_, name)| *name == Name::Geometry).map(|(index, _)| *index)
     }
 
     /// Value of the word with this letter.

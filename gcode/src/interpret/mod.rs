@@ -10,6 +10,8 @@ pub(crate) mod report;
 mod sections;
 mod settings;
 mod shifts;
+mod sinumerik;
+mod sinumerik_codes;
 mod state;
 mod unknown;
 
@@ -42,6 +44,9 @@ const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
 pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, GcodeError> {
     if program.language() == Language::Dialogue {
         return dialogue::interpret(program, options);
+    }
+    if let Some(language) = options.dialect.language_of(program) {
+        return interpret(&program.clone().in_language(language), options);
     }
     if program.execution().is_none() && !is_plain(program) {
         let mut evaluated = program.clone();
@@ -115,6 +120,9 @@ impl Interpreter<'_> {
         }
         self.content_seen = true;
         // What evaluation leaves are calls of subprograms that are not found.
+        if words.flow.is_some() && self.is_sinumerik() {
+            return self.lose_track(words);
+        }
         if let Some(statement) = words.flow {
             self.call(self.span(statement));
             return;
@@ -126,7 +134,8 @@ impl Interpreter<'_> {
         self.cutter_before = self.modal.cutter;
         let before = (self.motion, self.cycle);
         self.apply_settings(words);
-        let axes_taken = self.apply_one_shots(words);
+        let names_taken = self.apply_names(words);
+        let axes_taken = self.apply_one_shots(words) || names_taken;
         if !axes_taken {
             let path = self.modal.path;
             if words.g.iter().any(|g| g.code == Code::ExactStopHere) {
@@ -144,6 +153,9 @@ impl Interpreter<'_> {
         if self.ran == Ran::Perhaps {
             self.doubt(words, before);
         }
+        if self.is_sinumerik() {
+            self.settle(words, !axes_taken);
+        }
         self.apply_stops(words);
     }
 
@@ -154,9 +166,13 @@ impl Interpreter<'_> {
         if let (Some(first), Some(second)) = (motions.next(), motions.next())
             && first.tenths != second.tenths
         {
-            let message = format!("{} contradicts {} in the same block", written(second.tenths), written(first.tenths));
+            let text = |index: usize| String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase();
+            let message = format!("{} contradicts {} in the same block", text(second.index), text(first.index));
             self.report.error(self.span(second.index), message, Some("one motion code a block"));
             return true;
+        }
+        if self.is_sinumerik() {
+            return false;
         }
         if let Some(index) = words.bad_g {
             self.report.error(self.span(index), "this G code cannot be identified", Some("write the code as a number"));
@@ -212,6 +228,7 @@ impl Interpreter<'_> {
                     self.forget_all();
                     taken = true;
                 }
+                Code::OneShot(OneShot::Data) => taken = true,
                 Code::ClearPositionShift => self.clear_position_shift(false),
                 Code::SuspendPositionShift => self.clear_position_shift(true),
                 Code::RestorePositionShift => self.restore_position_shift(),
@@ -225,10 +242,14 @@ impl Interpreter<'_> {
     }
 
     fn apply_stops(&mut self, words: &Gathered) {
-        let calls = if self.options.dialect == Dialect::Fanuc { &[97.0, 98.0, 198.0][..] } else { &[98.0] };
-        if words.has_m(self.program, calls) {
+        let (calls, ends) = match self.options.dialect {
+            Dialect::Fanuc => (&[97.0, 98.0, 198.0][..], &[2.0, 30.0, 99.0]),
+            Dialect::LinuxCnc => (&[98.0][..], &[2.0, 30.0, 99.0]),
+            Dialect::Sinumerik => (&[][..], &[2.0, 17.0, 30.0]),
+        };
+        if words.has_m(self.program, calls) || (self.is_sinumerik() && words.has(b'L')) {
             self.call(self.span_of_block());
-        } else if words.has_m(self.program, &[2.0, 30.0, 99.0]) && !words.optional {
+        } else if words.has_m(self.program, ends) && !words.optional {
             self.ended = true;
         }
     }

@@ -34,9 +34,10 @@ impl Interpreter<'_> {
         let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let axes = words.any(&AXIS_LETTERS).or_else(|| if is_arc { words.any(b"IJK") } else { None });
+        let axes = axes.or_else(|| words.geometry());
         let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
         match unknown {
-            Some(index) if feeds && self.cycle.is_none() => return self.refuse_unknown(words, index),
+            Some(index) if feeds && self.cycle.is_none() && !self.is_sinumerik() => return self.refuse_unknown(words, index),
             Some(_) => self.forget_all(),
             None => {}
         }
@@ -48,12 +49,13 @@ impl Interpreter<'_> {
             return;
         }
         let Some(first) = axes else { return };
-        let Some(motion) = self.motion else {
+        // G1 is the reset state of most SINUMERIK controls, but machine data decide.
+        let Some(motion) = self.motion.or(self.is_sinumerik().then_some(Motion::Curve)) else {
             let help = "write G0, G1, G2 or G3 in this block or before it";
             self.report.error(self.span(first), "axis words, but no motion code is active", Some(help));
             return;
         };
-        if let (Some(index), true) = (machine, is_arc) {
+        if let (Some(index), true, false) = (machine, is_arc, self.is_sinumerik()) {
             self.report.error(self.span(index), "G53 goes with G0 and G1 only", None);
             return;
         }
@@ -61,6 +63,7 @@ impl Interpreter<'_> {
         match motion {
             Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
             Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),
+            Motion::Curve => self.curve(words, explicit_motion),
             Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
             // A rigid tap returns to its start.
             Motion::RigidTap => self.push_fixed(MoveKind::Thread, self.position, Fixed::Threading, explicit_motion),
@@ -84,7 +87,8 @@ impl Interpreter<'_> {
         if end_unknown || (self.optional_motion && !explicit_motion) {
             self.lose_named(words, start);
         }
-        if !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some() {
+        let unread = words.duplicate.is_some() || words.geometry().is_some();
+        if !self.transforms.is_empty() || self.modal_macro.is_some() || unread {
             self.forget_all();
         }
         self.keep_code_of_last_arc(words.optional, explicit_motion);
@@ -101,6 +105,10 @@ impl Interpreter<'_> {
     }
 
     fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
+        let corner = self.joins_corner(words);
+        if let Some(why) = self.reads_not(words, motion != Motion::Line).filter(|_| self.is_sinumerik()) {
+            return self.opaque_move(words, why, at, explicit_motion);
+        }
         let start = self.position;
         let end = self.target(words, 1);
         let sound = self.check_feed_move(words, motion, at);
@@ -124,8 +132,11 @@ impl Interpreter<'_> {
             _ => None,
         };
         self.keep_code_of_last_arc(words.optional, explicit_motion);
-        let shiftable = if decided { self.shiftable(words, start, machine) } else { Shiftable::No(Fixed::RunTime) };
-        self.after_corner = words.corner;
+        let shiftable = match self.shiftable(words, start, machine) {
+            _ if !decided => Shiftable::No(Fixed::RunTime),
+            Shiftable::Yes if corner => Shiftable::No(Fixed::Adjoining),
+            shiftable => shiftable,
+        };
         let (modal, after_shared) = (self.modal_index(), self.take_shared());
         self.moves.push(Move {
             block: self.block as u32,
@@ -152,8 +163,6 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::CutterCompensation)
         } else if words.has_m(self.program, &[6.0]) || self.changes_offset(words) {
             Shiftable::No(Fixed::ToolChange)
-        } else if words.corner || self.after_corner {
-            Shiftable::No(Fixed::Adjoining)
         } else if !self.is_splittable() || self.has_unclear_turns(words) {
             Shiftable::No(Fixed::Unsplittable)
         } else if words.optional || self.optional_feed || self.optional_motion {
@@ -203,7 +212,11 @@ impl Interpreter<'_> {
     /// "Tool Length Offset").
     fn changes_offset(&self, words: &Gathered) -> bool {
         let code = |code: &Code| matches!(code, Code::ToolLength(_));
-        self.options.dialect == Dialect::Fanuc && (words.any(b"DHT").is_some() || words.g.iter().any(|g| code(&g.code)))
+        match self.options.dialect {
+            Dialect::Fanuc => words.any(b"DHT").is_some() || words.g.iter().any(|g| code(&g.code)),
+            Dialect::LinuxCnc => false,
+            Dialect::Sinumerik => words.any(b"DT").is_some(),
+        }
     }
 
     fn open_cycle(&mut self, code: u16) {
@@ -236,7 +249,7 @@ impl Interpreter<'_> {
         let count_letter = match self.options.dialect {
             Dialect::LinuxCnc => b'L',
             Dialect::Fanuc if words.has(b'K') => b'K',
-            Dialect::Fanuc => b'L',
+            Dialect::Fanuc | Dialect::Sinumerik => b'L',
         };
         let count = words.number(self.program, count_letter);
         let repeats = if words.has(count_letter) { count.unwrap_or(1.0).clamp(0.0, 1e6) as u32 } else { 1 };

@@ -5,12 +5,15 @@
 //! position is unknown until all coordinates are stated.
 
 use super::codes::cancels;
+use crate::sinumerik::names::Section;
 
 /// Cause of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cause {
     /// A G code, in tenths.
     G(u16),
+    /// What opened it has a name.
+    Named(Section),
     /// A cause without a known cancelling code.
     Lasting,
 }
@@ -33,9 +36,11 @@ impl Sections {
         new
     }
 
-    /// Ends the sections opened by this cause.
-    pub fn close(&mut self, cause: Cause) {
-        self.0.retain(|open| *open != cause);
+    /// Ends the sections opened by this cause. Returns whether there were any.
+    pub fn close(&mut self, cause: Cause) -> bool {
+        let open = self.0.len();
+        self.0.retain(|other| *other != cause);
+        self.0.len() < open
     }
 
     /// Ends the sections that the code `off` (in tenths) cancels. Returns whether there were any.

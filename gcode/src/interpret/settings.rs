@@ -2,6 +2,7 @@
 
 use super::codes::{Code, OneShot, PathCode, cancels};
 use super::gather::Gathered;
+use super::sinumerik_codes::{feed_mode_of_speed, feed_units};
 use super::state::{FeedWord, Interpreter};
 use crate::decimal_point::has_point;
 use crate::dialect::{DecimalPoint, Dialect};
@@ -16,20 +17,34 @@ impl Interpreter<'_> {
             match g.code {
                 Code::Units(units) => {
                     self.modal.units = units;
+                    self.modal.feed_units = if self.is_sinumerik() { feed_units(g.tenths, self.options.units) } else { units };
                     self.units_stated = true;
                 }
-                Code::FeedMode(mode) if mode != self.modal.feed_mode => {
-                    self.modal.feed_mode = mode;
-                    self.feed = FeedWord::Unset;
+                Code::FeedMode(mode) => self.set_feed_mode(mode),
+                Code::SurfaceSpeed(on) => {
+                    self.set_surface_speed(on);
+                    if let Some(mode) = feed_mode_of_speed(g.tenths).filter(|_| self.is_sinumerik()) {
+                        self.set_feed_mode(mode);
+                    }
                 }
-                Code::SurfaceSpeed(on) => self.set_surface_speed(on),
                 _ => {}
             }
         }
-        self.read_feed(words);
-        self.read_spindle_and_tool(words);
+        // The F and S of a dwell and of a limit are not modal.
+        let own = |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::Data));
+        if !(self.is_sinumerik() && words.g.iter().any(|g| own(g.code))) {
+            self.read_feed(words);
+            self.read_spindle_and_tool(words);
+        }
         for g in &words.g {
             self.apply_setting(words, g.code, g.tenths);
+        }
+    }
+
+    fn set_feed_mode(&mut self, mode: FeedMode) {
+        if mode != self.modal.feed_mode {
+            self.modal.feed_mode = mode;
+            self.feed = FeedWord::Unset;
         }
     }
 
@@ -43,7 +58,7 @@ impl Interpreter<'_> {
         let Some(index) = words.index(b'F') else { return };
         self.feed = match self.program.words()[index].number().map(|written| written * self.feed_increment(index)) {
             Some(written) if self.modal.feed_mode == FeedMode::InverseTime => FeedWord::Value { written, mm: written },
-            Some(written) => FeedWord::Value { written, mm: written * self.modal.units.mm() },
+            Some(written) => FeedWord::Value { written, mm: written * self.modal.feed_units.mm() },
             None => FeedWord::Unpredictable { block: self.block },
         };
     }
@@ -123,7 +138,7 @@ impl Interpreter<'_> {
     fn set_cutter(&mut self, words: &Gathered, cutter: CutterCompensation) {
         let plane = &self.modal.plane.axes()[..2];
         let leaves = cutter == CutterCompensation::Off && self.modal.cutter != CutterCompensation::Off;
-        let taken_back = self.options.dialect == Dialect::Fanuc && plane.iter().any(|axis| words.has(AXIS_LETTERS[*axis]));
+        let taken_back = self.options.dialect != Dialect::LinuxCnc && plane.iter().any(|axis| words.has(AXIS_LETTERS[*axis]));
         if leaves && !taken_back {
             plane.iter().for_each(|axis| self.position.forget(*axis));
         }

@@ -48,9 +48,13 @@ pub(super) struct Interpreter<'a> {
     pub optional_since_code: bool,
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
-    /// Whether the control rounds or chamfers the corner at the end of the last feed move.
-    pub after_corner: bool,
     pub cutter_before: CutterCompensation,
+    /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
+    pub unsettled: [bool; 6],
+    /// The move before ends in a corner that the control rounds or chamfers; on SINUMERIK all may.
+    pub corner_before: bool,
+    pub rounds_corners: bool,
+    pub compressor_noted: bool,
     pub content_seen: bool,
     pub ended: bool,
     pub moves: Vec<Move>,
@@ -105,8 +109,11 @@ impl<'a> Interpreter<'a> {
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,
-            after_corner: false,
             cutter_before: modal.cutter,
+            unsettled: [false; 6],
+            corner_before: false,
+            rounds_corners: false,
+            compressor_noted: false,
             content_seen: false,
             ended: false,
             moves: Vec::new(),

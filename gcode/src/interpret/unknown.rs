@@ -20,7 +20,8 @@ impl Interpreter<'_> {
                 self.forget_all();
             }
             if g.code == Code::Unknown && !ended {
-                self.open_section(g.index, &written(g.tenths), Cause::G(g.tenths), None);
+                let cause = if self.is_sinumerik() { Cause::Lasting } else { Cause::G(g.tenths) };
+                self.open_section(g.index, &written(g.tenths), cause, None);
             }
         }
         for &index in &words.m {
@@ -43,6 +44,10 @@ impl Interpreter<'_> {
         if let Some(index) = words.assignment {
             self.open_section(index, "this parameter of the control", Cause::Lasting, None);
         }
+        if let Some(index) = words.bad_g.filter(|_| self.is_sinumerik()) {
+            self.open_section(index, "this G code", Cause::Lasting, None);
+        }
+        self.note_names(words);
         if words.optional {
             self.note_optional(words);
         }
@@ -78,7 +83,7 @@ impl Interpreter<'_> {
         let changes = |code: &Code| match code {
             Code::Distance(distance) => *distance != self.modal.distance,
             Code::Motion(_)
-            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall)
+            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall | OneShot::Data)
             | Code::Silent
             | Code::ExactStopHere
             | Code::MachineCoordinates
@@ -100,10 +105,10 @@ impl Interpreter<'_> {
         }
     }
 
-    fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {
+    pub fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {
         if self.sections.open(cause) {
             let until = match cause {
-                Cause::G(_) => "until it is cancelled",
+                Cause::G(_) | Cause::Named(_) => "until it is cancelled",
                 Cause::Lasting => "up to the program's end",
             };
             let message = format!("{what}: what it changes is not known; the moves after it are left alone {until}");
@@ -113,6 +118,8 @@ impl Interpreter<'_> {
 
     fn is_passive(&self, number: u16) -> bool {
         let user = self.options.dialect == Dialect::LinuxCnc && is_user_defined(number);
-        user || self.options.passive.holds(number) || changes_nothing(number)
+        // Subprogram calls of other controls.
+        let is_call = self.is_sinumerik() && matches!(number, 97..=99 | 198);
+        user || self.options.passive.holds(number) || (changes_nothing(number) && !is_call)
     }
 }

@@ -1,0 +1,238 @@
+//! Names of SINUMERIK in a block: frames, sections, corners, and moves that are not interpreted.
+//!
+//! Source: SINUMERIK "NC programming", "Coordinate transformations (frames)", "Chamfer, rounding", "Transformations".
+
+use super::codes::Code;
+use super::gather::Gathered;
+use super::sections::Cause;
+use super::state::{FeedWord, Interpreter};
+use crate::dialect::Dialect;
+use crate::modal::{Distance, FeedMode};
+use crate::position::AXIS_LETTERS;
+use crate::sinumerik::names::{Name, Section};
+use crate::toolpath::{Feed, Fixed, Move, MoveKind, Shiftable};
+
+impl Interpreter<'_> {
+    pub fn is_sinumerik(&self) -> bool {
+        self.options.dialect == Dialect::Sinumerik
+    }
+
+    /// Opens and ends sections by the names of a block.
+    pub fn note_names(&mut self, words: &Gathered) {
+        for (index, name) in words.named.iter().copied() {
+            let harmless = matches!(name, Name::Silent | Name::Label | Name::Turn | Name::Compressor | Name::Absolute);
+            if words.optional && !harmless {
+                let help = "take the block out, or its slash or condition";
+                self.open_section(index, "this in a block that may not run", Cause::Lasting, Some(help));
+            }
+            match name {
+                Name::Opens(section) => {
+                    self.open_section(index, "this", Cause::Named(section), None);
+                    self.forget_all();
+                }
+                Name::Closes(section) => self.close_named(section),
+                Name::Spindle => self.modal.spindle_rpm = None,
+                Name::AllCorners => self.rounds_corners = self.program.words()[index].number() != Some(0.0),
+                Name::Compressor => self.warn_of_compressor(index),
+                _ => {}
+            }
+        }
+        for g in &words.g {
+            match g.code {
+                Code::Opens(section) => {
+                    self.open_section(g.index, "this", Cause::Named(section), None);
+                    self.forget_all();
+                }
+                Code::Closes(section) => self.close_named(section),
+                _ => {}
+            }
+        }
+    }
+
+    fn close_named(&mut self, section: Section) {
+        if self.sections.close(Cause::Named(section)) {
+            self.forget_all();
+        }
+    }
+
+    fn warn_of_compressor(&mut self, index: usize) {
+        if !std::mem::replace(&mut self.compressor_noted, true) {
+            let message = "the control smooths points within a tolerance from here on, and with them corrections below it";
+            self.report.warning(self.span(index), message, Some("state a tolerance below the expected corrections"));
+        }
+    }
+
+    /// Executes the names that use the axis words themselves. Returns whether there was one.
+    pub fn apply_names(&mut self, words: &Gathered) -> bool {
+        let mut taken = words.g.iter().any(|g| matches!(g.code, Code::Opens(_)));
+        for (index, name) in words.named.iter().copied() {
+            match name {
+                Name::Translate => self.translate(words, index, false),
+                Name::AddTranslate => self.translate(words, index, true),
+                Name::Replace | Name::Add => self.transform(words, index, name == Name::Replace),
+                Name::Opens(_) | Name::Closes(_) => {}
+                Name::Cycle => self.forget_all(),
+                _ => continue,
+            }
+            taken = true;
+        }
+        taken
+    }
+
+    /// TRANS deletes the programmable frame and moves program zero to these coordinates; ATRANS adds to the frame.
+    fn translate(&mut self, words: &Gathered, index: usize, adds: bool) {
+        let before = self.shifts.local;
+        if !adds {
+            self.shifts.local = [0.0; 6];
+            self.close_named(Section::Frame);
+        }
+        for axis in self.named(words) {
+            match self.scaled(words, axis) {
+                Some(value) => self.shifts.local[axis] += value,
+                None => self.open_frame(index),
+            }
+        }
+        if words.geometry().is_some() || words.unknown.is_some() {
+            self.open_frame(index);
+        }
+        for (axis, before) in before.into_iter().enumerate() {
+            self.unsettled[axis] |= self.shifts.local[axis] != before;
+        }
+        self.update_shift();
+    }
+
+    /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame.
+    fn transform(&mut self, words: &Gathered, index: usize, replaces: bool) {
+        let has_words = words.any(b"XYZABCUVW").is_some() || words.unknown.is_some();
+        let has_names = words.named.iter().any(|(_, name)| matches!(name, Name::Angle | Name::Geometry));
+        if replaces {
+            for axis in 0..6 {
+                self.unsettled[axis] |= self.shifts.local[axis] != 0.0;
+            }
+            self.shifts.local = [0.0; 6];
+            self.close_named(Section::Frame);
+            self.update_shift();
+        }
+        if has_words || has_names {
+            self.open_frame(index);
+        }
+    }
+
+    fn open_frame(&mut self, index: usize) {
+        self.open_section(index, "this frame", Cause::Named(Section::Frame), Some("TRANS ends it"));
+        self.forget_all();
+    }
+
+    /// A statement that is not evaluated, or a subprogram that is not found: nothing is known after it.
+    pub fn lose_track(&mut self, words: &Gathered) {
+        if let Some(index) = words.flow.or(words.unknown) {
+            let help = "put the subprogram's file beside the program";
+            self.open_section(index, "this statement, or a subprogram that is not found", Cause::Lasting, Some(help));
+            self.forget_all();
+        }
+    }
+
+    /// Absolute words state where an axis is after its frame or its tool changed. Whether an incremental word includes the change depends on
+    /// setting data (42440, 42442).
+    pub fn settle(&mut self, words: &Gathered, moved: bool) {
+        if words.any(b"DT").is_some() || words.has_m(self.program, &[6.0]) {
+            self.unsettled = [true; 6];
+        }
+        if moved {
+            for axis in self.named(words) {
+                self.unsettled[axis] &= self.distance_of(words, axis) == Distance::Incremental;
+            }
+        }
+    }
+
+    /// Whether an axis word is absolute or incremental.
+    pub fn distance_of(&self, words: &Gathered, axis: usize) -> Distance {
+        let name = words.index(AXIS_LETTERS[axis]).map_or(Name::None, |index| self.program.words()[index].name);
+        match name {
+            Name::Absolute => Distance::Absolute,
+            Name::Incremental => Distance::Incremental,
+            _ => self.modal.distance,
+        }
+    }
+
+    /// Why a feed move of this block is left alone, or `None` if it is interpreted.
+    pub fn reads_not(&self, words: &Gathered, is_arc: bool) -> Option<&'static str> {
+        let [first, second, normal] = self.modal.plane.axes();
+        let is_unknown_start = is_arc && [first, second].iter().any(|axis| !self.position.knows(*axis));
+        let centre = b"IJK"[normal];
+        let allowed = |letter: u8| match letter {
+            b'I' | b'J' | b'K' => is_arc && (letter != centre || words.number(self.program, letter) == Some(0.0)),
+            b'R' => is_arc,
+            b'N' | b'S' | b'T' | b'D' | b'F' | b'H' => true,
+            _ => AXIS_LETTERS.contains(&letter),
+        };
+        if self.sections.is_open() {
+            Some("")
+        } else if words.duplicate.is_some()
+            || words.unknown.is_some()
+            || words.bad_g.is_some()
+            || words.geometry().is_some()
+            || (b'A'..=b'Z').any(|letter| words.has(letter) && !allowed(letter))
+        {
+            Some("not understood in a feed move, which is left alone")
+        } else if is_unknown_start {
+            Some("")
+        } else {
+            None
+        }
+    }
+
+    /// A feed move that is left alone. Its end is known only if all its words are.
+    pub fn opaque_move(&mut self, words: &Gathered, why: &str, at: usize, explicit_motion: bool) {
+        let start = self.position;
+        self.position = self.target(words, 1);
+        if !why.is_empty() {
+            self.report.warning(self.span(at), why, None);
+            self.forget_all();
+        }
+        let feed = match self.feed {
+            FeedWord::Value { mm, .. } if self.modal.feed_mode == FeedMode::PerMinute => Some(Feed::Linear { mm_s: mm / 60.0 }),
+            _ => None,
+        };
+        let shiftable =
+            Shiftable::No(if self.sections.is_open() || !why.is_empty() { Fixed::NotUnderstood } else { Fixed::UnknownStart });
+        let (modal, after_shared) = (self.modal_index(), self.take_shared());
+        self.moves.push(Move {
+            block: self.block as u32,
+            modal,
+            kind: MoveKind::Line,
+            start,
+            end: self.position,
+            feed,
+            feed_word: None,
+            explicit_motion,
+            shiftable,
+            after_shared,
+        });
+    }
+
+    /// A spline, a tangential circle or another path that the control computes from its neighbours: the move before keeps its direction.
+    pub fn curve(&mut self, words: &Gathered, explicit_motion: bool) {
+        let last = self.moves.iter_mut().rfind(|step| !matches!(step.kind, MoveKind::Dwell { .. }));
+        if let Some(last) = last.filter(|last| last.shiftable == Shiftable::Yes) {
+            last.shiftable = Shiftable::No(Fixed::Adjoining);
+        }
+        let at = words.explicit_motion().map_or(0, |(index, _)| index);
+        let why = if words.geometry().is_some() || words.unknown.is_some() {
+            "a path that is not interpreted: it is left alone"
+        } else {
+            ""
+        };
+        self.opaque_move(words, why, at, explicit_motion);
+        if let Some(last) = self.moves.last_mut() {
+            last.shiftable = Shiftable::No(Fixed::NotUnderstood);
+        }
+    }
+
+    /// Whether the control computes a corner at one of the ends of this block's move.
+    pub fn joins_corner(&mut self, words: &Gathered) -> bool {
+        let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
+        let before = std::mem::replace(&mut self.corner_before, words.corner || has(Name::Corner));
+        before || self.corner_before || self.rounds_corners || has(Name::OwnBlock)
+    }
+}
