@@ -129,6 +129,8 @@ pub enum DialectName {
     Fanuc,
     /// LinuxCNC 2.9
     Linuxcnc,
+    /// SINUMERIK 840D, 828D, 808D, ONE in its own dialect
+    Sinumerik,
 }
 
 impl From<DialectName> for Dialect {
@@ -136,6 +138,7 @@ impl From<DialectName> for Dialect {
         match name {
             DialectName::Fanuc => Self::Fanuc,
             DialectName::Linuxcnc => Self::LinuxCnc,
+            DialectName::Sinumerik => Self::Sinumerik,
         }
     }
 }

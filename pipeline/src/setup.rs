@@ -48,6 +48,7 @@ impl Setup {
         let dialect = controller.and_then(|controller| controller.dialect).map(|dialect| match dialect {
             ProgramDialect::Fanuc => Dialect::Fanuc,
             ProgramDialect::LinuxCnc => Dialect::LinuxCnc,
+            ProgramDialect::Sinumerik => Dialect::Sinumerik,
         });
         let decimal_point = controller.and_then(|controller| controller.decimal_point).map(|point| match point {
             ProgramDecimalPoint::Unit => DecimalPoint::Unit,

@@ -143,6 +143,8 @@ pub enum ProgramDialect {
     Fanuc,
     /// LinuxCNC.
     LinuxCnc,
+    /// SINUMERIK in its own dialect.
+    Sinumerik,
 }
 
 /// Reading of a coordinate without a decimal point.

@@ -73,6 +73,7 @@ impl Style {
     fn dwell(&self, seconds: f64) -> Result<String, ProgramFault> {
         Ok(match self.dialect {
             Some(Dialect::Fanuc) => format!("G4 P{:.0}", seconds * 1e3),
+            Some(Dialect::Sinumerik) => format!("G4 F{}", format_number(seconds, 4)?),
             _ => format!("G4 P{}", format_number(seconds, 4)?),
         })
     }
@@ -97,16 +98,23 @@ pub fn program(name: &str, number: usize, reference: &Trajectory, style: &Style)
 fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, ProgramFault> {
     let mut lines = Lines { reference, style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
     lines.motion()?;
-    let mut text = String::from("%\n");
+    // A SINUMERIK program has a name outside of its text, and its comments follow a semicolon.
+    let is_sinumerik = style.dialect == Some(Dialect::Sinumerik);
+    let mut text = String::from(if is_sinumerik { "" } else { "%\n" });
     if style.dialect == Some(Dialect::Fanuc) {
         text += &format!("O{}\n", FIRST_NUMBER + number);
     }
     for line in header(name, reference, style, lines.feeds()) {
         let plain: String = line.chars().map(|c| if c.is_ascii() && !"()%;".contains(c) { c } else { ' ' }).collect();
-        text += &format!("({})\n", plain.to_ascii_uppercase());
+        let plain = plain.to_ascii_uppercase();
+        text += &if is_sinumerik { format!("; {plain}\n") } else { format!("({plain})\n") };
     }
     text += &lines.text;
-    text += if style.dialect == Some(Dialect::Fanuc) { "M30\n%\n" } else { "M2\n%\n" };
+    text += match style.dialect {
+        Some(Dialect::Fanuc) => "M30\n%\n",
+        Some(Dialect::Sinumerik) => "M30\n",
+        _ => "M2\n%\n",
+    };
     check(&text, reference, &lines.ends, style)?;
     Ok(text)
 }
@@ -159,7 +167,10 @@ impl Lines<'_> {
     fn motion(&mut self) -> Result<(), ProgramFault> {
         let Style { encoding, spacing_s, path_tolerance_mm, .. } = *self.style;
         let period_s = self.reference.period_s();
-        self.text += "G21 G90 G17 G40 G49 G80 G94";
+        self.text += match self.style.dialect {
+            Some(Dialect::Sinumerik) => "G710 G90 G17 G40 G94",
+            _ => "G21 G90 G17 G40 G49 G80 G94",
+        };
         if let Some(tolerance_mm) = path_tolerance_mm {
             self.text += &format!(" G64 P{} Q0", format_number(tolerance_mm, 6)?);
         }
@@ -334,6 +345,11 @@ mod tests {
             let linuxcnc = name == Some("linuxcnc");
             assert_eq!((text.contains("G64 P"), text.contains("G93")), (linuxcnc, linuxcnc), "{name:?}");
             assert_eq!((text.contains("\nO7001\n"), text.contains("G4 P500\n")), (name == Some("fanuc"), name == Some("fanuc")));
+            let siemens = name == Some("siemens");
+            assert_eq!(
+                (text.starts_with("; "), text.contains("G4 F0.5\n"), text.contains(['(', '%'])),
+                (siemens, siemens, !siemens)
+            );
             let decimals = text
                 .lines()
                 .filter(|line| line.starts_with("G1 "))

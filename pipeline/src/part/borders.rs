@@ -9,9 +9,10 @@ use super::Part;
 
 /// G codes that neither move the tool, nor depend on its position, nor change coordinates: motion codes, dwell, exact stop, planes, units,
 /// G40, path modes, G80, distances, feed modes, spindle modes, return levels.
-const NEUTRAL_G: [f64; 30] = [
+const NEUTRAL_G: [f64; 43] = [
     0.0, 1.0, 2.0, 3.0, 4.0, 9.0, 17.0, 18.0, 19.0, 20.0, 21.0, 40.0, 61.0, 61.1, 64.0, 70.0, 71.0, 80.0, 90.0, 90.1, 91.0, 91.1,
-    93.0, 94.0, 95.0, 96.0, 97.0, 98.0, 99.0, 5.1,
+    93.0, 94.0, 95.0, 96.0, 97.0, 98.0, 99.0, 5.1, 60.0, 601.0, 602.0, 603.0, 641.0, 642.0, 643.0, 644.0, 645.0, 450.0, 451.0,
+    700.0, 710.0,
 ];
 /// M codes of stops, spindle, coolant, overrides and outputs.
 const NEUTRAL_M: [f64; 21] =
@@ -85,15 +86,18 @@ fn is_neutral(word: &Word, text: &[u8]) -> bool {
             b'D' | b'E' | b'H' | b'O' | b'T' | b'U' | b'V' | b'W' => false,
             _ => true,
         },
-        WordKind::Keyword | WordKind::Unknown => false,
+        WordKind::Keyword => word.is_silent(),
+        WordKind::Unknown => false,
     }
 }
 
-/// Whether a statement may read a parameter that holds a position (LinuxCNC #5420 and #<_x>, Fanuc #5001 on), itself or through a
+/// Whether a statement may read a parameter that holds a position (LinuxCNC #5420 and #<_x>, Fanuc #5001 on, $AA_IW of SINUMERIK), itself or through a
 /// computed number.
 fn reads_position(text: &[u8]) -> bool {
     let computed = [&b"#<_"[..], b"##", b"#["].iter().any(|mark| text.windows(mark.len()).any(|window| window == *mark));
-    computed || text.windows(5).any(|window| window.starts_with(b"#5") && window[2..].iter().all(u8::is_ascii_digit))
+    computed
+        || text.contains(&b'$')
+        || text.windows(5).any(|window| window.starts_with(b"#5") && window[2..].iter().all(u8::is_ascii_digit))
 }
 
 #[cfg(test)]
@@ -102,7 +106,7 @@ mod tests {
 
     #[test]
     fn parameters_of_positions_are_known_by_their_numbers() {
-        for text in ["#1=#5420", "[#5001+1]", "#<_x>", "#[#1+1]", "##2"] {
+        for text in ["#1=#5420", "[#5001+1]", "#<_x>", "#[#1+1]", "##2", "R1=$AA_IW[X]"] {
             assert!(reads_position(text.as_bytes()), "{text}");
         }
         for text in ["#5=3", "[#51*2]", "#530+#512", "#<depth>=1"] {

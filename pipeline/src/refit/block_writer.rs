@@ -221,11 +221,11 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Length that F refers to, in program units: that of the linear axes; where none of them moves, that of the rotary
+    /// Length that F refers to, in units of feeds: that of the linear axes; where none of them moves, that of the rotary
     /// axes in degrees.
     fn length(&self, step: &Move, element: &Element, displacement: &Vec6) -> f64 {
         let linear_mm = element.arc.map_or_else(|| displacement.fixed_rows::<3>(0).norm(), |arc| arc.length_mm());
-        let linear = linear_mm / self.part.toolpath.modal(step).units.mm();
+        let linear = linear_mm / self.part.toolpath.modal(step).feed_units.mm();
         let length = if linear > 0.0 { linear } else { displacement.fixed_rows::<3>(3).norm().to_degrees() };
         length.max(1e-6)
     }

@@ -97,6 +97,8 @@ fn last_of_head(program: &Program) -> Option<usize> {
         WordKind::Keyword => text(word).eq_ignore_ascii_case(b"BEGIN"),
         WordKind::Number => word.letter == b'O',
         WordKind::Comment => text(word).starts_with(b";$"),
+        // The definition of a subprogram comes before all other blocks.
+        WordKind::Flow => text(word).get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"PROC")),
         _ => text(word).starts_with(b":"),
     };
     let words = |block: usize| program.block_words(block);
@@ -110,7 +112,7 @@ fn last_of_head(program: &Program) -> Option<usize> {
 
 /// The style of the language, or of the first comment that has a line of its own. A semicolon without text ends a block on some controls and is none.
 fn style_of(program: &Program) -> Option<CommentStyle> {
-    if program.language() == Language::Dialogue {
+    if program.language() != Language::Rs274 {
         return Some(CommentStyle::Semicolon);
     }
     (0..program.blocks().len()).find_map(|block| {
@@ -168,6 +170,7 @@ mod tests {
             ":1000\n",
             "%_N_PLATE_MPF\n;$PATH=/_N_WKS_DIR\n",
             "0 BEGIN PGM A MM\n",
+            "%_N_SLOT_SPF\nPROC SLOT(REAL A)\n",
         ] {
             let line = if head.contains("\r\n") { "\r\n" } else { "\n" };
             assert_eq!(before(&format!("{head}G21{line}G1 X1 F100{line}M30{line}")), head);

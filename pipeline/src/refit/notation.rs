@@ -11,7 +11,7 @@ const DIALOGUE_FEED_DECIMALS: usize = 3;
 /// How numbers and path functions are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Notation {
-    /// `G1X1.5Y-2.F600.`
+    /// `G1X1.5Y-2.F600.`, which SINUMERIK reads too: no axis of a letter needs an equals sign before a number.
     Rs274,
     /// `L X+1.5 Y-2 F600`, with the decimal point or comma of the program.
     Dialogue {
@@ -28,7 +28,7 @@ impl Notation {
         let mark =
             || program.words().iter().filter(is_value).find_map(|word| text(word).iter().find(|byte| b".,".contains(byte)));
         match program.language() {
-            Language::Rs274 => Self::Rs274,
+            Language::Rs274 | Language::Sinumerik => Self::Rs274,
             Language::Dialogue => Self::Dialogue { mark: if mark() == Some(&b',') { ',' } else { '.' } },
         }
     }

@@ -64,7 +64,7 @@ impl RefitSettings {
     /// [`Error::DialogueTimes`] for a time encoding that dialogue does not have.
     pub fn suited_to(self, part: &Part) -> Result<Self> {
         match (part.program.language(), self.encoding) {
-            (Language::Rs274, _) => Ok(self),
+            (Language::Rs274 | Language::Sinumerik, _) => Ok(self),
             (Language::Dialogue, TimeEncoding::Keep) => Ok(Self { decimals: self.decimals.min(DIALOGUE_DECIMALS), ..self }),
             (Language::Dialogue, _) => Err(Error::DialogueTimes { name: part.name.clone(), encoding: self.encoding.name() }),
         }
