@@ -20,6 +20,7 @@ mod recorded;
 mod refine;
 mod reproduce;
 mod rows;
+mod sinumerik;
 mod story;
 mod train;
 mod travel;
