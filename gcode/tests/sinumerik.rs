@@ -163,6 +163,12 @@ fn what_is_not_known_lasts() {
         "G=R1",
         "N10 TRANS: TRANS X=R9",
         "FGROUP(X,A)",
+        "TABLE=90",
+        "G0 TABLE=90",
+        "TOFFL=2",
+        "TOFF[Z]=2",
+        "FXS[X]=1",
+        "_POS[1]=5 G0 X1",
     ] {
         let step = after(&format!("{text}\nG0 X0 Y0 Z0\nG1 X7"));
         assert_eq!(step.shiftable, Shiftable::No(Fixed::NotUnderstood), "{text}");
@@ -180,6 +186,8 @@ fn what_is_not_known_lasts() {
         "M1=3",
         "COMPCAD",
         "R5=$AA_IM[X]",
+        "_CHBIT[3]=1",
+        "DEF REAL NULL\nNULL=5",
         "G25 S100",
         "G111 X5 Y5",
         "FGROUP()",
@@ -201,6 +209,7 @@ fn moves_that_the_control_computes_are_left_alone() {
     let no = Shiftable::No;
     assert_eq!(fixed("G1 X1 RND=0.5\nY1\nX0"), [no(Adjoining), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 RNDM=2\nY1\nRNDM=0 X0\nY0"), [no(Adjoining), no(Adjoining), Shiftable::Yes, Shiftable::Yes]);
+    assert_eq!(fixed("G0 X1 RND=2\nG1 Y1\nX0"), [no(Rapid), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1\nCT X2 Y2\nG1 X3"), [no(Adjoining), no(NotUnderstood), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1\nASPLINE X2 Y2\nX3 Y3"), [no(Adjoining), no(NotUnderstood), no(NotUnderstood)]);
     assert_eq!(fixed("G1 X1\nCIP X2 Y2 I1=1 J1=2"), [no(Adjoining), no(NotUnderstood)]);
@@ -234,4 +243,41 @@ fn modes_that_a_switch_may_skip_end_what_is_known() {
     assert_eq!(after("/TRANS X5\nG0 X0 Y0 Z0\nG1 X1").shiftable, Shiftable::No(Fixed::NotUnderstood));
     assert_eq!(after("/G1 X5\nG1 Y1").shiftable, Shiftable::No(Fixed::UnknownStart));
     assert_eq!(after("/MSG(\"x\")\nG1 X1").shiftable, Shiftable::Yes);
+}
+
+/// The programs of `tests/sinumerik`, which the product's tests compensate too.
+#[test]
+fn real_programs_are_recognised_and_read() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sinumerik");
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).expect("the folder").map(|entry| entry.expect("an entry").path()) {
+        let bytes = std::fs::read(&entry).expect("a file");
+        let program = parse(bytes.clone());
+        assert_eq!(gcode::edit(&program, &gcode::Edits::new()).as_deref(), Ok(bytes.as_slice()), "{entry:?}");
+        assert_eq!(gcode::recognise(&program), None, "{entry:?}");
+        if entry.extension().is_some_and(|ending| ending == "mpf") {
+            count += 1;
+            assert_eq!(Dialect::detect(&program), Dialect::Sinumerik, "{entry:?}");
+            let options = Options::from(Dialect::Sinumerik);
+            let files = |name: &str| std::fs::read(folder.join(name)).ok();
+            let flat = gcode::expand(&program, &options, &files).unwrap_or(bytes);
+            let mut flat = Dialect::Sinumerik.read(parse(flat));
+            evaluate(&mut flat, &options, &files).unwrap_or_else(|error| panic!("{entry:?}\n{error}"));
+            let path = interpret(&flat, &options).unwrap_or_else(|error| panic!("{entry:?}\n{error}"));
+            assert!(path.moves.iter().any(|step| step.shiftable == Shiftable::Yes), "{entry:?}");
+        }
+    }
+    assert!(count >= 12, "{count} programs");
+}
+
+#[test]
+fn a_fault_names_the_codes_of_the_control() {
+    let read = |text: &str| interpret(&Dialect::Sinumerik.read(parse(text)), &Dialect::Sinumerik.into());
+    let Err(gcode::GcodeError::Refused { diagnostics }) = read("G90 G0 X0 Y0 Z0\nF100\nG2 X10 Y0 I15 J10\nG1 X=1") else {
+        panic!("it is refused")
+    };
+    let fault = diagnostics.iter().find(|fault| fault.message.contains("no circle")).expect("the arc");
+    assert_eq!(fault.help, None);
+    let path = read("G90 G0 X0 Y0 Z0\nG1 X=1 F100").expect("a move");
+    assert!(path.warnings[0].message.starts_with("none of G70, G71, G700, G710"), "{:?}", path.warnings);
 }

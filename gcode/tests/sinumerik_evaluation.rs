@@ -124,6 +124,7 @@ fn what_only_the_control_knows_leaves_moves_alone() {
     assert_eq!(shiftable("IF $A_IN[1]==1 GOTOF WEG\nG1 X1\nWEG: G1 X2\nX3"), [run_time, unknown, Yes]);
     // A jump to the end leaves no other path.
     assert_eq!(shiftable("IF $P_TOOLNO<>5 GOTOF FEHLER\nG1 X1\nM30\nFEHLER: MSG(\"Werkzeug\")\nM0\nM30"), [Yes]);
+    assert_eq!(shiftable("IF $P_SIM\nRET\nENDIF\nG1 X1"), [Yes]);
     // A jump out of a branch may skip all that follows.
     assert_eq!(shiftable("IF R1>1\nGOTOF WEIT\nENDIF\nG1 X1\nWEIT: G1 X2\nX3"), [run_time, run_time, No(Fixed::NotUnderstood)]);
     assert_eq!(shiftable("R1=1\nWHILE $A_IN[1]\nR1=2\nENDWHILE\nG1 X=R1"), [run_time]);

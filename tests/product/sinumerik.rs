@@ -27,11 +27,16 @@ fn a_pocket_is_compensated_in_its_own_syntax() {
     let (share, out) = compensated(&folder, "pocket.mpf", &[]);
     assert_eq!(share, 0.0);
     let lines: Vec<&str> = out.split_terminator("\r\n").collect();
-    assert_eq!(lines[..3], ["%_N_TASCHE_MPF", ";$PATH=/_N_WKS_DIR/_N_HALTER_WPD", "; Halter, Tasche 60 x 40, Bearbeitung mit Schaftfräser D10"]);
+    assert_eq!(
+        lines[..3],
+        ["%_N_TASCHE_MPF", ";$PATH=/_N_WKS_DIR/_N_HALTER_WPD", "; Halter, Tasche 60 x 40, Bearbeitung mit Schaftfräser D10"]
+    );
     let marked = folder.read("out.mpf");
     assert!(marked.starts_with("%_N_TASCHE_MPF\r\n;$PATH=/_N_WKS_DIR/_N_HALTER_WPD\r\n; PRECOMP "), "{marked}");
     let original = String::from_utf8(sample("pocket.mpf")).unwrap();
-    let is_cut = |line: &str| line.contains("G1") && !line.contains("G17") && !line.contains("G0") || line.contains("G2 ") || line.contains("G3 ");
+    let is_cut = |line: &str| {
+        line.contains("G1") && !line.contains("G17") && !line.contains("G0") || line.contains("G2 ") || line.contains("G3 ")
+    };
     for line in original.split_terminator("\r\n").filter(|line| !is_cut(line)) {
         assert!(lines.contains(&line), "{line} is missing\n{out}");
     }
@@ -61,7 +66,10 @@ fn parameters_and_decided_branches_stay_as_they_are() {
     let (share, out) = compensated(&folder, "constants.mpf", &[]);
     assert_eq!(share, 0.0);
     assert!(out.contains("DEF REAL TIEFE=-1.5, RADIUS=10\nR1=20 ; halbe Länge\nR2=R1/2\n"), "{out}");
-    assert!(out.contains("\nIF TIEFE<0\nG1") && out.contains("\nELSE\nG1 X-99\nENDIF\n") && out.contains("\nANFAHREN: G1X"), "{out}");
+    assert!(
+        out.contains("\nIF TIEFE<0\nG1") && out.contains("\nELSE\nG1 X-99\nENDIF\n") && out.contains("\nANFAHREN: G1X"),
+        "{out}"
+    );
     assert!(!out.contains("X=R1*2") && out.ends_with("\nG0 Z5\nM30\n"), "{out}");
 }
 

@@ -144,6 +144,7 @@ impl Interpreter<'_> {
             ArcFault::RadiusWithoutChord => "a radius makes no circle from a point to itself: give I, J, K".to_owned(),
         };
         let help = match fits_other_than_absolute {
+            Some(false) if self.is_sinumerik() => Some("the centre fits if it is absolute: I=AC(...)"),
             Some(false) => Some("the centre fits if it is absolute (G90.1)"),
             Some(true) => Some("the centre fits if it is a distance from the start (G91.1)"),
             None => None,

@@ -65,7 +65,8 @@ impl Interpreter<'_> {
                 Units::Mm => "mm",
                 Units::Inch => "inch",
             };
-            let message = format!("neither G20 nor G21 before the first feed move: {unit} is taken");
+            let codes = if self.is_sinumerik() { "none of G70, G71, G700, G710" } else { "neither G20 nor G21" };
+            let message = format!("{codes} before the first feed move: {unit} is taken");
             self.report.warning(span, message, None);
         }
         true

@@ -58,7 +58,9 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
         ArcCentres::Auto | ArcCentres::Incremental => Distance::Incremental,
     };
     let read = Interpreter::new(program, options, assumed).run();
-    if options.arc_centres == ArcCentres::Auto && read.arc_faults > 0 && !read.arc_distance_stated {
+    // SINUMERIK states absolute centres word by word.
+    let is_open = options.arc_centres == ArcCentres::Auto && options.dialect != Dialect::Sinumerik;
+    if is_open && read.arc_faults > 0 && !read.arc_distance_stated {
         let mut absolute = Interpreter::new(program, options, Distance::Absolute).run();
         if absolute.arc_faults == 0 {
             absolute.report.warning(

@@ -60,6 +60,7 @@ impl Interpreter<'_> {
             return;
         }
         let explicit_motion = explicit.is_some();
+        self.in_corner = self.joins_corner(words);
         match motion {
             Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
             Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),
@@ -105,7 +106,6 @@ impl Interpreter<'_> {
     }
 
     fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
-        let corner = self.joins_corner(words);
         if let Some(why) = self.reads_not(words, motion != Motion::Line).filter(|_| self.is_sinumerik()) {
             return self.opaque_move(words, why, at, explicit_motion);
         }
@@ -134,7 +134,7 @@ impl Interpreter<'_> {
         self.keep_code_of_last_arc(words.optional, explicit_motion);
         let shiftable = match self.shiftable(words, start, machine) {
             _ if !decided => Shiftable::No(Fixed::RunTime),
-            Shiftable::Yes if corner => Shiftable::No(Fixed::Adjoining),
+            Shiftable::Yes if self.in_corner => Shiftable::No(Fixed::Adjoining),
             shiftable => shiftable,
         };
         let (modal, after_shared) = (self.modal_index(), self.take_shared());

@@ -51,7 +51,8 @@ pub(super) struct Interpreter<'a> {
     pub cutter_before: CutterCompensation,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
-    /// The move before ends in a corner that the control rounds or chamfers; on SINUMERIK all may.
+    /// The present move begins or ends in a corner that the control rounds or chamfers; the move before ends in one; on SINUMERIK all may.
+    pub in_corner: bool,
     pub corner_before: bool,
     pub rounds_corners: bool,
     pub compressor_noted: bool,
@@ -111,6 +112,7 @@ impl<'a> Interpreter<'a> {
             tool_offset_stated: false,
             cutter_before: modal.cutter,
             unsettled: [false; 6],
+            in_corner: false,
             corner_before: false,
             rounds_corners: false,
             compressor_noted: false,

@@ -60,6 +60,8 @@ impl Run<'_> {
                     };
                     if name.moves_frame() {
                         words.push(*word);
+                    } else if self.may_be_axis(&name) {
+                        words.push(Word { kind: WordKind::Unknown, ..*word });
                     }
                     variables.to_mut().set(&name, value);
                     assigned.push((name, value));
@@ -71,6 +73,15 @@ impl Run<'_> {
             words.iter_mut().filter(|word| word.kind == WordKind::Expression).for_each(|word| word.value = f64::NAN);
         }
         Ok((words, assigned))
+    }
+
+    /// Whether a name that the program does not define may be an axis of the machine or a function such as TOFF or FXS: variables of the control
+    /// begin with an underscore, and stand in no block with codes.
+    fn may_be_axis(&self, name: &Name) -> bool {
+        let program = &self.sources[self.source].program;
+        let is_aside = |word: &Word| word.is(b'N') || !matches!(word.kind, WordKind::Number | WordKind::Expression);
+        let is_alone = program.block_words(self.block).iter().all(is_aside);
+        !(name.base.starts_with('$') || self.variables.is_defined(name) || is_alone && name.base.starts_with('_'))
     }
 
     /// Target and value of an assignment. Its value is unknown if it reads what the block assigned before: no manual states the order.

@@ -85,8 +85,10 @@ impl Run<'_> {
                     let target = self.place(&jump).unwrap_or(usize::MAX);
                     !(range.contains(&target) || target == range.end || self.only_ends(target))
                 }
-                Some(Statement::Case { .. } | Statement::Return | Statement::Again { .. } | Statement::NotUnderstood) => true,
-                _ => self.ends_at(block),
+                Some(Statement::Case { .. } | Statement::Again { .. } | Statement::NotUnderstood) => true,
+                // Behind the end of the main program nothing follows.
+                Some(Statement::Return) => self.in_subprogram(),
+                _ => self.in_subprogram() && self.ends_at(block),
             };
         }
         self.block = here;

@@ -106,6 +106,11 @@ impl Variables {
         }
     }
 
+    /// Whether the name is an R parameter or a variable that the program defines.
+    pub fn is_defined(&self, name: &Name) -> bool {
+        name.is_parameter() || self.levels.last().is_some_and(|level| level.kinds.contains_key(&name.base))
+    }
+
     /// Defines a variable of the present level. Its elements are 0 until they are assigned.
     pub fn define(&mut self, base: &str, kind: Kind) {
         if let Some(level) = self.levels.last_mut() {
