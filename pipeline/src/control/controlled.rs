@@ -43,6 +43,8 @@ pub struct ControlledMachine<'a, M: ?Sized> {
     durations_s: Vec<f64>,
     /// Runs of replanned programs, where they are kept.
     pub(super) runs: Option<Vec<CommandedRun>>,
+    /// What is added to every run, one column an axis in the path's time, mm or rad.
+    disturbance: Option<&'a [Vec<f64>]>,
 }
 
 impl<'a> ControlledMachine<'a, LearnedMachine> {
@@ -56,7 +58,14 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
     /// A machine behind a control that commands the reference, or follows the recorded command of `part`.
     pub fn new(machine: &'a mut M, part: Option<&'a Part>) -> Self {
         let (replans, pairing, durations_s, runs) = (None, Pairing::Place, Vec::new(), None);
-        Self { machine, part, replans, pairing, prepare: |_, _| {}, durations_s, runs }
+        Self { machine, part, replans, pairing, prepare: |_, _| {}, durations_s, runs, disturbance: None }
+    }
+
+    /// The same machine with a disturbance that repeats in every run: actual minus undisturbed positions at the path's samples, one column
+    /// an axis, mm or rad.
+    #[must_use]
+    pub fn disturbed(self, disturbance: Option<&'a [Vec<f64>]>) -> Self {
+        Self { disturbance, ..self }
     }
 
     /// Switches to a control that reads and replans the program, written with these settings. Returns `false` without
@@ -111,12 +120,25 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
 
 impl<M: Machine + ?Sized> Machine for ControlledMachine<'_, M> {
     fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
-        match (self.part, self.replans) {
+        let run = match (self.part, self.replans) {
             (Some(part), Some(written)) => self.run_replanned(part, reference, &written),
             (Some(part), None) => self.machine.run(&part.commanded(reference)?),
             (None, _) => self.machine.run(reference),
+        }?;
+        match self.disturbance {
+            Some(disturbance) => Ok(plus(&run, disturbance)?),
+            None => Ok(run),
         }
     }
+}
+
+/// A run with `columns` added to its positions, one column an axis.
+///
+/// # Errors
+/// As [`Trajectory::with_columns`].
+pub fn plus(run: &Trajectory, columns: &[Vec<f64>]) -> Result<Trajectory, MotionError> {
+    let sums = run.columns().iter().zip(columns);
+    run.with_columns(sums.map(|(column, added)| column.iter().zip(added).map(|(x, d)| x + d).collect()).collect())
 }
 
 /// First `samples` samples of a run, extended by its last position where it is shorter.

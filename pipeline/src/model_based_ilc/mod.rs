@@ -50,10 +50,25 @@ const FLOOR_SHARE: f64 = 0.1;
 /// # Errors
 /// When the path does not fit the model (axes, sampling period), a predictor of the model is invalid, or `progress` cancels.
 pub fn model_based_ilc(input: &Input, model: &Bundle, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
+    model_based_ilc_with(input, model, None, settings, progress)
+}
+
+/// Same as [`model_based_ilc`], with the part of the model's error that repeats in every run of this path: actual minus predicted position
+/// at every sample of the path, one column an axis, mm or rad.
+///
+/// # Errors
+/// As [`model_based_ilc`].
+pub fn model_based_ilc_with(
+    input: &Input,
+    model: &Bundle,
+    repeated: Option<&[Vec<f64>]>,
+    settings: &Settings,
+    progress: Progress<'_>,
+) -> Result<Outcome> {
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
-    let outcome = on_learned_machine(input, &mut machine, &model.coverage(), settings, floor_mm, progress)?;
-    Ok(Outcome { mark: Some(Mark::of_model(model)?), ..outcome })
+    let learned = Learner { machine: &mut machine, coverage: &model.coverage(), repeated, floor_mm };
+    Ok(Outcome { mark: Some(Mark::of_model(model)?), ..on_learner(input, learned, settings, progress)? })
 }
 
 /// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage`. The iteration ends at the
@@ -69,9 +84,24 @@ pub fn on_learned_machine(
     floor_mm: f64,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
+    on_learner(input, Learner { machine, coverage, repeated: None, floor_mm }, settings, progress)
+}
+
+/// A learned machine, and what is known of it.
+struct Learner<'a> {
+    machine: &'a mut LearnedMachine,
+    coverage: &'a [OperatingRange],
+    /// Part of its error that repeats in every run of the path.
+    repeated: Option<&'a [Vec<f64>]>,
+    /// Forecast at which the iteration ends, mm.
+    floor_mm: f64,
+}
+
+fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
     input.check_original()?;
+    let Learner { machine, coverage, repeated, floor_mm } = learner;
     let (weights, outside) = prepare(input, machine, coverage);
-    let mut control = ControlledMachine::learned(machine, input.part());
+    let mut control = ControlledMachine::learned(machine, input.part()).disturbed(repeated);
     let max_shift = bound_of(settings, &mut control, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
     let mut task = Task::new(input, correction_limits, floor_mm, progress);

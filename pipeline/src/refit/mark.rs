@@ -11,6 +11,8 @@ use crate::setup::machine_of;
 /// First word of the comment, and the word that states what was done.
 const TOOL: &str = "PRECOMP";
 const DONE: &str = "COMPENSATED -";
+/// Words before the hash of the original.
+const ORIGINAL: &str = "ORIGINAL SHA256 ";
 /// Hexadecimal digits of a hash: two programs agree by chance once in 10¹⁹.
 const DIGITS: usize = 16;
 /// Largest length of a machine's name in the comment: old controls read blocks of 80 characters.
@@ -55,10 +57,9 @@ impl Mark {
     /// Puts the comment behind the program's own head. It holds the version of precomp, what moved the points, the largest shift, mm, and the
     /// hash of the original.
     pub(super) fn write(&self, program: &Program, largest_shift_mm: f64, edits: &mut Edits) -> Result<()> {
-        let hash: String = models::hex(&Sha256::digest(program.bytes())).chars().take(DIGITS).collect();
         let lines = [
             format!("{TOOL} {} {DONE} {}", env!("CARGO_PKG_VERSION"), self.by),
-            plain(&format!("largest shift {largest_shift_mm:.4} mm - original sha256 {hash}")),
+            plain(&format!("largest shift {largest_shift_mm:.4} mm - {ORIGINAL}{}", hash(program))),
         ];
         let style = style_of(program).unwrap_or(self.comments);
         let lines = lines.map(|text| match style {
@@ -86,6 +87,19 @@ pub fn marked_line(program: &Program) -> Option<usize> {
     // Comments of a user may stand above it, but no move.
     let moves = |block: &usize| program.block_words(*block).iter().any(gcode::is_motion_word);
     (0..program.blocks().len()).take_while(|block| !moves(block)).find(states).map(|block| block + 1)
+}
+
+/// Whether a compensated program states that its original is another one than `original`.
+#[must_use]
+pub fn states_other_original(compensated: &Program, original: &Program) -> bool {
+    let Some(line) = marked_line(compensated) else { return false };
+    let stated = comments(compensated, line).find_map(|text| Some(text.to_ascii_uppercase().split_once(ORIGINAL)?.1.to_owned()));
+    stated.is_some_and(|stated| !stated.starts_with(&hash(original).to_ascii_uppercase()))
+}
+
+/// The first digits of a program's hash.
+fn hash(program: &Program) -> String {
+    models::hex(&Sha256::digest(program.bytes())).chars().take(DIGITS).collect()
 }
 
 /// The last block of what has to stay at the head of a program: tape mark, program number or name, and the path in the control's memory that
@@ -126,8 +140,10 @@ fn style_of(program: &Program) -> Option<CommentStyle> {
     })
 }
 
+/// The comments of a block; none beyond the last block.
 fn comments(program: &Program, block: usize) -> impl Iterator<Item = String> {
-    let words = program.block_words(block).iter().filter(|word| word.kind == WordKind::Comment);
+    let words = if block < program.blocks().len() { program.block_words(block) } else { &[] };
+    let words = words.iter().filter(|word| word.kind == WordKind::Comment);
     words.map(|word| String::from_utf8_lossy(program.text(word.span)).into_owned())
 }
 
@@ -184,6 +200,18 @@ mod tests {
     fn the_comment_states_origin_shift_and_original() {
         let out = marked("%\nG1 X1 F100\n");
         assert!(out.contains(" COMPENSATED - ERRORS OF RUN 3)\n(LARGEST SHIFT 0.0123 MM - ORIGINAL SHA256 "), "{out}");
+    }
+
+    #[test]
+    fn a_compensated_program_belongs_to_its_original() {
+        let original = gcode::parse("%\nG1 X1 F100\n");
+        let other = gcode::parse("%\nG1 X2 F100\n");
+        let compensated = gcode::parse(marked("%\nG1 X1 F100\n"));
+        assert!(!states_other_original(&compensated, &original));
+        assert!(states_other_original(&compensated, &other));
+        // Without the hash nothing is stated.
+        assert!(!states_other_original(&original, &other));
+        assert!(!states_other_original(&gcode::parse("(PRECOMP 1 COMPENSATED - X)"), &other));
     }
 
     #[test]

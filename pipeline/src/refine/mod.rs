@@ -1,6 +1,12 @@
-//! Refinement: one ILC iteration on a real machine, from the last run to the next reference.
+//! Refinement: learning on a real machine, from its runs to the next reference.
 //!
-//! [`refine_from_log`] takes the log of a run, [`refine`] takes its positions in the path's time.
+//! [`learn_from_runs`] learns by the model of the machine, from all runs so far. [`refine_from_log`] makes one ILC iteration without a model,
+//! from the log of a run; [`refine`] takes its positions in the path's time.
+
+mod decision;
+mod learning;
+mod observed;
+mod repeated;
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, CorrectionLimits, LowPass};
@@ -12,6 +18,10 @@ use crate::input::Input;
 use crate::measure::{Match, in_path_time, match_run, without_approach};
 use crate::model_based_ilc::shift_bound;
 use crate::statistics::Figures;
+
+pub use decision::{Ended, Expected, best_of, last_is_worse};
+pub use learning::{Learning, learn_from_runs};
+pub use observed::ObservedRun;
 
 /// Error that the refinement learns from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,10 +103,24 @@ pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settin
 /// # Errors
 /// As [`refine`], and when the log is not of a run of the path.
 pub fn refine_from_log(input: &Input, log: &Log, settings: &RefineSettings) -> Result<(Refined, Match)> {
+    let (reference, actual, matched) = aligned(input, log)?;
+    Ok((refine(input, &reference, &actual, settings)?, matched))
+}
+
+/// Contour error of the run that `log` recorded.
+///
+/// # Errors
+/// When the log is not of a run of the path.
+pub fn figures_of_log(input: &Input, log: &Log) -> Result<Figures> {
+    input.figures(&aligned(input, log)?.1)
+}
+
+/// Commanded and actual positions of a log in the time of the path.
+fn aligned(input: &Input, log: &Log) -> Result<(Trajectory, Trajectory, Match)> {
     let desired = input.desired();
     desired.trajectory().check_axes(log.axes())?;
     let (log, _) = without_approach(log, desired)?;
     let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
     let (reference, actual) = in_path_time(desired, &log, &matched)?;
-    Ok((refine(input, &reference, &actual, settings)?, matched))
+    Ok((reference, actual, matched))
 }

@@ -1,0 +1,88 @@
+//! A recorded run beside the model's prediction of it.
+
+use datasets::Log;
+use machine::Machine;
+use models::Bundle;
+use motion::Trajectory;
+
+use crate::control::plus;
+use crate::error::Result;
+use crate::input::Input;
+use crate::measure::{Match, in_time_of, match_run, without_approach};
+use crate::position_terms::machine_for;
+use crate::statistics::{Figures, figures_along};
+
+/// A run of a program of the path.
+#[derive(Debug)]
+pub struct ObservedRun {
+    /// Measured contour error.
+    pub figures: Figures,
+    /// Predicted positions, in the path's time.
+    pub predicted: Trajectory,
+    /// Error of the model: actual minus predicted position at every sample of the path, one column an axis, mm or rad.
+    pub model_error: Vec<Vec<f64>>,
+    /// Alignment of the run with the path.
+    pub matched: Match,
+}
+
+impl ObservedRun {
+    /// The run that `log` recorded. The model predicts it from the recorded command.
+    ///
+    /// # Errors
+    /// When the log is not of a run of the path, or does not fit the model.
+    pub fn of(input: &Input, log: &Log, model: &Bundle) -> Result<Self> {
+        let desired = input.desired();
+        desired.trajectory().check_axes(log.axes())?;
+        let log = log.with_axes(desired.trajectory().axes())?.resampled(desired.trajectory().period_s())?.0;
+        let (log, _) = without_approach(&log, desired)?;
+        let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
+        let log = without_offset(log, &matched)?;
+        let mut machine = machine_for(model, input.part())?;
+        machine.freeze_flags(&path_in_time_of(desired.trajectory(), &log.reference, &matched)?);
+        let predicted = machine.run(&log.reference)?;
+        let run = |run: &Trajectory| in_time_of(desired.trajectory(), run, &matched.path_positions);
+        let (actual, predicted) = (run(&log.actual)?, run(&predicted)?);
+        let differences = actual.columns().iter().zip(predicted.columns());
+        Ok(Self {
+            figures: figures_along(desired, input.part(), &log.reference, &log.actual)?,
+            model_error: differences.map(|(x, p)| x.iter().zip(p).map(|(x, p)| x - p).collect()).collect(),
+            predicted,
+            matched,
+        })
+    }
+
+    /// Contour error that the model predicts for another run of the same program, with this part of its error known.
+    ///
+    /// # Errors
+    /// When the columns are not those of the path.
+    pub fn forecast(&self, input: &Input, repeated: &[Vec<f64>]) -> Result<Figures> {
+        input.figures(&plus(&self.predicted, repeated)?)
+    }
+}
+
+/// The log in the coordinates of the path.
+fn without_offset(log: Log, matched: &Match) -> Result<Log> {
+    if matched.offset.norm() == 0.0 {
+        return Ok(log);
+    }
+    let offsets = matched.offsets(log.axes());
+    let moved = |run: &Trajectory| {
+        let columns = run.columns().iter().zip(&offsets);
+        run.with_columns(columns.map(|(column, offset)| column.iter().map(|x| x - offset).collect()).collect())
+    };
+    Ok(Log::new(log.name.clone(), moved(&log.reference)?, moved(&log.actual)?)?)
+}
+
+/// The path at the positions of the command, one sample for each of the command's. Its directions of motion are those without correction.
+fn path_in_time_of(path: &Trajectory, command: &Trajectory, matched: &Match) -> Result<Trajectory> {
+    let columns = path.columns().iter();
+    let columns = columns.map(|column| matched.path_positions.iter().map(|at| linear(column, *at)).collect());
+    Ok(Trajectory::new(path.period_s(), command.axes().to_vec(), columns.collect())?)
+}
+
+/// Value at a fractional index. A cubic would turn back beside a standstill.
+fn linear(values: &[f64], at: f64) -> f64 {
+    let last = values.len().saturating_sub(1);
+    let before = (at as usize).min(last);
+    values[before] + (values[(before + 1).min(last)] - values[before]) * (at - before as f64)
+}
