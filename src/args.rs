@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use datasets::ReadOptions;
 use gcode::{DecimalPoint, Dialect, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
+use pipeline::model_based_ilc::Settings;
 use pipeline::model_based_ilc::LawName;
 use pipeline::part::{GivenOffset, Subprograms};
 use pipeline::refit::TimeEncoding;
@@ -179,6 +180,17 @@ pub struct OutputArgs {
 }
 
 impl OutputArgs {
+    /// Settings of learning for this output, with a limit of the cycle time's increase, percent. Who states the format or the distance of
+    /// points has asked for what it costs.
+    #[must_use]
+    pub fn learning(&self, cycle_limit: Option<f64>) -> Settings {
+        let own = Settings::default();
+        let is_asked = self.format.is_some() || self.spacing.is_some();
+        let usual = if is_asked { f64::INFINITY } else { own.cycle_limit };
+        let cycle_limit = cycle_limit.map_or(usual, |percent| 0.01 * percent);
+        Settings { cycle_limit, fewer_points: self.spacing.is_none(), ..own }
+    }
+
     /// The setup of a machine with the profile of the control that was asked for.
     ///
     /// # Errors

@@ -36,6 +36,11 @@ impl Files {
         self
     }
 
+    /// Inputs of one option.
+    pub fn reads_all<'a>(self, option: &str, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        paths.into_iter().fold(self, |files, path| files.reads(option, &**path))
+    }
+
     /// Logs, and what may lie beside them to say what their columns are.
     pub fn reads_logs<'a>(mut self, option: &str, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         for path in paths {

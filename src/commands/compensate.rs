@@ -197,7 +197,7 @@ impl Compensate {
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             written: format.program().filter(|_| input.part().is_some()),
-            ..self.points()
+            ..self.output.learning(self.cycle_limit)
         };
         let shown = Shown::default();
         let progress = |event: pipeline::Event<'_>| shown.event(event);
@@ -215,15 +215,6 @@ impl Compensate {
         let feeds = print::feeds_json(&adjusted, goal);
         let Adjusted { input, outcome, .. } = adjusted;
         Ok(Learned { input, outcome, feeds })
-    }
-
-    /// Who states the format or the distance of points has asked for what it costs.
-    fn points(&self) -> Settings {
-        let own = Settings::default();
-        let is_asked = self.output.format.is_some() || self.output.spacing.is_some();
-        let usual = if is_asked { f64::INFINITY } else { own.cycle_limit };
-        let cycle_limit = self.cycle_limit.map_or(usual, |percent| 0.01 * percent);
-        Settings { cycle_limit, fewer_points: self.output.spacing.is_none(), ..own }
     }
 
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
@@ -290,7 +281,7 @@ fn line_count(bytes: &[u8]) -> usize {
 }
 
 /// The keys of both.
-fn merged(mut figures: Value, beside: Value) -> Value {
+pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
     if let (Value::Object(figures), Value::Object(beside)) = (&mut figures, beside) {
         figures.extend(beside);
     }

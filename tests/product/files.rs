@@ -32,7 +32,7 @@ fn with_inputs() -> Folder {
 }
 
 /// Commands with an output that is an input: the words, and the option and the input that the message names.
-const OVERWRITING: [(&str, &str, &str); 31] = [
+const OVERWRITING: [(&str, &str, &str); 32] = [
     ("simulate part.nc -o part.nc", "-o", "INPUT"),
     ("simulate part.nc -o run.csv --json part.nc", "--json", "INPUT"),
     ("simulate part.nc -o out.csv --against ref.csv --json ref.csv", "--json", "--against"),
@@ -61,6 +61,7 @@ const OVERWRITING: [(&str, &str, &str); 31] = [
     ("measure run.csv -m mill.model --json mill.model", "--json", "-m"),
     ("refine part.nc --log run.csv -o run.csv", "-o", "--log"),
     ("refine part.nc --log run.csv -o out.nc --json part.nc", "--json", "INPUT"),
+    ("refine part.nc --log run.csv --ran out.nc -o out.nc", "-o", "--ran"),
     ("compare part.nc ref.csv -m mill.model --report ref.csv", "--report", "INPUT"),
     ("demo --predictor recipe.toml --json recipe.toml", "--json", "--predictor"),
     ("reproduce table-1 --machine mill.toml --json mill.toml", "--json", "--machine"),

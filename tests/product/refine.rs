@@ -1,5 +1,7 @@
 //! Iterative learning on a machine, one command a run.
 
+use serde_json::{Value, json};
+
 use crate::common::{Folder, without_mark};
 
 #[test]
@@ -41,4 +43,105 @@ fn every_run_is_learned_from_its_log() {
     folder.fails(2, &["refine", "part.nc", "--machine", "ballscrew", "--log", "none.csv", "-o", "no.nc"]);
     folder.fails(2, &["refine", "part.nc", "--machine", "ballscrew", "--log", "run1.csv", "-o", "part.nc"]);
     assert!(!folder.path("no.nc").exists());
+}
+
+/// Runs that are simulated and learned from, one command each, as a user would.
+struct Runs {
+    folder: Folder,
+    /// Further words of `simulate` and of `refine`.
+    simulate: Vec<String>,
+    refine: Vec<String>,
+    rms_um: Vec<f64>,
+    max_um: Vec<f64>,
+}
+
+impl Runs {
+    fn new(simulate: &[&str], refine: &[&str]) -> Self {
+        let folder = Folder::with_model_and_part();
+        folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "run1.nc"]);
+        let [simulate, refine] = [simulate, refine].map(|words| words.iter().map(|word| (*word).to_owned()).collect());
+        Self { folder, simulate, refine, rms_um: Vec::new(), max_um: Vec::new() }
+    }
+
+    /// Runs the next program on the machine.
+    fn run(&mut self) {
+        let run = self.rms_um.len() + 1;
+        let (program, log, seed) = (format!("run{run}.nc"), format!("run{run}.csv"), run.to_string());
+        let mut words = vec!["simulate", &program, "--against", "part.nc", "-o", &log, "--seed", &seed];
+        words.extend(self.simulate.iter().map(String::as_str));
+        let contour = self.folder.figures(&words)["contour_um"].clone();
+        self.rms_um.push(contour["rms"].as_f64().unwrap());
+        self.max_um.push(contour["max"].as_f64().unwrap());
+    }
+
+    /// Learns from all runs so far.
+    fn refine(&self) -> Value {
+        let runs = 1..=self.rms_um.len();
+        let files = |ending: &str| runs.clone().map(|run| format!("run{run}.{ending}")).collect::<Vec<_>>();
+        let (logs, programs, next) = (files("csv"), files("nc"), format!("run{}.nc", self.rms_um.len() + 1));
+        let mut words = vec!["refine", "part.nc", "-m", "machine.model", "-o", &next, "--log"];
+        words.extend(logs.iter().map(String::as_str));
+        words.push("--ran");
+        words.extend(programs.iter().map(String::as_str));
+        words.extend(self.refine.iter().map(String::as_str));
+        self.folder.figures(&words)
+    }
+
+    fn learn(mut self, runs: usize) -> Self {
+        for _ in 1..runs {
+            self.run();
+            self.refine();
+        }
+        self.run();
+        self
+    }
+}
+
+#[test]
+fn runs_that_are_learned_from_become_better_and_stay_so() {
+    let Runs { rms_um, max_um, .. } = Runs::new(&[], &[]).learn(6);
+    let best = rms_um.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(rms_um[2..].iter().all(|rms| *rms < 0.97 * rms_um[0]), "{rms_um:?}");
+    assert!(rms_um[5] <= 1.1 * best, "{rms_um:?}");
+    assert!(max_um[5] <= 1.16 * max_um[0], "{max_um:?}");
+}
+
+#[test]
+fn without_noise_nothing_adds_up_from_run_to_run() {
+    let Runs { rms_um, .. } = Runs::new(&["--noise", "0"], &[]).learn(4);
+    assert!(rms_um[1..].iter().all(|rms| *rms <= 1.02 * rms_um[0]), "{rms_um:?}");
+}
+
+#[test]
+fn after_a_worse_run_the_best_program_is_handed_back() {
+    for law in [&[][..], &["--law", "spatial"]] {
+        let mut runs = Runs::new(&[], law);
+        runs.run();
+        // The second program was not compensated.
+        runs.folder.write("run2.nc", runs.folder.read("part.nc"));
+        runs.run();
+        let figures = runs.refine();
+        assert_eq!((&figures["ended"], &figures["best_run"], &figures["written_run"]), (&json!("worse"), &json!(1), &json!(1)));
+        assert_eq!(figures["runs"].as_array().unwrap().len(), 2);
+        assert_eq!(runs.folder.read("run3.nc"), runs.folder.read("run1.nc"));
+    }
+}
+
+#[test]
+fn every_run_has_its_program_and_every_program_its_original() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    let folder = &runs.folder;
+    let words = ["refine", "part.nc", "-m", "machine.model", "--log", "run1.csv", "run1.csv", "-o", "no.nc"];
+    assert!(folder.fails(2, &words).contains("2 logs and 0 programs"));
+    folder.write("other.nc", folder.read("part.nc").replace("F900", "F800"));
+    folder.figures(&["compensate", "other.nc", "-m", "machine.model", "-o", "of-other.nc"]);
+    let words = ["refine", "part.nc", "-m", "machine.model", "--log", "run1.csv", "--ran", "of-other.nc", "-o", "no.nc"];
+    assert!(folder.fails(1, &words).contains("of-other.nc states at its head"));
+    let words = ["refine", "part.nc", "--machine", "ballscrew", "--law", "model-based", "--log", "run1.csv", "-o", "no.nc"];
+    assert!(folder.fails(2, &words).contains("needs a model"));
+    assert!(!folder.path("no.nc").exists());
+    // A single run that the model explains shows nothing new: its program runs once more.
+    assert_eq!(runs.refine()["ended"], "no-gain");
+    assert_eq!(folder.read("run2.nc"), folder.read("run1.nc"));
 }

@@ -58,7 +58,7 @@ impl Outcome {
     /// # Errors
     /// As [`Input::write`].
     pub fn write(&self, input: &Input, format: &OutputSettings, name: &Path) -> Result<Output> {
-        let format = match &self.mark {
+        let mut format = match &self.mark {
             Some(mark) => format.clone().marked(mark.clone()),
             None => format.clone(),
         };

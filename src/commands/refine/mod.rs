@@ -1,45 +1,56 @@
-//! `precomp refine`: one iteration of learning on a real machine.
+//! `precomp refine`: learning on a real machine, one command a run.
+
+mod by_law;
+mod by_model;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
-use pipeline::refine::{LOW_PASS_HZ, RefineLaw, RefineSettings, refine_from_log};
-use pipeline::refit::Mark;
+use motion::Vec3;
+use pipeline::refine::{Ended, LOW_PASS_HZ, best_of};
+use pipeline::refit::{Mark, states_other_original};
+use pipeline::statistics::Figures;
 use pipeline::units::um;
-use pipeline::{Input, Setup};
-use serde_json::json;
+use pipeline::{Input, Output, OutputSettings, Part, Setup};
+use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, parse_not_negative};
+use crate::commands::compensate::merged;
 use crate::files::Files;
-use crate::output::{Outputs, Printer, Refusal};
+use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::output_format;
 use crate::print::compensation::{setpoints, setpoints_json};
 use crate::print::figures::{contour_json, orientation_json, text};
 use crate::read;
 
-/// The next program from the last run's log: iterative learning control on a real machine, one command a run
+/// The next program from the logs of all runs so far: iterative learning control on a real machine, one command a run
 ///
-/// INPUT is always the original, which the part needs. What was commanded in the last run is read from its log, so that learning can start
-/// from the original, from a pre-compensated program, or go on after any run.
+/// INPUT is always the original, which the part needs. Every new program is computed from it; what was commanded in the runs is read from
+/// their logs. With a model of the machine, what is learned is the part of the model's error that repeats from run to run. A new program is
+/// written only where it is expected to be better than the best one so far by more than 1 % RMS. Otherwise, and where the last run was worse
+/// than the best one by more than 5 % RMS or 30 % MAX, learning has ended, and OUT is the best program of --ran, byte for byte.
 #[derive(Debug, Args)]
 #[command(after_help = "Example, the first run compensated by the model, then two runs of learning:
   precomp compensate part.nc -m mill.model -o run1.nc
-  precomp refine part.nc --log run1.csv -m mill.model --run 1 -o run2.nc
-  precomp refine part.nc --log run2.csv -m mill.model --run 2 -o run3.nc")]
+  precomp refine part.nc -m mill.model --log run1.csv --ran run1.nc -o run2.nc
+  precomp refine part.nc -m mill.model --log run1.csv run2.csv --ran run1.nc run2.nc -o run3.nc")]
 pub struct Refine {
     /// The original: part program or reference (.csv, .parquet)
     input: PathBuf,
     #[command(flatten)]
     common: Common,
-    /// Log of the last run
-    #[arg(long, value_name = "LOG")]
-    log: PathBuf,
+    /// Logs of all runs of this part so far, in order
+    #[arg(long, value_name = "LOG", required = true, num_args = 1..)]
+    log: Vec<PathBuf>,
+    /// The programs that ran, one for each log: the best one is written to OUT where learning ends. Needed with several logs
+    #[arg(long, value_name = "PROGRAM", num_args = 1..)]
+    ran: Vec<PathBuf>,
     /// The next program or reference to write, of the same kind as INPUT
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
-    /// Machine that made the log: a TOML file, or a built-in one; the model's when left out
+    /// Machine that made the logs: a TOML file, or a built-in one; the model's when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Model of that machine, from `precomp train`: limits and control are those in it
@@ -49,19 +60,19 @@ pub struct Refine {
     program: ProgramArgs,
     #[command(flatten)]
     output: OutputArgs,
-    /// What is learned
-    #[arg(long, value_enum, default_value = "spatial")]
-    law: LawArg,
-    /// Learning gain; 1/RUN when left out, which averages the noise of the runs away
+    /// What is learned: with a model model-based, else spatial; spatial too where --gain or --low-pass is given
+    #[arg(long, value_enum)]
+    law: Option<LawArg>,
+    /// Learning gain of the laws without a model; 1/RUN when left out, which averages the noise of the runs away
     #[arg(long, value_name = "Q")]
     gain: Option<f64>,
-    /// Which run the log is of, the first being 1
-    #[arg(long, value_name = "RUN", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    run: u32,
-    /// Cut-off of the zero-phase low-pass on the update, Hz
-    #[arg(long, value_name = "HZ", default_value_t = LOW_PASS_HZ)]
-    low_pass: f64,
-    /// Largest shift of the tool tip, mm: the length of the vector. That of the last run and twice its largest error when left out, from 0.1 to 1 mm
+    /// Which run the last log is of, the first being 1; the number of logs when left out
+    #[arg(long, value_name = "RUN", value_parser = clap::value_parser!(u32).range(1..))]
+    run: Option<u32>,
+    /// Cut-off of the zero-phase low-pass on the update of the laws without a model, Hz [default: 100]
+    #[arg(long, value_name = "HZ")]
+    low_pass: Option<f64>,
+    /// Largest shift of the tool tip, mm: the length of the vector. When left out: from the largest error, from 0.1 to 1 mm
     #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
     max_shift: Option<f64>,
     #[command(flatten)]
@@ -71,9 +82,11 @@ pub struct Refine {
 /// What is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum LawArg {
-    /// The contour error (Papers A and B)
+    /// The part of the model's error that repeats from run to run; needs a model
+    ModelBased,
+    /// The contour error of the last run (Papers A and B)
     Spatial,
-    /// The tracking error
+    /// The tracking error of the last run
     Tracking,
 }
 
@@ -81,7 +94,8 @@ impl Refine {
     pub fn files(&self) -> Files {
         Files::of(self.common.json.as_deref())
             .reads("INPUT", &*self.input)
-            .reads_logs("--log", [&self.log])
+            .reads_logs("--log", &self.log)
+            .reads_all("--ran", &self.ran)
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
             .reads_controller(self.output.controller.as_deref())
@@ -89,42 +103,57 @@ impl Refine {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
-        let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
-        let setup = Setup { period_s: log.period_s(), ..self.setup(&printer)? };
-        let format = self.output.settings(&setup).marked(Mark::of_run(self.run));
+        self.check_ran()?;
+        match self.law() {
+            LawArg::ModelBased => rayon::scope(|_| self.learn_by_model()),
+            LawArg::Spatial | LawArg::Tracking => self.learn_by_law(),
+        }
+    }
+
+    fn law(&self) -> LawArg {
+        let has_filter = self.gain.is_some() || self.low_pass.is_some();
+        let by_model = self.model.is_some() && !has_filter;
+        self.law.unwrap_or(if by_model { LawArg::ModelBased } else { LawArg::Spatial })
+    }
+
+    /// Number of the last run, from 1.
+    fn last_run(&self) -> u32 {
+        self.run.unwrap_or_else(|| u32::try_from(self.log.len()).unwrap_or(u32::MAX))
+    }
+
+    /// Number of the run of the log with this index, from 1.
+    fn run_of(&self, index: usize) -> usize {
+        (self.last_run() as usize + 1 + index).saturating_sub(self.log.len())
+    }
+
+    fn check_ran(&self) -> Result<()> {
+        let (logs, ran) = (self.log.len(), self.ran.len());
+        if logs == ran || (logs == 1 && ran == 0) {
+            return Ok(());
+        }
+        let why = format!("{logs} logs and {ran} programs: give the program of every run with --ran, in the order of the logs");
+        Err(Usage(format!("{why}; the best one is written where learning ends")).into())
+    }
+
+    /// The logs, in the order of the runs.
+    fn logs(&self, printer: &Printer) -> Result<Vec<Log>> {
+        self.log.iter().map(|log| read::log_to_measure(log, &self.columns.options(), printer)).collect()
+    }
+
+    /// The input on the machine that made the logs, sampled every `period_s` or as that machine is, and how the output is written.
+    fn input(&self, period_s: Option<f64>, printer: &Printer) -> Result<(Input, OutputSettings)> {
+        let setup = self.setup(printer)?;
+        let setup = Setup { period_s: period_s.unwrap_or(setup.period_s), ..setup };
+        let format = self.output.settings(&setup).marked(Mark::of_run(self.last_run()));
         let mut input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
         if let Some(part) = input.part_mut() {
             format.prepare(part);
         }
-        check_axes(&input, &log)?;
-
-        let (refined, matched) = refine_from_log(&input, &log, &self.settings())?;
-        let before = &refined.before;
-        printer.line(format!("run {}: {}, {} µm at 95 %", self.run, text(before), um(before.tip.p95_mm)));
-        let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
-        printer.line(format!(
-            "largest shift {} µm; the program of run {} is {}",
-            um(output.largest_shift_mm),
-            self.run + 1,
-            self.out.display()
-        ));
-        output.setpoints.iter().flat_map(setpoints).for_each(|line| printer.line(line));
-        let figures = json!({
-            "run": self.run,
-            "contour_um": contour_json(&before.tip),
-            "orientation_urad": orientation_json(before.orientation.as_ref()),
-            "largest_shift_um": output.largest_shift_mm * 1e3,
-            "rows": output.setpoints.as_ref().map(setpoints_json),
-            "offset_mm": matched.offset.as_slice(),
-        });
-        let mut outputs = Outputs::default();
-        outputs.add(&self.out, output.content);
-        outputs.write(self.common.json.as_deref(), &figures)
+        Ok((input, format))
     }
 
-    /// The machine that made the log, with its control.
+    /// The machine that made the logs, with its control.
     fn setup(&self, printer: &Printer) -> Result<Setup> {
         let model = self.model.as_deref().map(read::model).transpose()?;
         let machine = read::real_machine(self.machine.as_deref(), self.model.as_deref().zip(model.as_ref()))?;
@@ -137,14 +166,63 @@ impl Refine {
         self.output.setup(&machine)
     }
 
-    fn settings(&self) -> RefineSettings {
-        let settings = RefineSettings::of_run(self.run);
-        let law = match self.law {
-            LawArg::Spatial => RefineLaw::Spatial,
-            LawArg::Tracking => RefineLaw::Tracking,
-        };
-        let gain = self.gain.unwrap_or(settings.gain);
-        RefineSettings { law, gain, low_pass_hz: self.low_pass, max_shift: self.max_shift, ..settings }
+    /// The programs that ran, as they are.
+    fn programs(&self, input: &Input) -> Result<Vec<Vec<u8>>> {
+        let programs: Vec<Vec<u8>> = self.ran.iter().map(|path| read_file(path)).collect::<Result<_>>()?;
+        for (path, bytes) in self.ran.iter().zip(&programs) {
+            let is_other = |part: &Part| states_other_original(&gcode::parse(bytes.clone()), &part.program);
+            if input.part().is_some_and(is_other) {
+                let (path, original) = (path.display(), self.input.display());
+                return Err(Refusal(format!(
+                    "{path} states at its head that it was computed from another program than {original}"
+                ))
+                .into());
+            }
+        }
+        Ok(programs)
+    }
+
+    /// Prints the figures of all runs, and returns them with those of the last one.
+    fn show_runs(&self, printer: &Printer, runs: &[Figures], offset: Option<&Vec3>) -> Value {
+        for (index, run) in runs.iter().enumerate() {
+            printer.line(format!("run {}: {}, {} µm at 95 %", self.run_of(index), text(run), um(run.tip.p95_mm)));
+        }
+        let last = runs.last();
+        json!({
+            "run": self.last_run(),
+            "runs": runs.iter().map(|run| contour_json(&run.tip)).collect::<Vec<_>>(),
+            "best_run": best_of(runs).map(|best| self.run_of(best)),
+            "contour_um": last.map(|run| contour_json(&run.tip)),
+            "orientation_urad": last.map(|run| orientation_json(run.orientation.as_ref())),
+            "offset_mm": offset.map(|offset| offset.as_slice().to_vec()),
+        })
+    }
+
+    /// Writes a new program with the figures.
+    fn write_program(&self, output: Output, figures: Value, printer: &Printer) -> Result<()> {
+        printer.line(format!(
+            "largest shift {} µm; the program of run {} is {}",
+            um(output.largest_shift_mm),
+            self.last_run() + 1,
+            self.out.display()
+        ));
+        output.setpoints.iter().flat_map(setpoints).for_each(|line| printer.line(line));
+        let own = json!({
+            "ended": null,
+            "largest_shift_um": output.largest_shift_mm * 1e3,
+            "rows": output.setpoints.as_ref().map(setpoints_json),
+        });
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, output.content);
+        outputs.write(self.common.json.as_deref(), &merged(figures, own))
+    }
+
+    /// Writes the program of the best run once more.
+    fn write_best(&self, best: usize, ended: Ended, program: &[u8], figures: Value) -> Result<()> {
+        let own = json!({ "ended": ended.name(), "written_run": self.run_of(best) });
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, program);
+        outputs.write(self.common.json.as_deref(), &merged(figures, own))
     }
 }
 

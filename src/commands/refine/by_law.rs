@@ -1,0 +1,39 @@
+//! Refinement by a law that needs no model: one update from the best run.
+
+use anyhow::Result;
+use pipeline::refine::{Ended, RefineLaw, RefineSettings, best_of, figures_of_log, last_is_worse, refine_from_log};
+
+use super::{LOW_PASS_HZ, LawArg, Refine, check_axes};
+use crate::output::Printer;
+
+impl Refine {
+    pub(super) fn learn_by_law(&self) -> Result<()> {
+        let printer = Printer::new(self.common.json.as_deref());
+        let logs = self.logs(&printer)?;
+        let (input, format) = self.input(logs.first().map(|log| log.period_s()), &printer)?;
+        logs.iter().try_for_each(|log| check_axes(&input, log))?;
+        let programs = self.programs(&input)?;
+        input.check_original()?;
+        let measured = logs.iter().map(|log| figures_of_log(&input, log)).collect::<Result<Vec<_>, _>>()?;
+        let best = best_of(&measured).unwrap_or_default();
+        if let (true, Some(program)) = (last_is_worse(&measured), programs.get(best)) {
+            let figures = self.show_runs(&printer, &measured, None);
+            let (run, out) = (self.run_of(best), self.out.display());
+            printer.line(format!(
+                "the last run was worse than run {run}: learning has ended; {out} is the program of run {run}, the best one"
+            ));
+            return self.write_best(best, Ended::Worse, program, figures);
+        }
+        let (refined, matched) = refine_from_log(&input, &logs[best], &self.law_settings())?;
+        let figures = self.show_runs(&printer, &measured, Some(&matched.offset));
+        let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
+        self.write_program(output, figures, &printer)
+    }
+
+    fn law_settings(&self) -> RefineSettings {
+        let settings = RefineSettings::of_run(self.last_run());
+        let law = if self.law() == LawArg::Tracking { RefineLaw::Tracking } else { RefineLaw::Spatial };
+        let (gain, low_pass_hz) = (self.gain.unwrap_or(settings.gain), self.low_pass.unwrap_or(LOW_PASS_HZ));
+        RefineSettings { law, gain, low_pass_hz, max_shift: self.max_shift, ..settings }
+    }
+}
