@@ -10,7 +10,12 @@ pub(super) const SAME_FORECAST: f64 = 0.02;
 
 /// Cost of a forecast, mm: RMS plus a tenth of MAX, which is three to ten times as large.
 pub(super) fn cost(figures: &Figures) -> f64 {
-    figures.cost_mm() + 0.1 * figures.tip.max_mm
+    cost_of(figures.cost_mm(), figures.tip.max_mm)
+}
+
+/// The same from the two figures, mm.
+pub(super) fn cost_of(rms_mm: f64, max_mm: f64) -> f64 {
+    rms_mm + 0.1 * max_mm
 }
 
 /// Acceptance bound of a forecast: its cost falls below the bound, and neither RMS nor MAX grows.

@@ -2,13 +2,13 @@
 
 use motion::Trajectory;
 
-use super::acceptance::SAME_FORECAST;
+use super::acceptance::{SAME_FORECAST, cost_of};
 use crate::error::Result;
 use crate::input::Input;
 use crate::part::{Part, PathSegment};
 use crate::statistics::{costs, rms_max};
 
-/// Least predicted gain for which a segment is changed, as a share of its RMS contour error.
+/// Least predicted gain for which a segment is changed, as a share of its cost.
 pub(super) const LEAST_GAIN: f64 = 0.05;
 
 /// A segment of a program that is not changed, because the forecast gains nothing by it. Errors are RMS and MAX of the contour error, mm.
@@ -53,8 +53,7 @@ impl<'a> Gains<'a> {
         for segment in std::mem::take(&mut self.segments) {
             let figures = |costs: &[f64]| rms_max(&costs[segment.samples.clone()]);
             let (before_mm, after_mm) = (figures(&self.before), figures(&after));
-            let gain_mm = before_mm.0 - after_mm.0;
-            if gain_mm >= (LEAST_GAIN * before_mm.0).max(self.least_mm) && after_mm.1 <= before_mm.1 * (1.0 + SAME_FORECAST) {
+            if self.gains(before_mm, after_mm) {
                 kept.push(segment);
                 continue;
             }
@@ -65,6 +64,14 @@ impl<'a> Gains<'a> {
         }
         self.segments = kept;
         Ok((path.with_columns(columns)?, left))
+    }
+
+    /// Whether the cost falls enough, and neither RMS nor MAX grows.
+    fn gains(&self, before: (f64, f64), after: (f64, f64)) -> bool {
+        let [cost_before, cost_after] = [before, after].map(|(rms_mm, max_mm)| cost_of(rms_mm, max_mm));
+        let enough_mm = (LEAST_GAIN * cost_before).max(self.least_mm);
+        let grows = |before: f64, after: f64| after > before * (1.0 + SAME_FORECAST);
+        cost_before - cost_after >= enough_mm && !grows(before.0, after.0) && !grows(before.1, after.1)
     }
 
     /// Whether no segment is left.
