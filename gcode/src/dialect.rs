@@ -20,6 +20,8 @@ use crate::word::WordKind;
 /// | `G5`, `G7`, `G8` | look-ahead switches (`G7` refused) | splines (refused), lathe diameter mode |
 /// | `G70`, `G71` without P, Q | inch, mm | lathe cycles: refused |
 /// | `G33` lead | F | K |
+///
+/// The codes of `Sinumerik` are its own: see the README of this crate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dialect {
     /// Fanuc and compatible controls: Haas, Mach3, most hobby controls.

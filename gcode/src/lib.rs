@@ -1,4 +1,4 @@
-//! RS-274 part programs, and Heidenhain dialogue, as bytes: split without loss, read modally, changed span by span.
+//! RS-274 part programs, SINUMERIK programs and Heidenhain dialogue, as bytes: split without loss, read modally, changed span by span.
 //!
 //! ```
 //! use gcode::{Dialect, Edits, MoveKind};

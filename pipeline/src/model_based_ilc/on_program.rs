@@ -113,7 +113,7 @@ impl Search<'_, '_, '_> {
     /// and the former also until the cycle is short enough.
     fn points(&mut self, written: RefitSettings) -> Result<Tried> {
         let mut best = self.learn(written, None, f64::INFINITY)?;
-        let mut least = cost_of(&best);
+        let mut least = measure_of(&best);
         let changes = self.settings.fewer_points && written.spacing_s.is_finite();
         let finer = |at: RefitSettings| RefitSettings { spacing_s: 2.0 * at.spacing_s, ..at };
         let looser = |at: RefitSettings| RefitSettings { chord_tolerance_mm: 2.0 * at.chord_tolerance_mm, ..at };
@@ -126,11 +126,11 @@ impl Search<'_, '_, '_> {
                     Tried::TooSlow(_) => (None, f64::INFINITY),
                 };
                 let next = self.learn(step(at), start, allowed)?;
-                if cost_of(&next) > allowed {
+                if measure_of(&next) > allowed {
                     break;
                 }
                 at = step(at);
-                least = least.min(cost_of(&next));
+                least = least.min(measure_of(&next));
                 best = next;
             }
         }
@@ -195,7 +195,7 @@ impl Search<'_, '_, '_> {
     }
 }
 
-fn cost_of(tried: &Tried) -> f64 {
+fn measure_of(tried: &Tried) -> f64 {
     match tried {
         Tried::Runs(candidate) => candidate.run.0.measure,
         Tried::TooSlow(_) => f64::INFINITY,
