@@ -209,6 +209,9 @@ fn moves_that_the_control_computes_are_left_alone() {
     let no = Shiftable::No;
     assert_eq!(fixed("G1 X1 RND=0.5\nY1\nX0"), [no(Adjoining), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 RNDM=2\nY1\nRNDM=0 X0\nY0"), [no(Adjoining), no(Adjoining), Shiftable::Yes, Shiftable::Yes]);
+    assert_eq!(fixed("G1 X1 F=R9\nX2\nX3 F100"), [no(RunTime), no(RunTime), Shiftable::Yes]);
+    assert_eq!(fixed("G95 F0.1 S1=500 G1 X1\nSUPA X2\nX3\nS500 X4"), [no(RunTime), no(RunTime), no(RunTime), Shiftable::Yes]);
+    assert_eq!(fixed("G1 X1 F=R9\nSUPA G1 X2\nF100 Y3"), [no(RunTime), no(RunTime), no(UnknownStart)]);
     assert_eq!(fixed("G0 X1 RND=2\nG1 Y1\nX0"), [no(Rapid), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1\nCT X2 Y2\nG1 X3"), [no(Adjoining), no(NotUnderstood), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1\nASPLINE X2 Y2\nX3 Y3"), [no(Adjoining), no(NotUnderstood), no(NotUnderstood)]);

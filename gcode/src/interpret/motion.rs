@@ -98,7 +98,7 @@ impl Interpreter<'_> {
     }
 
     /// The named axes move to a position that is unknown in the program frame.
-    fn lose_named(&mut self, words: &Gathered, start: Position) {
+    pub fn lose_named(&mut self, words: &Gathered, start: Position) {
         for axis in (0..6).filter(|axis| words.has(AXIS_LETTERS[*axis])) {
             self.position.nominal[axis] = start.nominal[axis];
             self.position.forget(axis);

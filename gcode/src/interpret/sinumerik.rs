@@ -155,10 +155,9 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Why a feed move of this block is left alone, or `None` if it is interpreted.
-    pub fn reads_not(&self, words: &Gathered, is_arc: bool) -> Option<&'static str> {
+    /// Why a feed move of this block is left alone, and what is reported; `None` if it is interpreted.
+    pub fn reads_not(&self, words: &Gathered, is_arc: bool) -> Option<(Fixed, &'static str)> {
         let [first, second, normal] = self.modal.plane.axes();
-        let is_unknown_start = is_arc && [first, second].iter().any(|axis| !self.position.knows(*axis));
         let centre = b"IJK"[normal];
         let allowed = |letter: u8| match letter {
             b'I' | b'J' | b'K' => is_arc && (letter != centre || words.number(self.program, letter) == Some(0.0)),
@@ -166,36 +165,43 @@ impl Interpreter<'_> {
             b'N' | b'S' | b'T' | b'D' | b'F' | b'H' => true,
             _ => AXIS_LETTERS.contains(&letter),
         };
-        if self.sections.is_open() {
-            Some("")
-        } else if words.duplicate.is_some()
+        let is_unread = words.duplicate.is_some()
             || words.unknown.is_some()
             || words.bad_g.is_some()
             || words.geometry().is_some()
-            || (b'A'..=b'Z').any(|letter| words.has(letter) && !allowed(letter))
-        {
-            Some("not understood in a feed move, which is left alone")
-        } else if is_unknown_start {
-            Some("")
+            || (b'A'..=b'Z').any(|letter| words.has(letter) && !allowed(letter));
+        let per_turn = self.modal.feed_mode == FeedMode::PerRevolution && self.modal.spindle_rpm.is_none();
+        if self.sections.is_open() {
+            Some((Fixed::NotUnderstood, ""))
+        } else if is_unread {
+            Some((Fixed::NotUnderstood, "not understood in a feed move, which is left alone"))
+        } else if matches!(self.feed, FeedWord::Unpredictable { .. }) || per_turn {
+            Some((Fixed::RunTime, "the feed is known only when the program runs: the move is left alone"))
+        } else if is_arc && [first, second].iter().any(|axis| !self.position.knows(*axis)) {
+            Some((Fixed::UnknownStart, ""))
         } else {
             None
         }
     }
 
-    /// A feed move that is left alone. Its end is known only if all its words are.
-    pub fn opaque_move(&mut self, words: &Gathered, why: &str, at: usize, explicit_motion: bool) {
+    /// A feed move that is left alone. Its end is known only if all its words are read.
+    pub fn opaque_move(&mut self, words: &Gathered, why: (Fixed, &str), at: usize, explicit_motion: bool) {
         let start = self.position;
+        let (fixed, message) = why;
         self.position = self.target(words, 1);
-        if !why.is_empty() {
-            self.report.warning(self.span(at), why, None);
+        if !message.is_empty() {
+            self.report.warning(self.span(at), message, None);
+        }
+        if fixed == Fixed::NotUnderstood && !message.is_empty() {
             self.forget_all();
+        }
+        if words.g.iter().any(|g| g.code == Code::MachineCoordinates) || (self.optional_motion && !explicit_motion) {
+            self.lose_named(words, start);
         }
         let feed = match self.feed {
             FeedWord::Value { mm, .. } if self.modal.feed_mode == FeedMode::PerMinute => Some(Feed::Linear { mm_s: mm / 60.0 }),
             _ => None,
         };
-        let shiftable =
-            Shiftable::No(if self.sections.is_open() || !why.is_empty() { Fixed::NotUnderstood } else { Fixed::UnknownStart });
         let (modal, after_shared) = (self.modal_index(), self.take_shared());
         self.moves.push(Move {
             block: self.block as u32,
@@ -206,7 +212,7 @@ impl Interpreter<'_> {
             feed,
             feed_word: None,
             explicit_motion,
-            shiftable,
+            shiftable: Shiftable::No(fixed),
             after_shared,
         });
     }
@@ -223,10 +229,7 @@ impl Interpreter<'_> {
         } else {
             ""
         };
-        self.opaque_move(words, why, at, explicit_motion);
-        if let Some(last) = self.moves.last_mut() {
-            last.shiftable = Shiftable::No(Fixed::NotUnderstood);
-        }
+        self.opaque_move(words, (Fixed::NotUnderstood, why), at, explicit_motion);
     }
 
     /// Whether the control computes a corner at one of the ends of this block's move.
