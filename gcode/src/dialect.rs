@@ -4,6 +4,7 @@ use crate::arc::ArcTolerance;
 use crate::modal::Units;
 use crate::passive::PassiveCodes;
 use crate::program::{Language, Program};
+use crate::sinumerik::signs::is_of_another;
 use crate::word::WordKind;
 
 /// RS-274 dialect of the control.
@@ -111,6 +112,12 @@ impl Dialect {
             Some(language) => program.in_language(language),
             None => program,
         }
+    }
+
+    /// Whether the program is plainly of another control: SINUMERIK knows no program numbers `O1`, no comments in parentheses and no `#1`, unless it
+    /// runs in its ISO dialect.
+    pub fn is_ruled_out(self, program: &Program) -> bool {
+        self == Self::Sinumerik && program.language() == Language::Rs274 && is_of_another(program.bytes())
     }
 
     /// The language in which this control reads the program, if it was split in another.

@@ -1,6 +1,6 @@
 //! SINUMERIK programs: compensated and written as such.
 
-use crate::common::{Folder, without_mark};
+use crate::common::{Folder, PART, without_mark};
 
 /// A program of `gcode/tests/sinumerik`.
 fn sample(name: &str) -> Vec<u8> {
@@ -128,4 +128,9 @@ fn the_dialect_can_be_stated() {
     let words = ["compensate", "plain.mpf", "-m", "machine.model", "-o", "out.mpf", "--controller", "siemens"];
     assert_eq!(folder.figures(&words)["changed"], true);
     assert!(folder.read("out.mpf").starts_with("; PRECOMP "));
+    // A program of the control's ISO dialect is read as such.
+    folder.write("iso.nc", PART);
+    let words = ["compensate", "iso.nc", "-m", "machine.model", "-o", "out.nc", "--controller", "siemens"];
+    let figures = folder.figures(&words);
+    assert_eq!((&figures["changed"], &figures["left_alone"]["feed_length_share"]), (&true.into(), &0.0.into()));
 }

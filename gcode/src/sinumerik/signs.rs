@@ -38,6 +38,11 @@ pub(crate) fn is_sinumerik(text: &[u8]) -> bool {
     found
 }
 
+/// Whether `text` has program numbers, comments in parentheses or parameters of other controls.
+pub(crate) fn is_of_another(text: &[u8]) -> bool {
+    text.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| of_line(line.trim_ascii()) == Sign::Against)
+}
+
 fn of_line(line: &[u8]) -> Sign {
     if line.get(..4).is_some_and(|head| head.eq_ignore_ascii_case(b"%_N_")) || line.starts_with(b";$PATH=") {
         return Sign::Certain;

@@ -39,7 +39,7 @@ pub use tool_path::{POINT_MM, coordinates, stated};
 /// the forecast lacks the position-dependent terms; see [`PositionTerms::of`](crate::PositionTerms::of). On a simulated machine set `at_zero`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadSettings {
-    /// Dialect of the program; `None` takes that of the setup, else detects it.
+    /// Dialect of the program; `None` takes that of the setup unless the program is plainly of another, else detects it.
     pub dialect: Option<Dialect>,
     /// M codes that change neither path nor coordinate system on this machine.
     pub passive: PassiveCodes,
@@ -140,7 +140,8 @@ impl Part {
         if setup.kinematics.has_rotary_axes() && settings.tool_length_mm != 0.0 {
             return Err(Error::ToolLengthOfTurningMachine);
         }
-        let dialect = settings.dialect.or(setup.dialect).unwrap_or_else(|| Dialect::detect(&program));
+        let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(&program));
+        let dialect = settings.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(&program));
         let stated = settings.decimal_point.or(setup.decimal_point);
         let decimal_point = stated.unwrap_or_default();
         let options = Options { passive: settings.passive, block_delete: settings.block_delete, decimal_point, ..dialect.into() };
