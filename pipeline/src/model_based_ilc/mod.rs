@@ -50,24 +50,33 @@ const FLOOR_SHARE: f64 = 0.1;
 /// # Errors
 /// When the path does not fit the model (axes, sampling period), a predictor of the model is invalid, or `progress` cancels.
 pub fn model_based_ilc(input: &Input, model: &Bundle, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
-    model_based_ilc_with(input, model, None, settings, progress)
+    model_based_ilc_after(input, model, None, settings, progress)
 }
 
-/// Same as [`model_based_ilc`], with the part of the model's error that repeats in every run of this path: actual minus predicted position
-/// at every sample of the path, one column an axis, mm or rad.
+/// What earlier runs of a path show.
+#[derive(Debug)]
+pub struct KnownRuns {
+    /// Part of the model's error that repeats in every run: actual minus predicted position at every sample of the path, one column an axis,
+    /// mm or rad.
+    pub repeated: Vec<Vec<f64>>,
+    /// Command of the best run, in the path's time. Learning on the replanned program starts from it too.
+    pub command: Trajectory,
+}
+
+/// Same as [`model_based_ilc`], with what earlier runs of the path show.
 ///
 /// # Errors
 /// As [`model_based_ilc`].
-pub fn model_based_ilc_with(
+pub fn model_based_ilc_after(
     input: &Input,
     model: &Bundle,
-    repeated: Option<&[Vec<f64>]>,
+    known: Option<&KnownRuns>,
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
-    let learned = Learner { machine: &mut machine, coverage: &model.coverage(), repeated, floor_mm };
+    let learned = Learner { machine: &mut machine, coverage: &model.coverage(), known, floor_mm };
     Ok(Outcome { mark: Some(Mark::of_model(model)?), ..on_learner(input, learned, settings, progress)? })
 }
 
@@ -84,24 +93,23 @@ pub fn on_learned_machine(
     floor_mm: f64,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
-    on_learner(input, Learner { machine, coverage, repeated: None, floor_mm }, settings, progress)
+    on_learner(input, Learner { machine, coverage, known: None, floor_mm }, settings, progress)
 }
 
 /// A learned machine, and what is known of it.
 struct Learner<'a> {
     machine: &'a mut LearnedMachine,
     coverage: &'a [OperatingRange],
-    /// Part of its error that repeats in every run of the path.
-    repeated: Option<&'a [Vec<f64>]>,
+    known: Option<&'a KnownRuns>,
     /// Forecast at which the iteration ends, mm.
     floor_mm: f64,
 }
 
 fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
     input.check_original()?;
-    let Learner { machine, coverage, repeated, floor_mm } = learner;
+    let Learner { machine, coverage, known, floor_mm } = learner;
     let (weights, outside) = prepare(input, machine, coverage);
-    let mut control = ControlledMachine::learned(machine, input.part()).disturbed(repeated);
+    let mut control = ControlledMachine::learned(machine, input.part()).disturbed(known.map(|known| known.repeated.as_slice()));
     let max_shift = bound_of(settings, &mut control, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
     let mut task = Task::new(input, correction_limits, floor_mm, progress);
@@ -119,7 +127,8 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
         && control.replans(written)
     {
         let ideal = ideal.clone();
-        chosen = relearn_on_program(&task, &mut control, input, settings, written, ideal)?;
+        let resumed = known.map(|known| &known.command);
+        chosen = relearn_on_program(&task, &mut control, input, settings, written, ideal, resumed)?;
         chosen.updates += updates;
     }
     let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;

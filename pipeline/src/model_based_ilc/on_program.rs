@@ -66,7 +66,8 @@ enum Tried {
 }
 
 /// Continues the iteration from `ideal`, the best run on the reference, on the replanned program. The points are as few as the forecast
-/// allows; the cycle stays within its limit.
+/// allows; the cycle stays within its limit. With the command of an earlier run, `resumed`, the iteration also continues from there, and the
+/// better result is taken.
 pub(super) fn relearn_on_program(
     task: &Task<'_>,
     control: &mut ControlledMachine<'_, LearnedMachine>,
@@ -74,6 +75,7 @@ pub(super) fn relearn_on_program(
     settings: &Settings,
     written: RefitSettings,
     ideal: Iteration,
+    resumed: Option<&Trajectory>,
 ) -> Result<OnProgram> {
     let mut search = Search { task, control, path: input.trajectory(), settings, ideal, updates: 0 };
     let mut kept_feeds = None;
@@ -84,6 +86,9 @@ pub(super) fn relearn_on_program(
     {
         kept_feeds = Some(slowdown);
         found = search.points(RefitSettings { encoding: TimeEncoding::Keep, ..written })?;
+    }
+    if let Some(command) = resumed {
+        found = search.resume(found, command)?;
     }
     let updates = search.updates;
     Ok(match found {
@@ -137,11 +142,18 @@ impl Search<'_, '_, '_> {
         Ok(best)
     }
 
+    /// The better one of `found` and what is learned with the same points from the command of an earlier run.
+    fn resume(&mut self, found: Tried, command: &Trajectory) -> Result<Tried> {
+        let Tried::Runs(candidate) = &found else { return Ok(found) };
+        let resumed = self.learn(candidate.written, Some(command.clone()), f64::INFINITY)?;
+        Ok(if measure_of(&resumed) < measure_of(&found) { resumed } else { found })
+    }
+
     /// Learns on the program with these points from `start`, or from the best reference. Gives up where a cost of `allowed` mm is out of
     /// reach.
     fn learn(&mut self, written: RefitSettings, start: Option<Trajectory>, allowed: f64) -> Result<Tried> {
         self.control.replans(written);
-        let is_first = start.is_none();
+        let (is_ideal, is_first) = (start.is_none(), allowed.is_infinite());
         let reference = start.unwrap_or_else(|| self.ideal.reference.clone());
         let seen = self.control.run(&reference)?;
         let cycle_s = self.control.last_s();
@@ -152,7 +164,7 @@ impl Search<'_, '_, '_> {
             return Ok(Tried::TooSlow(slowdown));
         }
         // The papers' laws are not iterated again; only their forecast is that of the replanned program.
-        let is_same = is_first && (measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
+        let is_same = is_ideal && (measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
         let iterates = self.settings.law == LawName::ModelBased && !is_same && measure <= HOPELESS * allowed;
         let first = (Iteration { reference: reference.clone(), actual: seen, measure }, figures);
         if !iterates {

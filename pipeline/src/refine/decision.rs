@@ -60,19 +60,18 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// From the measured figures of the runs, the forecasts of their programs, and the forecast of the next program. What the forecasts leave of
-    /// the measured error is as large in the next run, and independent of the forecast. `None` without runs.
+    /// From the index of the best run, the measured figures of all runs, the forecasts of their programs, and the forecast of the next program, all
+    /// over the same samples. What the forecasts leave of the measured error is as large in the next run, and independent of the forecast.
     #[must_use]
-    pub fn of(measured: &[Figures], forecasts: &[Figures], next: &Figures) -> Option<Self> {
-        let best = best_of(measured)?;
+    pub fn of(best: usize, measured: &[Figures], forecasts: &[Figures], next: &Figures) -> Self {
         let squares = measured.iter().zip(forecasts).map(|(run, forecast)| run.cost_mm().powi(2) - forecast.cost_mm().powi(2));
-        let rest = (squares.sum::<f64>() / measured.len() as f64).max(0.0);
+        let rest = (squares.sum::<f64>() / measured.len().max(1) as f64).max(0.0);
         let with_rest = |forecast: &Figures| (forecast.cost_mm().powi(2) + rest).sqrt();
         let (best_mm, next_mm) = (with_rest(&forecasts[best]), with_rest(next));
         let lowest_max = forecasts.iter().map(|forecast| forecast.tip.max_mm).fold(f64::INFINITY, f64::min);
         let explains = forecasts[best].cost_mm() <= EXPLAINS * measured[best].cost_mm();
         let gains = explains && next_mm < (1.0 - LEAST_GAIN) * best_mm && next.tip.max_mm <= MOST_GROWTH * lowest_max;
-        Some(Self { rest_mm: rest.sqrt(), best_mm, next_mm, gains })
+        Self { rest_mm: rest.sqrt(), best_mm, next_mm, gains }
     }
 }
 
@@ -105,13 +104,13 @@ mod tests {
     fn a_next_program_needs_a_gain_above_the_noise_and_no_larger_max() {
         let measured = runs(&[(0.26, 2.0), (0.26, 2.0)]);
         let forecasts = runs(&[(0.1, 1.0), (0.1, 1.1)]);
-        let gains = |rms: f64, max: f64| Expected::of(&measured, &forecasts, &figures(rms, max)).unwrap().gains;
+        let gains = |rms: f64, max: f64| Expected::of(0, &measured, &forecasts, &figures(rms, max)).gains;
         assert!(gains(0.05, 1.0) && gains(0.05, 1.04));
         assert!(!gains(0.05, 1.06), "MAX grows");
         assert!(!gains(0.095, 1.0), "0.2579 instead of 0.26");
         // A forecast of 0.3 for a run of 0.26 is no ground for another program.
-        assert!(!Expected::of(&measured, &runs(&[(0.3, 1.0), (0.1, 1.0)]), &figures(0.05, 1.0)).unwrap().gains);
-        let expected = Expected::of(&measured, &forecasts, &figures(0.0, 0.0)).unwrap();
+        assert!(!Expected::of(0, &measured, &runs(&[(0.3, 1.0), (0.1, 1.0)]), &figures(0.05, 1.0)).gains);
+        let expected = Expected::of(0, &measured, &forecasts, &figures(0.0, 0.0));
         assert!((expected.rest_mm - 0.24).abs() < 1e-9 && (expected.best_mm - 0.26).abs() < 1e-9);
         assert_eq!(expected.next_mm, expected.rest_mm);
     }

@@ -12,7 +12,7 @@ use super::observed::ObservedRun;
 use super::repeated::repeated;
 use crate::error::{Error, Result};
 use crate::input::Input;
-use crate::model_based_ilc::{Outcome, Settings, model_based_ilc_with};
+use crate::model_based_ilc::{KnownRuns, Outcome, Settings, model_based_ilc_after};
 use crate::progress::Progress;
 use crate::statistics::{Figures, counts};
 
@@ -47,10 +47,11 @@ pub fn learn_from_runs(
     let runs: Vec<ObservedRun> = logs.iter().map(|log| ObservedRun::of(input, log, model)).collect::<Result<_>>()?;
     let measured: Vec<Figures> = runs.iter().map(|run| run.figures).collect();
     let best = best_of(&measured).ok_or(Error::NoRun("learning"))?;
-    let repeated = repeated_of(input, model, &runs)?;
-    let forecasts: Vec<Figures> = runs.iter().map(|run| run.forecast(input, &repeated)).collect::<Result<_>>()?;
-    let outcome = model_based_ilc_with(input, model, Some(&repeated), settings, progress)?;
-    let expected = Expected::of(&measured, &forecasts, &outcome.after).ok_or(Error::NoRun("learning"))?;
+    let known = KnownRuns { repeated: repeated_of(input, model, &runs)?, command: runs[best].command.clone() };
+    let forecasts: Vec<Figures> = runs.iter().map(|run| run.forecast(input, &known.repeated)).collect::<Result<_>>()?;
+    let outcome = model_based_ilc_after(input, model, Some(&known), settings, progress)?;
+    let along_path: Vec<Figures> = runs.iter().map(|run| run.along_path).collect();
+    let expected = Expected::of(best, &along_path, &forecasts, &outcome.after);
     let ended = match (last_is_worse(&measured), expected.gains) {
         (true, _) => Some(Ended::Worse),
         (false, false) => Some(Ended::NoGain),

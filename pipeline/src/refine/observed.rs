@@ -15,8 +15,13 @@ use crate::statistics::{Figures, figures_along};
 /// A run of a program of the path.
 #[derive(Debug)]
 pub struct ObservedRun {
-    /// Measured contour error.
+    /// Measured contour error, every sample of the run counted once.
     pub figures: Figures,
+    /// Measured contour error, every sample of the path counted once, as in forecasts. A control that slows down for corrections gives the
+    /// places at which it does so fewer samples here than in the run.
+    pub along_path: Figures,
+    /// Commanded positions, in the path's time.
+    pub command: Trajectory,
     /// Predicted positions, in the path's time.
     pub predicted: Trajectory,
     /// Error of the model: actual minus predicted position at every sample of the path, one column an axis, mm or rad.
@@ -44,8 +49,10 @@ impl ObservedRun {
         let (actual, predicted) = (run(&log.actual)?, run(&predicted)?);
         let differences = actual.columns().iter().zip(predicted.columns());
         Ok(Self {
+            along_path: input.figures(&actual)?,
             figures: figures_along(desired, input.part(), &log.reference, &log.actual)?,
             model_error: differences.map(|(x, p)| x.iter().zip(p).map(|(x, p)| x - p).collect()).collect(),
+            command: run(&log.reference)?,
             predicted,
             matched,
         })

@@ -82,11 +82,10 @@ impl Refine {
                 "the model explains this run, and a single run does not show which errors repeat: {out} is its program once more"
             ),
             Ended::NoGain => format!(
-                "no better program is expected from these runs ({} µm RMS, the best one {} µm, of which {} µm do not repeat): \
-                 learning has ended; {out} is the program of run {best}, the best one",
+                "no better program is expected from these runs ({} µm RMS, the best one {} µm): learning has ended; {out} is the \
+                 program of run {best}, the best one",
                 um(expected.next_mm),
-                um(expected.best_mm),
-                um(expected.rest_mm)
+                um(expected.best_mm)
             ),
         }
     }
