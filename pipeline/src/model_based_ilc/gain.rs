@@ -83,7 +83,7 @@ impl<'a> Gains<'a> {
         let moves = || self.part.owners[segment.pieces.clone()].iter().flatten().map(|owner| &self.part.toolpath.moves[*owner]);
         let line = |of: Option<&gcode::Move>| of.map_or(0, |step| step.block as usize + 1);
         WithoutGain {
-            lines: (line(moves().next()), line(moves().last())),
+            lines: (line(moves().next()), line(moves().next_back())),
             length_mm: moves().filter_map(gcode::Move::length_mm).sum(),
             before_mm,
             after_mm,

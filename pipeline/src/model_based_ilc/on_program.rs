@@ -61,7 +61,7 @@ struct Candidate {
 
 /// What came of points: a candidate, or the relative increase of the cycle time beyond its limit.
 enum Tried {
-    Runs(Candidate),
+    Runs(Box<Candidate>),
     TooSlow(f64),
 }
 
@@ -92,12 +92,12 @@ pub(super) fn relearn_on_program(
     }
     let updates = search.updates;
     Ok(match found {
-        Tried::Runs(Candidate { run, cycle_s, written }) => OnProgram {
-            run: Some(run),
+        Tried::Runs(found) => OnProgram {
+            run: Some(found.run),
             updates,
-            cycle_s: Some((input.trajectory().duration_s(), cycle_s)),
+            cycle_s: Some((input.trajectory().duration_s(), found.cycle_s)),
             kept_feeds,
-            written: Some(written),
+            written: Some(found.written),
         },
         Tried::TooSlow(_) => OnProgram { updates, kept_feeds, ..OnProgram::default() },
     })
@@ -196,7 +196,7 @@ impl Search<'_, '_, '_> {
             timed.partition(|(_, cycle_s)| self.slowdown(*cycle_s) <= self.settings.cycle_limit);
         let least = short.into_iter().min_by(|((a, _), _), ((b, _), _)| a.measure.total_cmp(&b.measure));
         match least {
-            Some((run, cycle_s)) => Tried::Runs(Candidate { run, cycle_s, written }),
+            Some((run, cycle_s)) => Tried::Runs(Box::new(Candidate { run, cycle_s, written })),
             None => Tried::TooSlow(long.iter().map(|(_, cycle_s)| self.slowdown(*cycle_s)).fold(f64::INFINITY, f64::min)),
         }
     }
