@@ -43,7 +43,13 @@ pub fn setup(controller: &str) -> Setup {
 }
 
 pub fn read(program: &[u8], way: &Way) -> Result<Part, Error> {
-    let settings = ReadSettings { dialect: Some(Dialect::LinuxCnc), block_delete: way.block_delete, ..ReadSettings::default() };
+    read_with(program, way, false)
+}
+
+/// The same, with loops and subprograms written flat where `expand` is set.
+pub fn read_with(program: &[u8], way: &Way, expand: bool) -> Result<Part, Error> {
+    let dialect = Some(Dialect::LinuxCnc);
+    let settings = ReadSettings { dialect, block_delete: way.block_delete, expand, ..ReadSettings::default() };
     Part::read("oracle.ngc", program, &setup(way.controller), &settings)
 }
 

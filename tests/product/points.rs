@@ -70,12 +70,12 @@ fn a_segment_without_gain_keeps_every_byte() {
 fn strict_refuses_what_would_be_left_alone() {
     let folder = Folder::with_model();
     folder.write("whole.nc", wave(0.9));
-    folder.write("polar.nc", "G21 G90 G94 G17\nG0 X0 Y0 Z0\nG1 X10 F1000\nG16\nG1 X20 Y30\nG15\nG0 X0 Y0\nG1 Y9\nM2\n");
+    folder.write("unknown.nc", "G21 G90 G94 G17\nG0 X0. Y0. Z0.\nG1 X10. F1000\nM428\nG1 X20. Y30.\nG0 X0. Y0.\nG1 Y9.\nM2\n");
     let strict = |name: &str| folder.precomp(&["compensate", name, "-m", "machine.model", "-o", "out.nc", "--strict"]);
-    let refused = strict("polar.nc");
+    let refused = strict("unknown.nc");
     let said = text(&refused.stderr);
     assert_eq!(refused.status.code(), Some(1), "{said}");
-    assert!(said.contains("polar.nc:5") && said.contains("not known") && said.contains("--strict"), "{said}");
+    assert!(said.contains("unknown.nc:5") && said.contains("not known") && said.contains("--strict"), "{said}");
     assert!(!folder.path("out.nc").exists());
     assert_eq!(strict("whole.nc").status.code(), Some(0));
 }
