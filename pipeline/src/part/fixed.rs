@@ -31,7 +31,7 @@ impl Part {
     /// time, blocks that may be skipped, starts that are not stated. Names the first move of each reason.
     ///
     /// # Errors
-    /// [`Error::Program`](crate::Error::Program) with the lines.
+    /// [`Error::Program`] with the lines.
     pub fn check_understood(&self) -> Result<()> {
         let mut diagnostics: Vec<Diagnostic> = Vec::new();
         for reason in [Fixed::NotUnderstood, Fixed::RunTime, Fixed::OptionalBlock, Fixed::UnknownStart] {
