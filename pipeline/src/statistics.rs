@@ -98,43 +98,55 @@ impl Figures {
     }
 }
 
-/// Cost of every sample of a run, mm: contour error of the tip, and the direction's error at a lever of 20 mm.
-///
-/// # Errors
-/// As [`contour_errors`].
-pub fn costs(desired: &DesiredPath, actual: &Trajectory) -> Result<Vec<f64>> {
-    let poses = poses_of(actual, desired.kinematics().as_ref())?;
-    let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
-    let errors = errors_from(desired, &tips, &desired.tips())?;
-    let of_tips = errors.iter().map(|error| error.magnitude_mm);
-    if !desired.kinematics().has_rotary_axes() {
-        return Ok(of_tips.collect());
-    }
-    let angles = orientation_errors(&errors, &poses, desired.poses());
-    Ok(of_tips.zip(angles).map(|(tip, direction)| tip.hypot(direction.angle_rad * LEVER_MM)).collect())
-}
-
 /// Error figures over the samples of a run; of a program over its feed moves only.
 ///
 /// # Errors
 /// As [`contour_errors`].
 pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) -> Result<Figures> {
-    figures_where(desired, actual, |k| counts(part, *k))
+    SampleErrors::of(desired, actual)?.figures(|k| counts(part, *k))
 }
 
-/// Same as [`figures`], over the samples for which `counts` is true.
-///
-/// # Errors
-/// As [`contour_errors`]; when no sample counts.
-pub fn figures_where(desired: &DesiredPath, actual: &Trajectory, counts: impl Fn(&usize) -> bool) -> Result<Figures> {
-    let poses = poses_of(actual, desired.kinematics().as_ref())?;
-    let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
-    let errors = errors_from(desired, &tips, &desired.tips())?;
-    let has_rotary_axes = desired.kinematics().has_rotary_axes();
-    let orientation = has_rotary_axes.then(|| summary_of_directions(&errors, desired.poses(), &poses, &counts)).transpose()?;
-    let counted: Vec<ContourError> = errors.into_iter().enumerate().filter(|(k, _)| counts(k)).map(|(_, error)| error).collect();
-    let tip = summary(&counted).ok_or(Error::NoSamples)?;
-    Ok(Figures { tip, orientation })
+/// Errors of every sample of a run in the path's time.
+pub(crate) struct SampleErrors {
+    tip: Vec<ContourError>,
+    /// Errors of the direction, rad; `None` on a machine without rotary axes.
+    direction_rad: Option<Vec<f64>>,
+}
+
+impl SampleErrors {
+    /// Errors of `actual`.
+    ///
+    /// # Errors
+    /// As [`contour_errors`].
+    pub(crate) fn of(desired: &DesiredPath, actual: &Trajectory) -> Result<Self> {
+        let poses = poses_of(actual, desired.kinematics().as_ref())?;
+        let tips: Vec<Vec3> = poses.iter().map(|pose| pose.tip).collect();
+        let tip = errors_from(desired, &tips, &desired.tips())?;
+        let angles = || orientation_errors(&tip, &poses, desired.poses()).iter().map(|error| error.angle_rad).collect();
+        let direction_rad = desired.kinematics().has_rotary_axes().then(angles);
+        Ok(Self { tip, direction_rad })
+    }
+
+    /// Figures over the samples for which `counts` is true.
+    ///
+    /// # Errors
+    /// [`Error::NoSamples`] when no sample counts.
+    pub(crate) fn figures(&self, counts: impl Fn(&usize) -> bool) -> Result<Figures> {
+        let counted = || (0..self.tip.len()).filter(|k| counts(k));
+        let tip: Vec<ContourError> = counted().map(|k| self.tip[k]).collect();
+        let direction = self.direction_rad.as_ref().map(|angles| counted().map(|k| angles[k]).collect::<Vec<f64>>());
+        let orientation = direction.map(|angles| summary_of_angles(&angles)).transpose()?;
+        Ok(Figures { tip: summary(&tip).ok_or(Error::NoSamples)?, orientation })
+    }
+
+    /// Cost of every sample, mm: contour error of the tip, and the direction's error at a lever of 20 mm.
+    pub(crate) fn costs_mm(&self) -> Vec<f64> {
+        let tip = self.tip.iter().map(|error| error.magnitude_mm);
+        match &self.direction_rad {
+            Some(angles) => tip.zip(angles).map(|(tip, angle)| tip.hypot(angle * LEVER_MM)).collect(),
+            None => tip.collect(),
+        }
+    }
 }
 
 /// Same as [`figures`], for a run whose command `reference` follows the path in another time.
@@ -166,20 +178,12 @@ pub fn orientation(
         return Ok(None);
     }
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
-    summary_of_directions(errors, path, &poses, counts).map(Some)
+    let angles = orientation_errors(errors, &poses, path).into_iter().enumerate().filter(|(k, _)| counts(k));
+    summary_of_angles(&angles.map(|(_, error)| error.angle_rad).collect::<Vec<f64>>()).map(Some)
 }
 
-/// Orientation figures of the poses `actual` at the foot points of `errors` on the poses `path`, over the samples that
-/// count.
-fn summary_of_directions(
-    errors: &[ContourError],
-    path: &[Pose],
-    actual: &[Pose],
-    counts: impl Fn(&usize) -> bool,
-) -> Result<OrientationSummary> {
-    let angles = orientation_errors(errors, actual, path).into_iter().enumerate().filter(|(k, _)| counts(k));
-    let angles: Vec<f64> = angles.map(|(_, error)| error.angle_rad).collect();
-    let figures = summary_of(&angles, None).ok_or(Error::NoSamples)?;
+fn summary_of_angles(angles_rad: &[f64]) -> Result<OrientationSummary> {
+    let figures = summary_of(angles_rad, None).ok_or(Error::NoSamples)?;
     Ok(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm })
 }
 

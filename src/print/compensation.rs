@@ -49,7 +49,7 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
         printer.line(line);
     }
     if !outcome.gained {
-        printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(input.part())));
+        printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(input.part(), outcome)));
     }
 }
 
@@ -227,7 +227,11 @@ pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Va
 }
 
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
-fn why_unchanged(part: Option<&Part>) -> String {
+fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
+    if let Some(slowdown) = outcome.too_slow {
+        let percent = 100.0 * slowdown;
+        return format!("the cycle would take at least {percent:.2} % longer, which --cycle-limit does not allow");
+    }
     const NO_GAIN: &str = "the model predicts no gain worth having";
     let Some(part) = part else { return NO_GAIN.to_owned() };
     let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();

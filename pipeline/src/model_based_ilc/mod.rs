@@ -17,8 +17,8 @@ use machine::Machine;
 use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
 
-use acceptance::{Bound, SAME_FORECAST, best, cost, least};
-use gain::{Gains, LEAST_GAIN};
+use acceptance::{Bound, best, cost, least};
+use gain::{Gains, LEAST_GAIN, SAME_MAX_MM};
 use laws::law;
 use on_program::{OnProgram, relearn_on_program};
 use outside::ranges;
@@ -135,7 +135,8 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     choose(input, first, chosen, Learned { max_shift, ended, outside, without_gain })
 }
 
-/// Takes the correction out of segments without gain, until the forecast of every other segment gains. Returns the former.
+/// Reduces the correction of segments without gain, until the forecast of every corrected segment gains. Returns those that are left as they
+/// are.
 fn leave_out(
     task: &Task<'_>,
     control: &mut ControlledMachine<'_, LearnedMachine>,
@@ -143,33 +144,27 @@ fn leave_out(
     first: &Iteration,
     chosen: &mut OnProgram,
 ) -> Result<Vec<WithoutGain>> {
+    let before_mm = task.errors(&first.actual)?.costs_mm();
+    let Some(mut gains) = Gains::of(input, before_mm, task.floor_mm()) else { return Ok(Vec::new()) };
     let Some((mut run, mut figures)) = chosen.run.take() else { return Ok(Vec::new()) };
-    let Some(mut gains) = Gains::of(input, &first.actual, task.floor_mm())? else {
-        chosen.run = Some((run, figures));
-        return Ok(Vec::new());
-    };
     if let Some(written) = chosen.written {
         control.replans(written);
     }
-    let mut without_gain = Vec::new();
-    loop {
-        let (reference, left) = gains.leave_out(&run.reference, &run.actual)?;
-        if left.is_empty() {
-            without_gain.sort_by_key(|left: &WithoutGain| left.lines);
-            chosen.run = Some((run, figures));
-            return Ok(without_gain);
-        }
-        without_gain.extend(left);
-        if gains.is_empty() {
+    let mut errors = task.errors(&run.actual)?;
+    while let Some(reference) = gains.reduce(&run.reference, &errors.costs_mm())? {
+        if !gains.corrects() {
             return Ok(Vec::new());
         }
         let actual = control.run(&reference)?;
-        figures = task.figures(&actual)?;
+        errors = task.errors(&actual)?;
+        figures = task.figures(&errors)?;
         run = Iteration { measure: cost(&figures), reference, actual };
         if let Some((_, after_s)) = &mut chosen.cycle_s {
             *after_s = control.last_s();
         }
     }
+    chosen.run = Some((run, figures));
+    Ok(gains.into_without_gain())
 }
 
 /// Correction weights of the samples, and the ranges outside the operating range. Also gives the machine its directions
@@ -234,14 +229,16 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
     let overall = |(iteration, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> {
         Ok((input.figures(&iteration.actual)?, iteration))
     };
-    let kept = chosen.run.take().map(overall).transpose()?.filter(|(after, _)| {
-        let most = |before: f64| before * (1.0 + SAME_FORECAST);
-        after.cost_mm() <= most(before.cost_mm()) && after.tip.max_mm <= most(before.tip.max_mm)
-    });
+    let kept = chosen
+        .run
+        .take()
+        .map(overall)
+        .transpose()?
+        .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + SAME_MAX_MM);
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
-    let OnProgram { updates, kept_feeds, written, .. } = chosen;
+    let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
     let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {
         reference,
@@ -254,6 +251,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         gained,
         cycle_s,
         kept_feeds,
+        too_slow,
         written: written.filter(|_| gained),
         without_gain: if gained { without_gain } else { Vec::new() },
         outside,

@@ -48,6 +48,8 @@ pub(super) struct OnProgram {
     pub(super) cycle_s: Option<(f64, f64)>,
     /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its feeds.
     pub(super) kept_feeds: Option<f64>,
+    /// Least relative increase of the cycle time that was found, where it is beyond its limit whatever the points.
+    pub(super) too_slow: Option<f64>,
     /// Settings of the points, where the control replans the program.
     pub(super) written: Option<RefitSettings>,
 }
@@ -98,8 +100,9 @@ pub(super) fn relearn_on_program(
             cycle_s: Some((input.trajectory().duration_s(), found.cycle_s)),
             kept_feeds,
             written: Some(found.written),
+            ..OnProgram::default()
         },
-        Tried::TooSlow(_) => OnProgram { updates, kept_feeds, ..OnProgram::default() },
+        Tried::TooSlow(slowdown) => OnProgram { updates, too_slow: Some(slowdown), ..OnProgram::default() },
     })
 }
 
@@ -130,7 +133,7 @@ impl Search<'_, '_, '_> {
                     Tried::Runs(best) => (Some(best.run.0.reference.clone()), allowed(least)),
                     Tried::TooSlow(_) => (None, f64::INFINITY),
                 };
-                let next = self.learn(step(at), start, allowed)?;
+                let next = self.learn(step(at), start, allowed)?.or_shorter(&best);
                 if measure_of(&next) > allowed {
                     break;
                 }
@@ -157,7 +160,7 @@ impl Search<'_, '_, '_> {
         let reference = start.unwrap_or_else(|| self.ideal.reference.clone());
         let seen = self.control.run(&reference)?;
         let cycle_s = self.control.last_s();
-        let figures = self.task.figures(&seen)?;
+        let figures = self.task.figures(&self.task.errors(&seen)?)?;
         let measure = cost(&figures);
         let slowdown = self.slowdown(cycle_s);
         if slowdown > HOPELESS_CYCLE * self.settings.cycle_limit {
@@ -204,6 +207,16 @@ impl Search<'_, '_, '_> {
     /// Relative increase of the cycle time.
     fn slowdown(&self, cycle_s: f64) -> f64 {
         cycle_s / self.path.duration_s() - 1.0
+    }
+}
+
+impl Tried {
+    /// The same; where both are too slow, the shorter cycle of both.
+    fn or_shorter(self, other: &Self) -> Self {
+        match (self, other) {
+            (Self::TooSlow(own), Self::TooSlow(other)) => Self::TooSlow(own.min(*other)),
+            (found, _) => found,
+        }
     }
 }
 

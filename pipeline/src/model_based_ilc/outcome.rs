@@ -38,6 +38,8 @@ pub struct Outcome {
     /// Relative increase of the cycle time by timed points, where it is too large and the program therefore keeps its
     /// feeds.
     pub kept_feeds: Option<f64>,
+    /// Least relative increase of the cycle time that was found, where it is beyond its limit whatever the points; nothing is changed then.
+    pub too_slow: Option<f64>,
     /// Points of the written program, where they were chosen by the forecast of the replanned program.
     pub written: Option<RefitSettings>,
     /// Segments of a program that are not changed, because the forecast gains nothing by it.

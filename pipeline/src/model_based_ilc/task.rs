@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::part::Part;
 use crate::progress::{Event, Progress};
-use crate::statistics::{self, Figures};
+use crate::statistics::{Figures, SampleErrors};
 
 /// Range of the time around a sharp turn or stop within which the tracking error replaces the contour error, s. The
 /// time is the delay of the model's response, limited to that of the fastest and of the slowest servos.
@@ -76,15 +76,19 @@ impl<'a> Task<'a> {
         self.floor_mm
     }
 
+    /// Errors of a run in the path's time.
+    pub fn errors(&self, actual: &Trajectory) -> Result<SampleErrors> {
+        SampleErrors::of(self.input.desired(), actual)
+    }
+
     /// Figures of a run over the moves that may be changed. Fixed moves must not prevent the correction of the others.
-    pub fn figures(&self, actual: &Trajectory) -> Result<Figures> {
-        let counts = |k: &usize| self.evaluated.as_ref().is_none_or(|evaluated| evaluated[*k]);
-        statistics::figures_where(self.input.desired(), actual, counts)
+    pub fn figures(&self, errors: &SampleErrors) -> Result<Figures> {
+        errors.figures(|k| self.evaluated.as_ref().is_none_or(|evaluated| evaluated[*k]))
     }
 
     /// Cost of a run, mm. Its figures are appended to `known` and reported as one of at most `most` forecasts.
     fn evaluate(&self, actual: &Trajectory, known: &mut Vec<Result<Figures>>, most: usize) -> f64 {
-        known.push(self.figures(actual));
+        known.push(self.errors(actual).and_then(|errors| self.figures(&errors)));
         let cost_mm = known.last().and_then(|figures| figures.as_ref().ok()).map_or(f64::INFINITY, cost);
         let event = Event::Forecast { number: known.len(), most: known.len().max(most), cost_mm };
         if (self.progress)(event) == ControlFlow::Break(()) {

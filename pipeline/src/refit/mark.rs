@@ -89,12 +89,13 @@ pub fn marked_line(program: &Program) -> Option<usize> {
     (0..program.blocks().len()).take_while(|block| !moves(block)).find(states).map(|block| block + 1)
 }
 
-/// Whether a compensated program states that its original is another one than `original`.
+/// Whether a program is `original`, or states at its head that it was computed from it.
 #[must_use]
-pub fn states_other_original(compensated: &Program, original: &Program) -> bool {
-    let Some(line) = marked_line(compensated) else { return false };
-    let stated = comments(compensated, line).find_map(|text| Some(text.to_ascii_uppercase().split_once(ORIGINAL)?.1.to_owned()));
-    stated.is_some_and(|stated| !stated.starts_with(&hash(original).to_ascii_uppercase()))
+pub fn comes_from(program: &Program, original: &Program) -> bool {
+    let stated = marked_line(program).and_then(|line| {
+        comments(program, line).find_map(|text| Some(text.to_ascii_uppercase().split_once(ORIGINAL)?.1.to_owned()))
+    });
+    program.bytes() == original.bytes() || stated.is_some_and(|stated| stated.starts_with(&hash(original).to_ascii_uppercase()))
 }
 
 /// The first digits of a program's hash.
@@ -207,11 +208,11 @@ mod tests {
         let original = gcode::parse("%\nG1 X1 F100\n");
         let other = gcode::parse("%\nG1 X2 F100\n");
         let compensated = gcode::parse(marked("%\nG1 X1 F100\n"));
-        assert!(!states_other_original(&compensated, &original));
-        assert!(states_other_original(&compensated, &other));
+        assert!(comes_from(&compensated, &original) && comes_from(&original, &original));
+        assert!(!comes_from(&compensated, &other));
         // Without the hash nothing is stated.
-        assert!(!states_other_original(&original, &other));
-        assert!(!states_other_original(&gcode::parse("(PRECOMP 1 COMPENSATED - X)"), &other));
+        assert!(!comes_from(&original, &other));
+        assert!(!comes_from(&gcode::parse("(PRECOMP 1 COMPENSATED - X)"), &other));
     }
 
     #[test]

@@ -28,7 +28,7 @@ use modes::rounds_less;
 use segment::Segment;
 
 pub use element::{Element, ElementArc};
-pub use mark::{Mark, marked_line, states_other_original};
+pub use mark::{Mark, comes_from, marked_line};
 pub use refitted::Refitted;
 pub use settings::{DECIMALS, RefitSettings, TimeEncoding};
 pub use verify::verify;

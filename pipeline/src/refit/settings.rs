@@ -51,7 +51,7 @@ const CHORD_TOLERANCE_MM: f64 = 2e-4;
 /// Default decimals of coordinates in mm, where neither the caller nor the control profile states them: those for LinuxCNC.
 pub const DECIMALS: usize = 6;
 /// Default time between points, ms, likewise: that of LinuxCNC. On four NIST programs and the demo machine, 8 ms forecast 0.07 to 0.09 µm RMS
-/// and no longer cycle, 4 ms 0.09 to 0.16 µm and up to 12 % more cycle time.
+/// and no longer cycle, 4 ms 0.08 to 0.16 µm and up to 12 % more cycle time.
 const SPACING_MS: f64 = 8.0;
 
 /// Decimals of a coordinate in mm that dialogue can have (TNC 640, Technical Information: ±99 999.9999).

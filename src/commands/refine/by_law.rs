@@ -12,7 +12,7 @@ impl Refine {
         let logs = self.logs(&printer)?;
         let (input, format) = self.input(logs.first().map(|log| log.period_s()), &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
-        let programs = self.programs(&input)?;
+        let programs = self.programs(&input, &format)?;
         input.check_original()?;
         let measured = logs.iter().map(|log| figures_of_log(&input, log)).collect::<Result<Vec<_>, _>>()?;
         let best = best_of(&measured).unwrap_or_default();

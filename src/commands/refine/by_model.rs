@@ -23,7 +23,7 @@ impl Refine {
         let logs = self.logs(&printer)?;
         let (input, format) = self.input(None, &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
-        let programs = self.programs(&input)?;
+        let programs = self.programs(&input, &format)?;
         let shown = Shown::default();
         let settings = self.learning_settings(&format);
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;

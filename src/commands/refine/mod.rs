@@ -10,10 +10,10 @@ use clap::{Args, ValueEnum};
 use datasets::Log;
 use motion::Vec3;
 use pipeline::refine::{Ended, LOW_PASS_HZ, best_of};
-use pipeline::refit::{Mark, states_other_original};
+use pipeline::refit::{Mark, comes_from};
 use pipeline::statistics::Figures;
 use pipeline::units::um;
-use pipeline::{Input, Output, OutputSettings, Part, Setup};
+use pipeline::{Input, Output, OutputSettings, Setup};
 use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, parse_not_negative};
@@ -166,15 +166,17 @@ impl Refine {
         self.output.setup(&machine)
     }
 
-    /// The programs that ran, as they are.
-    fn programs(&self, input: &Input) -> Result<Vec<Vec<u8>>> {
+    /// The programs that ran, as they are: the original, or computed from it. Tables of setpoints do not state their original.
+    fn programs(&self, input: &Input, format: &OutputSettings) -> Result<Vec<Vec<u8>>> {
         let programs: Vec<Vec<u8>> = self.ran.iter().map(|path| read_file(path)).collect::<Result<_>>()?;
+        let Some(part) = input.part().filter(|_| format.program().is_some()) else { return Ok(programs) };
+        // With --expand the part is the flat program.
+        let original = read_file(&self.input)?;
         for (path, bytes) in self.ran.iter().zip(&programs) {
-            let is_other = |part: &Part| states_other_original(&gcode::parse(bytes.clone()), &part.program);
-            if input.part().is_some_and(is_other) {
+            if *bytes != original && !comes_from(&gcode::parse(bytes.clone()), &part.program) {
                 let (path, original) = (path.display(), self.input.display());
                 return Err(Refusal(format!(
-                    "{path} states at its head that it was computed from another program than {original}"
+                    "{path} is not {original}, nor does it state at its head that it was computed from it; give the programs that ran with --ran"
                 ))
                 .into());
             }
