@@ -44,7 +44,7 @@ pub(crate) fn assignment(text: &[u8], parameters: &Parameters, dialect: Dialect)
     let text = packed(text);
     let mut reader = Reader::new(&text, parameters, dialect);
     let name = reader.name()?;
-    reader.expect(b'=')?;
+    reader.require(b'=')?;
     let value = match dialect {
         // Operators need brackets.
         Dialect::LinuxCnc => reader.term()?,
@@ -80,7 +80,7 @@ impl<'a> Reader<'a> {
         found
     }
 
-    fn expect(&mut self, byte: u8) -> Result<(), Fault> {
+    fn require(&mut self, byte: u8) -> Result<(), Fault> {
         if self.take(byte) { Ok(()) } else { Err(Fault::new(format!("`{}` is missing in this expression", char::from(byte)))) }
     }
 
@@ -155,9 +155,9 @@ impl<'a> Reader<'a> {
     }
 
     fn bracket(&mut self) -> Result<Value, Fault> {
-        self.expect(b'[')?;
+        self.require(b'[')?;
         let value = self.expression()?;
-        self.expect(b']')?;
+        self.require(b']')?;
         Ok(value)
     }
 
@@ -171,7 +171,7 @@ impl<'a> Reader<'a> {
 
     /// The name of a parameter. `None` if its number is unknown.
     fn name(&mut self) -> Result<Option<Name>, Fault> {
-        self.expect(b'#')?;
+        self.require(b'#')?;
         if self.take(b'<') {
             let rest = self.rest();
             let length = rest.iter().position(|byte| *byte == b'>').ok_or_else(|| Fault::new("`>` is missing in this name"))?;
@@ -195,10 +195,10 @@ impl<'a> Reader<'a> {
         if name == b"EXISTS" {
             return self.exists();
         }
-        self.expect(b'[')?;
+        self.require(b'[')?;
         let first = self.expression()?;
         let second = if self.take(b',') { Some(self.expression()?) } else { None };
-        self.expect(b']')?;
+        self.require(b']')?;
         match (name, second) {
             (b"ATAN", None) if self.rest().starts_with(b"/[") => {
                 self.at += 1;
@@ -214,9 +214,9 @@ impl<'a> Reader<'a> {
 
     /// EXISTS[#<name>]: whether the name was assigned. The control may know global names that the program does not assign.
     fn exists(&mut self) -> Result<Value, Fault> {
-        self.expect(b'[')?;
+        self.require(b'[')?;
         let name = self.name()?;
-        self.expect(b']')?;
+        self.require(b']')?;
         Ok(match name {
             None => Value::Unknown,
             Some(name) => match (self.parameters.get(&name)?, name) {
