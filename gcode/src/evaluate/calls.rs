@@ -1,8 +1,13 @@
 //! Calls and ends by codes: M98, M97, M198, G65, M99, M2, M30.
 
-use super::run::{Body, Next, Run};
+use std::borrow::Cow;
+
+use super::control::Next;
+use super::run::{Body, Run};
+use super::source::Source;
 use super::value::{Fault, Value};
 use crate::dialect::Dialect;
+use crate::program::parse;
 use crate::word::Word;
 
 /// How a block calls a subprogram.
@@ -113,6 +118,20 @@ impl Run<'_> {
             Some((source, block + 1))
         });
         known.or_else(|| self.program_file(number))
+    }
+
+    /// Index of a subprogram file among the sources; reads it if necessary.
+    pub fn file(&mut self, names: &[String]) -> Option<usize> {
+        for name in names {
+            if let Some(known) = self.sources.iter().position(|source| source.name == *name) {
+                return Some(known);
+            }
+            if let Some(bytes) = self.library.read(name) {
+                self.sources.push(Source::new(name.clone(), Cow::Owned(parse(bytes))));
+                return Some(self.sources.len() - 1);
+            }
+        }
+        None
     }
 
     fn program_file(&mut self, number: u32) -> Option<Body> {

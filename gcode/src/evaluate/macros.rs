@@ -1,7 +1,8 @@
 //! Macro statements of Fanuc: IF, GOTO, WHILE, DO, END; and the choice between them and O-words.
 
+use super::control::Next;
 use super::expression::{assignment, term};
-use super::run::{Next, Run};
+use super::run::Run;
 use super::statement::{Statement, Then};
 use super::value::Fault;
 

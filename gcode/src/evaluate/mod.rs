@@ -6,9 +6,11 @@
 
 mod arithmetic;
 mod calls;
+mod control;
 mod expression;
 mod files;
 mod flat;
+mod flatten;
 mod macros;
 mod o_words;
 mod parameters;
@@ -25,7 +27,7 @@ mod trace;
 mod value;
 mod words;
 
-pub use run::Files;
+pub use files::Files;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dialect::Options;
@@ -33,7 +35,6 @@ use crate::error::GcodeError;
 use crate::execution::Note;
 use crate::program::{Language, Program};
 use crate::word::WordKind;
-use recorded::Recorded;
 use run::Run;
 
 /// Evaluates a program in place: its expressions get their values, and [`interpret`](crate::interpret) reads the blocks in the order of
@@ -59,7 +60,7 @@ pub fn evaluate(program: &mut Program, options: &Options, files: Files<'_>) -> R
     } else {
         let mut run = Run::new(program, options, files);
         run.execute().map_err(|note| refused(program, note))?;
-        recorded(&run).in_place()
+        run.recorded().in_place()
     };
     program.set_execution(&values, &again, execution);
     Ok(())
@@ -82,7 +83,7 @@ pub fn expand(program: &Program, options: &Options, files: Files<'_>) -> Result<
     if program.language() == Language::Sinumerik {
         let mut run = sinumerik::Run::new(program, options, files);
         run.execute().map_err(|note| refused(program, note))?;
-        return sinumerik::write(&run).map_err(|note| refused(program, note));
+        return flatten::write(&run, &run.recorded()).map(|(text, _)| text).map_err(|note| refused(program, note));
     }
     let mut run = Run::new(program, options, files);
     run.execute().map_err(|note| refused(program, note))?;
@@ -109,9 +110,4 @@ fn refused(program: &Program, note: Note) -> GcodeError {
     let mut diagnostic = Diagnostic::new(program, Severity::Error, note.span, note.message);
     diagnostic.help = note.help.map(str::to_owned);
     GcodeError::Refused { diagnostics: vec![diagnostic] }
-}
-
-fn recorded<'a>(run: &'a Run<'_>) -> Recorded<'a> {
-    let programs = run.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
-    Recorded { programs, trace: &run.trace, undecided: run.undecided.as_ref(), targets: &run.targets }
 }

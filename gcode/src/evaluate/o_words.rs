@@ -1,7 +1,8 @@
 //! O-words of LinuxCNC: branches, loops, subprograms.
 
+use super::control::Next;
 use super::expression::{brackets, term};
-use super::run::{Body, Next, Run};
+use super::run::{Body, Run};
 use super::statement::{Keyword, Label};
 use super::value::{Fault, Value};
 use crate::dialect::Dialect;

@@ -5,17 +5,13 @@
 use std::ops::Range;
 
 use super::calls::value_of;
+use super::control::{DEEPEST_PERHAPS, MOST_BEFORE_END, Next, undecided};
 use super::expression::assignment;
 use super::parameters::Name;
-use super::run::{Next, Run};
+use super::run::Run;
 use super::statement::{Keyword, Statement, Then};
 use super::value::{Fault, Value};
 use crate::word::{Word, WordKind};
-
-/// Number of blocks within which an end must follow a jump.
-const MOST_BEFORE_END: usize = 100;
-/// Largest depth of calls within such blocks.
-const DEEPEST: usize = 8;
 
 impl Run<'_> {
     /// Records the blocks of `range` as perhaps executed and goes on at `after`, or behind what jumps out of the range may skip.
@@ -60,12 +56,8 @@ impl Run<'_> {
 
     /// Reports the first statement that the program decides when it runs.
     fn note_undecided(&mut self) {
-        let message = "the program decides this when it runs: moves that depend on it are left alone";
-        let span =
-            self.sources[self.source].flow_word(self.block).map(|word| self.sources[self.source].program.words()[word].span);
-        let fault = Fault { at: span.map(|span| span.start..span.end), ..Fault::new(message) };
         if self.undecided.is_none() {
-            self.undecided = Some(self.note(fault));
+            self.undecided = Some(self.note(undecided(&self.sources[self.source].program, self.block)));
         }
     }
 
@@ -158,7 +150,7 @@ impl Run<'_> {
     /// Makes unknown what the blocks of `range` may assign.
     fn forget_assigned(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
         for block in range {
-            self.count()?;
+            self.limit.count()?;
             let mut names = Vec::new();
             let source = &self.sources[self.source];
             let read = |text: &[u8]| assignment(text, &self.parameters, self.dialect).map_or(None, |(name, _)| name);
@@ -176,7 +168,7 @@ impl Run<'_> {
                 self.parameters.forget_global();
                 self.parameters.returned_unknown();
                 // A subprogram without a level of its own assigns the local parameters of its caller.
-                if let Some(range) = body.range.filter(|_| depth < DEEPEST && !body.own_level) {
+                if let Some(range) = body.range.filter(|_| depth < DEEPEST_PERHAPS && !body.own_level) {
                     let here = std::mem::replace(&mut self.source, body.source);
                     let forgotten = self.forget_assigned(range, depth + 1);
                     self.source = here;
@@ -192,7 +184,7 @@ impl Run<'_> {
         let here = self.block;
         let mut block = range.start;
         while block < range.end {
-            self.count()?;
+            self.limit.count()?;
             self.block = block;
             let statement = self.sources[self.source].statement(block);
             if let Some((label, Keyword::Sub)) = statement.as_ref().and_then(Statement::labelled) {
@@ -204,7 +196,7 @@ impl Run<'_> {
             let called = self.called(block, statement)?;
             let (words, _) = self.evaluated_words(false)?;
             match called {
-                Some(Callee { range: Some(body), own_level, source }) if depth < DEEPEST => {
+                Some(Callee { range: Some(body), own_level, source }) if depth < DEEPEST_PERHAPS => {
                     self.record_call(source, body, own_level, depth)?;
                 }
                 Some(_) => self.push(Some(&words), true),

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::trace::{Executed, Trace, Words};
+use super::value::Fault;
 use crate::execution::{Execution, Note, Ran, Step};
 use crate::program::Program;
 use crate::word::{Span, Word, WordKind};
@@ -24,6 +25,21 @@ impl Recorded<'_> {
             Words::Own => self.programs[executed.source].1.block_words(executed.block),
             Words::Valued(range) => &self.trace.words[range.clone()],
         }
+    }
+
+    /// The fault at a block of a source that `caller`, a block of the main file, executes: in another file at the call, with the line in the
+    /// text.
+    pub fn note_at(&self, (source, block): (usize, usize), caller: usize, fault: Fault) -> Note {
+        let whole = self.programs[0].1.blocks().get(caller).map_or(Span { start: 0, end: 0 }, |block| block.span);
+        let (span, message) = match (source, fault.at) {
+            (0, Some(at)) => (Span { start: at.start, end: at.end }, fault.message),
+            (0, None) => (whole, fault.message),
+            (other, _) => {
+                let (name, line) = (self.programs[other].0, block + 1);
+                (whole, format!("{} (line {line} of {name})", fault.message))
+            }
+        };
+        Note { span, message, help: fault.help }
     }
 
     /// Values of the program's own words, the words of further executions, and the order of all.

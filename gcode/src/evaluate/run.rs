@@ -3,8 +3,11 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
+use super::control::{Limit, Next, check_alone, check_depth, main_block};
+use super::files::{Files, Library};
 use super::parameters::Parameters;
 use super::quirks::Quirks;
+use super::recorded::Recorded;
 use super::source::Source;
 use super::trace::Trace;
 use super::value::{Fault, Value};
@@ -13,26 +16,8 @@ use crate::execution::Note;
 use crate::program::Program;
 use crate::word::{Word, WordKind};
 
-/// Largest number of blocks that may be executed beyond one execution of every block of the program. It ends `while [1]` after a second.
-pub(super) const MOST_REPEATED: usize = 4_000_000;
-/// Largest depth of calls.
-const DEEPEST: usize = 100;
-
-/// Content of a subprogram file by its name, such as `probe.ngc` or `O1234.nc`; `None` if there is no such file.
-pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
-
 /// First block of a subprogram, with the index of its source.
 pub(super) type Body = (usize, usize);
-
-/// Where the execution goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
-    Following,
-    At(usize),
-    /// The position is set already.
-    Set,
-    End,
-}
 
 /// An open call.
 #[derive(Debug)]
@@ -58,9 +43,7 @@ pub(super) struct Call {
 pub(super) struct Run<'a> {
     pub options: &'a Options,
     pub dialect: Dialect,
-    pub files: Files<'a>,
-    /// Names of files that do not exist.
-    pub missing: HashSet<String>,
+    pub library: Library<'a>,
     pub sources: Vec<Source<'a>>,
     pub parameters: Parameters,
     pub calls: Vec<Call>,
@@ -71,7 +54,7 @@ pub(super) struct Run<'a> {
     pub undecided: Option<Note>,
     /// Blocks of the main file to which sequence numbers led.
     pub targets: HashSet<usize>,
-    executed: usize,
+    pub limit: Limit,
     content_seen: bool,
     pub quirks: Quirks,
 }
@@ -81,8 +64,7 @@ impl<'a> Run<'a> {
         Self {
             options,
             dialect: options.dialect,
-            files,
-            missing: HashSet::new(),
+            library: Library::new(files),
             sources: vec![Source::new(String::new(), Cow::Borrowed(program))],
             parameters: Parameters::new(options.dialect),
             calls: vec![Call {
@@ -100,7 +82,7 @@ impl<'a> Run<'a> {
             trace: Trace::default(),
             undecided: None,
             targets: HashSet::new(),
-            executed: 0,
+            limit: Limit::new(program),
             content_seen: false,
             quirks: Quirks::default(),
         }
@@ -117,23 +99,13 @@ impl<'a> Run<'a> {
                 }
                 return Ok(());
             }
-            match self.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
+            match self.limit.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
                 Next::Following => self.block += 1,
                 Next::At(block) => self.block = block,
                 Next::Set => {}
                 Next::End => return Ok(()),
             }
         }
-    }
-
-    /// Counts an executed block. Without an end the execution is refused.
-    pub fn count(&mut self) -> Result<(), Fault> {
-        self.executed += 1;
-        if self.executed <= self.sources[0].blocks() + MOST_REPEATED {
-            return Ok(());
-        }
-        let message = format!("the program does not end: more than {MOST_REPEATED} blocks are repeated");
-        Err(Fault::new(message).help("check the condition of the loop"))
     }
 
     pub fn in_call(&self) -> bool {
@@ -166,30 +138,13 @@ impl<'a> Run<'a> {
         let undecided = optional && self.options.block_delete.is_none();
         match self.sources[self.source].flow_word(block) {
             Some(word) => {
-                self.check_alone(word, undecided)?;
+                let is_allowed = |word: &Word| matches!(word.kind, WordKind::Comment | WordKind::BlockDelete);
+                check_alone(&self.sources[self.source].program, block, word, undecided, is_allowed)?;
                 self.execute_statement(word)
             }
             None if undecided => self.skip_perhaps(),
             None => self.execute_words(),
         }
-    }
-
-    /// A flow statement has a block of its own, which no switch may skip.
-    fn check_alone(&self, flow: usize, undecided: bool) -> Result<(), Fault> {
-        let program = &self.sources[self.source].program;
-        let span = program.words()[flow].span;
-        if undecided {
-            let fault = Fault::new("a flow statement in a block that a switch may skip").at(span);
-            return Err(fault.help("state the position of the switch (--block-delete)"));
-        }
-        let allowed = |index: usize| {
-            let word = &program.words()[index];
-            index == flow || word.is(b'N') || matches!(word.kind, WordKind::Comment | WordKind::BlockDelete)
-        };
-        if program.word_range(self.block).all(allowed) {
-            return Ok(());
-        }
-        Err(Fault::new("a flow statement in a block with codes or axis words").at(span).help("give it a line of its own"))
     }
 
     /// Records the block. `None`: its words stand as in the file.
@@ -198,18 +153,25 @@ impl<'a> Run<'a> {
     }
 
     /// The block of the main file that is executed, or that called what is executed.
-    pub fn main_block(&self) -> usize {
-        if self.source == 0 {
-            return self.block;
-        }
-        self.calls.iter().rev().find(|call| call.source == 0).map_or(0, |call| call.block)
+    fn main_block(&self) -> usize {
+        let calls = self.calls.iter().map(|call| (call.source, call.block));
+        main_block(calls.chain([(self.source, self.block)]))
+    }
+
+    /// The fault at the present block.
+    pub fn note(&self, fault: Fault) -> Note {
+        self.recorded().note_at((self.source, self.block), self.main_block(), fault)
+    }
+
+    /// What was executed so far.
+    pub fn recorded(&self) -> Recorded<'_> {
+        let programs = self.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
+        Recorded { programs, trace: &self.trace, undecided: self.undecided.as_ref(), targets: &self.targets }
     }
 
     /// Opens a call of the body at `body`.
     pub fn enter(&mut self, body: Body, times: u32, arguments: Option<Vec<(u32, Value)>>) -> Result<Next, Fault> {
-        if self.calls.len() > DEEPEST {
-            return Err(Fault::new(format!("calls nested deeper than {DEEPEST}")));
-        }
+        check_depth(self.calls.len())?;
         let Some(again) = times.checked_sub(1) else { return Ok(Next::Following) };
         if let Some(arguments) = &arguments {
             self.parameters.enter(arguments);

@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
+use super::control::Next;
 use super::expression::{assignment, term};
 use super::parameters::Name;
-use super::run::{Next, Run};
+use super::run::Run;
 use super::value::{Fault, Value};
 use crate::dialect::Dialect;
 use crate::word::{Word, WordKind};

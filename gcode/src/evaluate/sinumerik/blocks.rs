@@ -3,8 +3,9 @@
 use std::borrow::Cow;
 
 use super::expression::{evaluate, target};
-use super::run::{Next, Run};
+use super::run::Run;
 use super::variables::Name;
+use crate::evaluate::control::Next;
 use crate::evaluate::value::{Fault, Value};
 use crate::word::{Word, WordKind};
 

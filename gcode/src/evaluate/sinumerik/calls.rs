@@ -4,10 +4,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::expression::{arguments, evaluate};
-use super::run::{Arguments, Next, Run};
+use super::run::{Arguments, Run};
 use super::source::Source;
 use super::statement::{Parameter, Statement, parameters, program_name, saves};
 use super::variables::{Kind, Name};
+use crate::evaluate::control::Next;
 use crate::evaluate::value::{Fault, Value};
 use crate::program::{Language, parse_in};
 use crate::sinumerik::names::Name as Meaning;
@@ -117,16 +118,12 @@ impl Run<'_> {
             format!("_N_{name}_MPF"),
         ];
         for file in files {
-            if self.missing.contains(&file) {
-                continue;
-            }
-            if let Some(bytes) = (self.files)(&file) {
+            if let Some(bytes) = self.library.read(&file) {
                 let program = parse_in(bytes, Language::Sinumerik);
                 self.sources.push(Source::new(file, Cow::Owned(program)));
                 let source = self.sources.len() - 1;
                 return Some((source, self.sources[source].first_program()));
             }
-            self.missing.insert(file);
         }
         None
     }

@@ -1,9 +1,10 @@
 //! Branches, loops, jumps, repeated sections and definitions ("Check structures", "Program jumps", "Program section repetition").
 
 use super::expression::evaluate;
-use super::run::{Next, Run};
+use super::run::Run;
 use super::statement::{Direction, Jump, Statement, items};
 use super::variables::{Kind, Name};
+use crate::evaluate::control::Next;
 use crate::evaluate::value::{Fault, Value};
 
 impl Run<'_> {

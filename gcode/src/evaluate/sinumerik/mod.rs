@@ -16,5 +16,4 @@ mod source;
 mod statement;
 mod variables;
 
-pub(super) use flat::write;
 pub(super) use run::Run;

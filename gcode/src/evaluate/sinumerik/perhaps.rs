@@ -5,15 +5,11 @@
 
 use std::ops::Range;
 
-use super::run::{Next, Run};
+use super::run::Run;
 use super::statement::Statement;
+use crate::evaluate::control::{DEEPEST_PERHAPS, MOST_BEFORE_END, Next, undecided};
 use crate::evaluate::value::{Fault, Value};
 use crate::word::{Word, WordKind};
-
-/// Number of blocks within which an end must follow a jump.
-const MOST_BEFORE_END: usize = 100;
-/// Largest depth of calls within such blocks.
-const DEEPEST: usize = 8;
 
 /// Source and blocks of a subprogram if it is found, and the text of its arguments.
 type Callee = (Option<(usize, Range<usize>)>, Vec<u8>);
@@ -101,14 +97,9 @@ impl Run<'_> {
 
     /// Reports the first statement that the program decides when it runs.
     fn note_undecided(&mut self) {
-        if self.undecided.is_some() {
-            return;
+        if self.undecided.is_none() {
+            self.undecided = Some(self.note(undecided(&self.sources[self.source].program, self.block)));
         }
-        let source = &self.sources[self.source];
-        let span = source.flow_word(self.block).map(|word| source.program.words()[word].span);
-        let message = "the program decides this when it runs: moves that depend on it are left alone";
-        let fault = Fault { at: span.map(|span| span.start..span.end), ..Fault::new(message) };
-        self.undecided = Some(self.note(fault));
     }
 
     /// Whether execution from `block` on ends the program without a move.
@@ -130,7 +121,7 @@ impl Run<'_> {
     fn forget_assigned(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
         let here = self.block;
         for block in range {
-            self.count()?;
+            self.limit.count()?;
             self.block = block;
             let source = &self.sources[self.source];
             let mut names = Vec::new();
@@ -158,7 +149,7 @@ impl Run<'_> {
             Some(_) => return None,
             None => self.call_of_block().map(|call| (call.name, call.arguments))?,
         };
-        let found = if depth < DEEPEST { self.subprogram(&name) } else { None };
+        let found = if depth < DEEPEST_PERHAPS { self.subprogram(&name) } else { None };
         Some((found, written))
     }
 
@@ -166,7 +157,7 @@ impl Run<'_> {
     fn record(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
         let here = self.block;
         for block in range {
-            self.count()?;
+            self.limit.count()?;
             self.block = block;
             let called = self.callee(depth);
             if let Some((Some((source, body)), _)) = called {

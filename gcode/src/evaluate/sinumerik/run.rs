@@ -7,26 +7,14 @@ use std::ops::Range;
 use super::source::Source;
 use super::variables::{Kind, Name, Variables};
 use crate::dialect::Options;
+use crate::evaluate::control::{Limit, Next, check_alone, check_depth, main_block};
+use crate::evaluate::files::{Files, Library};
 use crate::evaluate::recorded::Recorded;
-use crate::evaluate::run::{Files, MOST_REPEATED};
 use crate::evaluate::trace::Trace;
 use crate::evaluate::value::{Fault, Value};
 use crate::execution::Note;
 use crate::program::Program;
-use crate::word::{Span, Word, WordKind};
-
-/// Largest depth of calls.
-const DEEPEST: usize = 100;
-
-/// Where the execution goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
-    Following,
-    At(usize),
-    /// The position is set already.
-    Set,
-    End,
-}
+use crate::word::{Word, WordKind};
 
 /// Values of a subprogram's parameters, and the caller's variables that get them at the end.
 #[derive(Clone, Debug, Default)]
@@ -53,8 +41,7 @@ pub(super) struct Call {
 /// The execution.
 pub(in crate::evaluate) struct Run<'a> {
     pub(super) options: &'a Options,
-    pub(super) files: Files<'a>,
-    pub(super) missing: HashSet<String>,
+    pub(super) library: Library<'a>,
     pub(super) sources: Vec<Source<'a>>,
     pub(super) variables: Variables,
     pub(super) calls: Vec<Call>,
@@ -64,7 +51,7 @@ pub(in crate::evaluate) struct Run<'a> {
     /// The first statement that only the running program decides.
     pub(super) undecided: Option<Note>,
     pub(super) targets: HashSet<usize>,
-    executed: usize,
+    pub(super) limit: Limit,
 }
 
 impl<'a> Run<'a> {
@@ -73,8 +60,7 @@ impl<'a> Run<'a> {
         let body = source.first_program();
         Self {
             options,
-            files,
-            missing: HashSet::new(),
+            library: Library::new(files),
             sources: vec![source],
             variables: Variables::new(),
             calls: vec![Call { source: 0, block: 0, body, again: 0, arguments: None, saved: None }],
@@ -83,13 +69,8 @@ impl<'a> Run<'a> {
             trace: Trace::default(),
             undecided: None,
             targets: HashSet::new(),
-            executed: 0,
+            limit: Limit::new(program),
         }
-    }
-
-    pub fn recorded(&self) -> Recorded<'_> {
-        let programs = self.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
-        Recorded { programs, trace: &self.trace, undecided: self.undecided.as_ref(), targets: &self.targets }
     }
 
     /// Executes the program to its end.
@@ -101,23 +82,13 @@ impl<'a> Run<'a> {
                     _ => continue,
                 }
             }
-            match self.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
+            match self.limit.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
                 Next::Following => self.block += 1,
                 Next::At(block) => self.block = block,
                 Next::Set => {}
                 Next::End => return Ok(()),
             }
         }
-    }
-
-    /// Counts an executed block. Without an end the execution is refused.
-    pub(super) fn count(&mut self) -> Result<(), Fault> {
-        self.executed += 1;
-        if self.executed <= self.sources[0].blocks() + MOST_REPEATED {
-            return Ok(());
-        }
-        let message = format!("the program does not end: more than {MOST_REPEATED} blocks are repeated");
-        Err(Fault::new(message).help("check the condition of the loop"))
     }
 
     pub(super) fn in_subprogram(&self) -> bool {
@@ -155,29 +126,12 @@ impl<'a> Run<'a> {
         let undecided = optional && self.options.block_delete.is_none();
         match self.sources[self.source].flow_word(block) {
             Some(word) => {
-                self.check_alone(word, undecided)?;
+                let is_allowed = |word: &Word| is_inert(word) && word.letter == 0;
+                check_alone(&self.sources[self.source].program, block, word, undecided, is_allowed)?;
                 self.execute_statement(word)
             }
             None => self.execute_words(undecided),
         }
-    }
-
-    /// A flow statement has a block of its own, which no switch may skip.
-    fn check_alone(&self, flow: usize, undecided: bool) -> Result<(), Fault> {
-        let program = &self.sources[self.source].program;
-        let span = program.words()[flow].span;
-        if undecided {
-            let fault = Fault::new("a flow statement in a block that a switch may skip").at(span);
-            return Err(fault.help("state the position of the switch (--block-delete)"));
-        }
-        let allowed = |index: usize| {
-            let word = &program.words()[index];
-            index == flow || word.is(b'N') || is_inert(word) && word.letter == 0
-        };
-        if program.word_range(self.block).all(allowed) {
-            return Ok(());
-        }
-        Err(Fault::new("a flow statement in a block with codes or axis words").at(span).help("give it a line of its own"))
     }
 
     /// Records the block. `None`: its words stand as in the file.
@@ -186,11 +140,20 @@ impl<'a> Run<'a> {
     }
 
     /// The block of the main file that is executed, or that called what is executed.
-    pub(super) fn main_block(&self) -> usize {
-        if self.source == 0 {
-            return self.block;
-        }
-        self.calls.iter().rev().find(|call| call.source == 0).map_or(0, |call| call.block)
+    fn main_block(&self) -> usize {
+        let calls = self.calls.iter().map(|call| (call.source, call.block));
+        main_block(calls.chain([(self.source, self.block)]))
+    }
+
+    /// The fault at the present block.
+    pub(super) fn note(&self, fault: Fault) -> Note {
+        self.recorded().note_at((self.source, self.block), self.main_block(), fault)
+    }
+
+    /// What was executed so far.
+    pub fn recorded(&self) -> Recorded<'_> {
+        let programs = self.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
+        Recorded { programs, trace: &self.trace, undecided: self.undecided.as_ref(), targets: &self.targets }
     }
 
     /// Executes the blocks of `body` of a file `times` times, then goes on behind the present block.
@@ -201,9 +164,7 @@ impl<'a> Run<'a> {
         times: u32,
         arguments: Option<Arguments>,
     ) -> Result<Next, Fault> {
-        if self.calls.len() > DEEPEST {
-            return Err(Fault::new(format!("calls nested deeper than {DEEPEST}")));
-        }
+        check_depth(self.calls.len())?;
         let Some(again) = times.checked_sub(1) else { return Ok(Next::Following) };
         let saved = arguments.as_ref().and_then(|_| self.saving_statement(source, &body));
         let call = Call { source: self.source, block: self.block, body, again, arguments, saved };
@@ -260,26 +221,6 @@ impl<'a> Run<'a> {
             self.calls.pop();
         }
         self.leave()
-    }
-
-    /// The fault at the present block; in another file at the call, with the line in the text.
-    pub(super) fn note(&self, fault: Fault) -> Note {
-        self.note_at(self.source, self.block, self.main_block(), fault)
-    }
-
-    /// The fault at a block of a source that `caller`, a block of the main file, executes.
-    pub(super) fn note_at(&self, source: usize, block: usize, caller: usize, fault: Fault) -> Note {
-        let main = &self.sources[0].program;
-        let whole = main.blocks().get(caller).map_or(Span { start: 0, end: 0 }, |block| block.span);
-        let (span, message) = match (source, fault.at) {
-            (0, Some(at)) => (Span { start: at.start, end: at.end }, fault.message),
-            (0, None) => (whole, fault.message),
-            (other, _) => {
-                let (name, line) = (&self.sources[other].name, block + 1);
-                (whole, format!("{} (line {line} of {name})", fault.message))
-            }
-        };
-        Note { span, message, help: fault.help }
     }
 }
 
