@@ -3,7 +3,7 @@
 //! LinuxCNC: "RS274/NGC Interpreter", binary operators and functions; its values were compared with `rs274` 2.9. Fanuc:
 //! Series 0i Operator's Manual, custom macro, "Arithmetic and logic operation".
 
-use super::value::{Fault, Value};
+use super::value::{Fault, Value, finite, truth};
 use crate::dialect::Dialect;
 
 /// A binary operator.
@@ -147,14 +147,6 @@ impl Operator {
             _ => finite(a + b),
         }
     }
-}
-
-fn truth(holds: bool) -> Value {
-    Value::Number(f64::from(u8::from(holds)))
-}
-
-fn finite(value: f64) -> Result<Value, Fault> {
-    if value.is_finite() { Ok(Value::Number(value)) } else { Err(Fault::new("the result is not a number")) }
 }
 
 /// Bit operations are defined for whole numbers from 0 to 2³²−1.

@@ -24,6 +24,16 @@ impl Value {
     }
 }
 
+/// Value of a comparison or a logic operation.
+pub(super) fn truth(holds: bool) -> Value {
+    Value::Number(f64::from(u8::from(holds)))
+}
+
+/// The result of an arithmetic operation. Refused if it is not finite.
+pub(super) fn finite(value: f64) -> Result<Value, Fault> {
+    if value.is_finite() { Ok(Value::Number(value)) } else { Err(Fault::new("the result is not a number")) }
+}
+
 /// Reason why a control refuses a text, or why it cannot be evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fault {

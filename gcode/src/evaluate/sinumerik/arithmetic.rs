@@ -1,6 +1,6 @@
 //! Operators and functions ("Arithmetic functions", "Comparison operations and logic operations", "Priority of the operations").
 
-use crate::evaluate::value::{Fault, Value};
+use crate::evaluate::value::{Fault, Value, finite, truth};
 
 /// A binary operator, in the order of the manual's priorities from the highest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,14 +114,6 @@ impl Operator {
             Less => Ok(truth(a < b)),
         }
     }
-}
-
-pub(super) fn truth(holds: bool) -> Value {
-    Value::Number(f64::from(u8::from(holds)))
-}
-
-fn finite(value: f64) -> Result<Value, Fault> {
-    if value.is_finite() { Ok(Value::Number(value)) } else { Err(Fault::new("the result is not a number")) }
 }
 
 /// Bit operations are evaluated for whole numbers from 0 to 2³¹−1.

@@ -1,8 +1,8 @@
 //! Expressions: read and evaluated in one pass.
 
-use super::arithmetic::{Operator, function, truth};
+use super::arithmetic::{Operator, function};
 use super::variables::{Name, Variables};
-use crate::evaluate::value::{Fault, Value};
+use crate::evaluate::value::{Fault, Value, truth};
 use crate::number::skip_blanks;
 use crate::sinumerik::scan::{bracket_end, name, number, operator, string_end};
 
