@@ -48,6 +48,7 @@ mod number;
 mod passive;
 mod position;
 mod program;
+mod sections;
 mod sinumerik;
 mod split;
 mod toolpath;

@@ -1,4 +1,4 @@
-//! Open sections: functions that change how coordinates become axis positions, or the path or speed of moves. Nothing in them is changed.
+//! Causes of open sections in dialogue programs.
 
 /// A function whose effect is not interpreted, until its own end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,30 +19,4 @@ pub(super) enum Cause {
     ToolCentrePoint,
     /// Without a known end.
     Lasting,
-}
-
-/// The open sections.
-#[derive(Debug, Default)]
-pub(super) struct Sections(Vec<Cause>);
-
-impl Sections {
-    pub fn is_open(&self) -> bool {
-        !self.0.is_empty()
-    }
-
-    /// Opens a section. Returns whether it is new.
-    pub fn open(&mut self, cause: Cause) -> bool {
-        let new = !self.0.contains(&cause);
-        if new {
-            self.0.push(cause);
-        }
-        new
-    }
-
-    /// Ends a section. Returns whether it was open.
-    pub fn close(&mut self, cause: Cause) -> bool {
-        let open = self.0.len();
-        self.0.retain(|other| *other != cause);
-        self.0.len() < open
-    }
 }

@@ -1,12 +1,13 @@
 //! State of the dialogue interpreter: modal state, position, pole, open sections and the moves so far.
 
 use super::parameters::Constants;
-use super::sections::{Cause, Sections};
+use super::sections::Cause;
 use crate::dialect::Options;
 use crate::interpret::report::Report;
 use crate::modal::{Distance, Modal, PathMode, Units, WorkOffset};
 use crate::position::Position;
 use crate::program::Program;
+use crate::sections::Sections;
 use crate::toolpath::{Fixed, Move, Shiftable};
 use crate::word::Span;
 
@@ -43,7 +44,7 @@ pub(super) struct Interpreter<'a> {
     pub feed: FeedWord,
     /// F of the last TOOL CALL, for `F AUTO`.
     pub tool_feed: FeedWord,
-    pub sections: Sections,
+    pub sections: Sections<Cause>,
     pub pole: Option<Pole>,
     /// Radius in mm and angle in rad of the last move to polar coordinates, about the present pole.
     pub polar: Option<[f64; 2]>,

@@ -5,6 +5,7 @@
 //! position is unknown until all coordinates are stated.
 
 use super::codes::cancels;
+use crate::sections::Sections;
 use crate::sinumerik::names::Section;
 
 /// Cause of a section.
@@ -18,36 +19,10 @@ pub(super) enum Cause {
     Lasting,
 }
 
-/// The open sections.
-#[derive(Debug, Default)]
-pub(super) struct Sections(Vec<Cause>);
-
-impl Sections {
-    pub fn is_open(&self) -> bool {
-        !self.0.is_empty()
-    }
-
-    /// Opens a section. Returns whether it is new.
-    pub fn open(&mut self, cause: Cause) -> bool {
-        let new = !self.0.contains(&cause);
-        if new {
-            self.0.push(cause);
-        }
-        new
-    }
-
-    /// Ends the sections opened by this cause. Returns whether there were any.
-    pub fn close(&mut self, cause: Cause) -> bool {
-        let open = self.0.len();
-        self.0.retain(|other| *other != cause);
-        self.0.len() < open
-    }
-
+impl Sections<Cause> {
     /// Ends the sections that the code `off` (in tenths) cancels. Returns whether there were any.
-    pub fn close_by(&mut self, off: u16) -> bool {
-        let open = self.0.len();
-        self.0.retain(|cause| !matches!(cause, Cause::G(on) if ends(off, *on)));
-        self.0.len() < open
+    pub(super) fn close_by(&mut self, off: u16) -> bool {
+        self.close_where(|cause| matches!(cause, Cause::G(on) if ends(off, *on)))
     }
 }
 

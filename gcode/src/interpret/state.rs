@@ -2,7 +2,7 @@
 
 use super::codes::Motion;
 use super::report::Report;
-use super::sections::Sections;
+use super::sections::Cause;
 use super::shifts::Shifts;
 use crate::cycle::CycleState;
 use crate::dialect::Options;
@@ -10,6 +10,7 @@ use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
+use crate::sections::Sections;
 use crate::toolpath::Move;
 use crate::word::Span;
 
@@ -31,7 +32,7 @@ pub(super) struct Interpreter<'a> {
     pub transforms: Vec<(usize, u16)>,
     /// The block of a G66.
     pub modal_macro: Option<usize>,
-    pub sections: Sections,
+    pub sections: Sections<Cause>,
     /// How often the present block runs.
     pub ran: Ran,
     /// Whether blocks that run elsewhere too ran since the last move of a block that runs once.
