@@ -1,8 +1,7 @@
 //! Splits one line into words. Total: every non-blank byte belongs to exactly one word.
 
 use crate::number::{is_blank, scan_number, skip_blanks};
-use crate::sinumerik::names::Name;
-use crate::word::{Span, Word, WordKind};
+use crate::word::{Word, WordKind, offset, plain};
 
 /// Functions whose bracketed argument may follow a letter or be part of an expression.
 const FUNCTIONS: [&[u8]; 17] = [
@@ -75,16 +74,6 @@ pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
     }
 }
 
-/// Offsets fit: a program is split only up to `u32::MAX` bytes.
-fn offset(base: u32, at: usize) -> u32 {
-    base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
-}
-
-fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
-    let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name: Name::None }
-}
-
 fn comment_end(line: &[u8], at: usize) -> usize {
     line[at..].iter().position(|b| *b == b')').map_or(line.len(), |close| at + close + 1)
 }
@@ -148,8 +137,7 @@ fn address(line: &[u8], at: usize, base: u32) -> Word {
     } else {
         return plain(WordKind::Unknown, at, at + run.len(), base);
     };
-    let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: offset(base, value_at), kind, letter, value, name: Name::None }
+    Word { value_start: offset(base, value_at), letter, value, ..plain(kind, at, end, base) }
 }
 
 /// Whether an `O` begins an O-word (`100 sub`, `<name> call`, `#1 call`), not a program number.

@@ -95,3 +95,14 @@ impl Word {
         self.letter == letter && matches!(self.kind, WordKind::Number | WordKind::Expression)
     }
 }
+
+/// Offset of the byte `at` of a line that begins at `base`. It fits: a program is split only up to `u32::MAX` bytes.
+pub(crate) fn offset(base: u32, at: usize) -> u32 {
+    base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
+}
+
+/// A word without a letter and a value, from `at` to `end` of a line that begins at `base`.
+pub(crate) fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
+    let span = Span { start: offset(base, at), end: offset(base, end) };
+    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name: Name::None }
+}

@@ -1,8 +1,7 @@
 //! Splits one line of dialogue into words. Total: every non-blank byte belongs to exactly one word.
 
 use crate::number::is_blank;
-use crate::sinumerik::names::Name;
-use crate::word::{Span, Word, WordKind};
+use crate::word::{Word, WordKind, offset, plain};
 
 /// Names of a positioning block that stand alone: path functions, radius compensation, feeds.
 const MOTION_ALONE: [&[u8]; 13] = [b"L", b"C", b"CR", b"CT", b"LP", b"CP", b"CTP", b"RL", b"RR", b"F", b"FMAX", b"AUTO", b"MAX"];
@@ -53,16 +52,6 @@ pub(crate) fn lex_line(line: &[u8], base: u32, words: &mut Vec<Word>) {
         is_head &= word.is(b'N') || word.kind == WordKind::BlockDelete;
         words.push(word);
     }
-}
-
-/// Offsets fit: a program is split only up to `u32::MAX` bytes.
-fn offset(base: u32, at: usize) -> u32 {
-    base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
-}
-
-fn plain(kind: WordKind, at: usize, end: usize, base: u32) -> Word {
-    let span = Span { start: offset(base, at), end: offset(base, end) };
-    Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name: Name::None }
 }
 
 fn block_number(line: &[u8], at: usize, base: u32) -> Word {

@@ -5,7 +5,7 @@
 use super::names::{Name, meaning};
 use super::scan::{assigns, bracket_end, expression_end, name, number, statement_end, string_end};
 use crate::number::{is_blank, skip_blanks};
-use crate::word::{Span, Word, WordKind};
+use crate::word::{Word, WordKind, offset, plain};
 
 /// Words that begin a statement up to the end of the line.
 const STATEMENTS: [&str; 30] = [
@@ -45,20 +45,15 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn offset(&self, at: usize) -> u32 {
-        self.base.saturating_add(u32::try_from(at).unwrap_or(u32::MAX))
-    }
-
     /// A word from here to `end`, behind which reading goes on.
     fn plain(&mut self, kind: WordKind, end: usize, name: Name) -> Word {
-        let span = Span { start: self.offset(self.at), end: self.offset(end) };
-        self.at = end;
-        Word { span, value_start: span.start, kind, letter: 0, value: f64::NAN, name }
+        let start = std::mem::replace(&mut self.at, end);
+        Word { name, ..plain(kind, start, end, self.base) }
     }
 
     /// A word with a value from `value` to `end`.
     fn valued(&mut self, letter: u8, value: usize, end: usize, name: Name) -> Word {
-        let value_start = self.offset(value);
+        let value_start = offset(self.base, value);
         let read = number(self.line, value).filter(|(past, _)| *past == end);
         let kind = if read.is_some() { WordKind::Number } else { WordKind::Expression };
         let value = read.map_or(f64::NAN, |(_, value)| value);
