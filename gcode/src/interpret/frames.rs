@@ -158,20 +158,24 @@ impl Interpreter<'_> {
 
     /// Records an unmodified move that ends at the present position.
     pub fn push_fixed(&mut self, kind: MoveKind, start: Position, why: Fixed, explicit_motion: bool) {
-        let modal = self.modal_index();
-        let after_shared = self.take_shared();
-        self.moves.push(Move {
+        let step = self.step(kind, start, Shiftable::No(why));
+        self.moves.push(Move { explicit_motion, ..step });
+    }
+
+    /// A move without a feed that ends at the present position.
+    pub fn step(&mut self, kind: MoveKind, start: Position, shiftable: Shiftable) -> Move {
+        Move {
             block: self.block as u32,
-            modal,
+            modal: self.modal_index(),
             kind,
             start,
             end: self.position,
             feed: None,
             feed_word: None,
-            explicit_motion,
-            shiftable: Shiftable::No(why),
-            after_shared,
-        });
+            explicit_motion: false,
+            shiftable,
+            after_shared: self.take_shared(),
+        }
     }
 
     /// End of a move to the axis words of the block. Incremental words are applied `repeats` times.

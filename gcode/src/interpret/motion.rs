@@ -137,19 +137,8 @@ impl Interpreter<'_> {
             Shiftable::Yes if self.in_corner => Shiftable::No(Fixed::Adjoining),
             shiftable => shiftable,
         };
-        let (modal, after_shared) = (self.modal_index(), self.take_shared());
-        self.moves.push(Move {
-            block: self.block as u32,
-            modal,
-            kind,
-            start,
-            end: self.position,
-            feed: Some(feed),
-            feed_word,
-            explicit_motion,
-            shiftable,
-            after_shared,
-        });
+        let step = self.step(kind, start, shiftable);
+        self.moves.push(Move { feed: Some(feed), feed_word, explicit_motion, ..step });
     }
 
     fn shiftable(&self, words: &Gathered, start: Position, machine: bool) -> Shiftable {

@@ -202,19 +202,8 @@ impl Interpreter<'_> {
             FeedWord::Value { mm, .. } if self.modal.feed_mode == FeedMode::PerMinute => Some(Feed::Linear { mm_s: mm / 60.0 }),
             _ => None,
         };
-        let (modal, after_shared) = (self.modal_index(), self.take_shared());
-        self.moves.push(Move {
-            block: self.block as u32,
-            modal,
-            kind: MoveKind::Line,
-            start,
-            end: self.position,
-            feed,
-            feed_word: None,
-            explicit_motion,
-            shiftable: Shiftable::No(fixed),
-            after_shared,
-        });
+        let step = self.step(MoveKind::Line, start, Shiftable::No(fixed));
+        self.moves.push(Move { feed, explicit_motion, ..step });
     }
 
     /// A spline, a tangential circle or another path that the control computes from its neighbours: the move before keeps its direction.
