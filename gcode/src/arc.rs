@@ -60,17 +60,22 @@ pub(crate) enum ArcFault {
     RadiusWithoutChord,
 }
 
-impl Arc {
-    /// The arc about `centre` from `start` to `end` (plane coordinates, mm); equal ends make a full circle.
-    pub(crate) fn about(
-        plane: Plane,
-        start: [f64; 2],
-        end: [f64; 2],
-        centre: [f64; 2],
-        counter_clockwise: bool,
-        turns: u32,
-        tolerance: ArcTolerance,
-    ) -> Result<Self, ArcFault> {
+/// The ends of an arc, and how it runs from one to the other. Plane coordinates, mm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ArcEnds {
+    pub plane: Plane,
+    pub start: [f64; 2],
+    pub end: [f64; 2],
+    pub counter_clockwise: bool,
+    /// Full circles and the rest that follows them, counted: 1 up to a full circle.
+    pub turns: u32,
+    pub tolerance: ArcTolerance,
+}
+
+impl ArcEnds {
+    /// The arc about `centre`; equal ends make a full circle.
+    pub fn about(&self, centre: [f64; 2]) -> Result<Arc, ArcFault> {
+        let Self { plane, start, end, counter_clockwise, turns, tolerance } = *self;
         let from = [start[0] - centre[0], start[1] - centre[1]];
         let to = [end[0] - centre[0], end[1] - centre[1]];
         let (radius_start_mm, radius_end_mm) = (from[0].hypot(from[1]), to[0].hypot(to[1]));
@@ -89,20 +94,12 @@ impl Arc {
             (true, false) => turned + whole,
             (false, _) => turned - TAU - whole,
         };
-        Ok(Self { plane, centre_mm: centre, radius_start_mm, radius_end_mm, start_angle, sweep })
+        Ok(Arc { plane, centre_mm: centre, radius_start_mm, radius_end_mm, start_angle, sweep })
     }
 
-    /// The arc of radius `|radius|` from `start` to `end`. A negative radius selects the arc above
-    /// 180°.
-    pub(crate) fn with_radius(
-        plane: Plane,
-        start: [f64; 2],
-        end: [f64; 2],
-        radius: f64,
-        counter_clockwise: bool,
-        turns: u32,
-        tolerance: ArcTolerance,
-    ) -> Result<Self, ArcFault> {
+    /// The arc of radius `|radius|`. A negative radius selects the arc above 180°.
+    pub fn with_radius(&self, radius: f64) -> Result<Arc, ArcFault> {
+        let Self { start, end, counter_clockwise, tolerance, .. } = *self;
         let chord = [end[0] - start[0], end[1] - start[1]];
         let half_chord_mm = 0.5 * chord[0].hypot(chord[1]);
         if half_chord_mm <= SAME_POINT_MM {
@@ -116,9 +113,11 @@ impl Arc {
         let side = if counter_clockwise == (radius > 0.0) { 1.0 } else { -1.0 };
         let scale = side * height / (2.0 * half_chord_mm);
         let centre = [start[0] + 0.5 * chord[0] - scale * chord[1], start[1] + 0.5 * chord[1] + scale * chord[0]];
-        Self::about(plane, start, end, centre, counter_clockwise, turns, tolerance)
+        self.about(centre)
     }
+}
 
+impl Arc {
     /// The point at `fraction` (0 to 1) of the sweep, in the plane's two axes, mm; the radius runs linearly between the ends.
     pub fn plane_point(&self, fraction: f64) -> [f64; 2] {
         let radius = self.radius_start_mm + (self.radius_end_mm - self.radius_start_mm) * fraction;
@@ -142,6 +141,10 @@ mod tests {
 
     const TOLERANCE: ArcTolerance = ArcTolerance { coarse_mm: 0.5, fine_mm: 0.005, relative: 1e-3 };
 
+    fn ends(start: [f64; 2], end: [f64; 2], counter_clockwise: bool) -> ArcEnds {
+        ArcEnds { plane: Plane::Xy, start, end, counter_clockwise, turns: 1, tolerance: TOLERANCE }
+    }
+
     #[test]
     fn radius_and_centre_describe_the_same_arc() {
         let (start, end) = ([10.0, 0.0], [0.0, 10.0]);
@@ -151,8 +154,8 @@ mod tests {
             (true, -10.0, [10.0, 10.0], 3.0 * FRAC_PI_2),
             (false, -10.0, [0.0, 0.0], -3.0 * FRAC_PI_2),
         ] {
-            let by_radius = Arc::with_radius(Plane::Xy, start, end, radius, ccw, 1, TOLERANCE).expect("valid");
-            let by_centre = Arc::about(Plane::Xy, start, end, centre, ccw, 1, TOLERANCE).expect("valid");
+            let by_radius = ends(start, end, ccw).with_radius(radius).expect("valid");
+            let by_centre = ends(start, end, ccw).about(centre).expect("valid");
             assert!((by_radius.sweep - sweep).abs() < 1e-12 && (by_centre.sweep - sweep).abs() < 1e-12);
             for fraction in [0.0, 0.3, 1.0] {
                 let (p, q) = (by_radius.plane_point(fraction), by_centre.plane_point(fraction));
@@ -164,21 +167,15 @@ mod tests {
     #[test]
     fn circles_turns_and_faults() {
         let at = [5.0, 0.0];
-        let circle = Arc::about(Plane::Xy, at, at, [0.0, 0.0], false, 1, TOLERANCE).expect("valid");
+        let circle = ends(at, at, false).about([0.0, 0.0]).expect("valid");
         assert_eq!(circle.sweep, -TAU);
         assert!((circle.length_mm(0.0) - 10.0 * PI).abs() < 1e-9);
-        let three = Arc::about(Plane::Xy, at, [0.0, 5.0], [0.0, 0.0], true, 3, TOLERANCE).expect("valid");
+        let three = ArcEnds { turns: 3, ..ends(at, [0.0, 5.0], true) }.about([0.0, 0.0]).expect("valid");
         assert!((three.sweep - (2.0 * TAU + FRAC_PI_2)).abs() < 1e-12);
-        assert!(matches!(
-            Arc::about(Plane::Xy, at, [0.0, 6.0], [0.0, 0.0], true, 1, TOLERANCE),
-            Err(ArcFault::RadiiDiffer { .. })
-        ));
-        assert_eq!(Arc::with_radius(Plane::Xy, at, at, 5.0, true, 1, TOLERANCE), Err(ArcFault::RadiusWithoutChord));
-        assert!(matches!(
-            Arc::with_radius(Plane::Xy, at, [-5.0, 0.0], 4.9, true, 1, TOLERANCE),
-            Err(ArcFault::RadiusTooSmall { .. })
-        ));
-        let half = Arc::with_radius(Plane::Xy, at, [-5.0, 0.0], 4.999, true, 1, TOLERANCE).expect("within tolerance");
+        assert!(matches!(ends(at, [0.0, 6.0], true).about([0.0, 0.0]), Err(ArcFault::RadiiDiffer { .. })));
+        assert_eq!(ends(at, at, true).with_radius(5.0), Err(ArcFault::RadiusWithoutChord));
+        assert!(matches!(ends(at, [-5.0, 0.0], true).with_radius(4.9), Err(ArcFault::RadiusTooSmall { .. })));
+        let half = ends(at, [-5.0, 0.0], true).with_radius(4.999).expect("within tolerance");
         assert!((half.sweep - PI).abs() < 1e-9);
     }
 }

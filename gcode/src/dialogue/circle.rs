@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::path::{Function, Step};
 use super::state::Interpreter;
-use crate::arc::{Arc, ArcFault, ArcTolerance};
+use crate::arc::{Arc, ArcEnds, ArcFault, ArcTolerance};
 use crate::toolpath::MoveKind;
 
 /// Angles that differ by less, rad, are the same: a tenth of the control's increment.
@@ -36,6 +36,7 @@ impl Interpreter<'_> {
         };
         let plane = self.modal.plane;
         let tolerance = self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units));
+        let ends = |counter_clockwise: bool| ArcEnds { plane, start, end: stop, counter_clockwise, turns: 1, tolerance };
         let turn = step.words.direction.map(|direction| direction > 0.0);
         // A circle lies in the plane, CP may be a helix.
         let normal = step.words.axes[plane.axes()[2]].is_some();
@@ -43,11 +44,7 @@ impl Interpreter<'_> {
         match step.function {
             Function::Line { .. } => Some(MoveKind::Line),
             Function::Circle { polar: false } => {
-                let arc = self
-                    .pole
-                    .zip(turn)
-                    .filter(|_| flat)
-                    .map(|(pole, turn)| Arc::about(plane, start, stop, pole.centre_mm, turn, 1, tolerance));
+                let arc = self.pole.zip(turn).filter(|_| flat).map(|(pole, turn)| ends(turn).about(pole.centre_mm));
                 self.sound(arc)
             }
             Function::Circle { polar: true } => {
@@ -59,17 +56,12 @@ impl Interpreter<'_> {
             }
             Function::Radius => {
                 let radius = step.words.radius.and_then(|radius| radius.value).map(|radius| radius * self.modal.units.mm());
-                let arc = radius
-                    .zip(turn)
-                    .filter(|_| flat)
-                    .map(|(radius, turn)| Arc::with_radius(plane, start, stop, radius, turn, 1, tolerance));
+                let arc = radius.zip(turn).filter(|_| flat).map(|(radius, turn)| ends(turn).with_radius(radius));
                 self.sound(arc)
             }
             Function::Tangent { .. } => match self.tangent.filter(|_| flat).and_then(|along| tangential(along, start, stop)) {
                 Some(Tangential::Line) => Some(MoveKind::Line),
-                Some(Tangential::Circle { centre, turn }) => {
-                    self.sound(Some(Arc::about(plane, start, stop, centre, turn, 1, tolerance)))
-                }
+                Some(Tangential::Circle { centre, turn }) => self.sound(Some(ends(turn).about(centre))),
                 None => self.sound(None),
             },
         }

@@ -2,35 +2,14 @@
 
 use super::gather::Gathered;
 use super::state::Interpreter;
-use crate::arc::{Arc, ArcFault, ArcTolerance};
+use crate::arc::{Arc, ArcEnds, ArcFault, ArcTolerance};
 use crate::dialect::Dialect;
-use crate::modal::{Distance, Plane};
+use crate::modal::Distance;
 use crate::position::{AXIS_LETTERS, Position};
 use crate::sinumerik::names::Name;
 
 /// Address letters of the distances from start to centre along X, Y, Z.
 const CENTRE_LETTERS: [u8; 3] = *b"IJK";
-
-/// Arc data other than centre and radius.
-#[derive(Clone, Copy)]
-struct Ends {
-    plane: Plane,
-    start: [f64; 2],
-    stop: [f64; 2],
-    counter_clockwise: bool,
-    turns: u32,
-    tolerance: ArcTolerance,
-}
-
-impl Ends {
-    fn about(&self, centre: [f64; 2]) -> Result<Arc, ArcFault> {
-        Arc::about(self.plane, self.start, self.stop, centre, self.counter_clockwise, self.turns, self.tolerance)
-    }
-
-    fn with_radius(&self, radius: f64) -> Result<Arc, ArcFault> {
-        Arc::with_radius(self.plane, self.start, self.stop, radius, self.counter_clockwise, self.turns, self.tolerance)
-    }
-}
 
 impl Interpreter<'_> {
     /// Builds the arc of the present block. Reports an error if there is none.
@@ -50,10 +29,10 @@ impl Interpreter<'_> {
             self.report.error(self.span(at), "the start of this arc is not known", Some(help));
             return None;
         }
-        let ends = Ends {
+        let ends = ArcEnds {
             plane,
             start: [self.position.nominal[first], self.position.nominal[second]],
-            stop: [end.nominal[first], end.nominal[second]],
+            end: [end.nominal[first], end.nominal[second]],
             counter_clockwise,
             turns: self.turns(words, at)?,
             tolerance: self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units)),
@@ -107,7 +86,7 @@ impl Interpreter<'_> {
     }
 
     /// The arc about the centre given by I, J, K. `index` is the first of these words.
-    fn arc_about_centre(&mut self, words: &Gathered, ends: Ends, index: usize) -> Option<Arc> {
+    fn arc_about_centre(&mut self, words: &Gathered, ends: ArcEnds, index: usize) -> Option<Arc> {
         let [first, second, _] = ends.plane.axes();
         let unit = self.modal.units.mm();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute;
