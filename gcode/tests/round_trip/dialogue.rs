@@ -1,7 +1,9 @@
-//! No byte of a dialogue program is lost and nothing panics, whatever stands behind `BEGIN PGM`.
+//! Dialogue programs, whatever stands behind `BEGIN PGM`.
 
-use gcode::{Edits, Language, Options, Span, edit, interpret, parse, recognise, renumber};
+use gcode::{Language, Options, interpret, parse, recognise, renumber};
 use proptest::prelude::*;
+
+use crate::{check_bytes, check_interpretation};
 
 /// Fragments of dialogue, joined at random.
 const PIECES: [&str; 78] = [
@@ -108,42 +110,14 @@ proptest! {
     fn parsing_keeps_every_byte(bytes in programs()) {
         let program = parse(bytes.clone());
         prop_assert_eq!(program.language(), Language::Dialogue);
-        prop_assert_eq!(edit(&program, &Edits::new()), Ok(bytes.clone()));
-        let mut at = program.blocks().first().map_or(0, |block| block.span.start);
-        for (index, block) in program.blocks().iter().enumerate() {
-            prop_assert_eq!(block.span.start, at);
-            let mut cursor = block.span.start;
-            for word in program.block_words(index) {
-                prop_assert!(word.span.start >= cursor && word.span.end <= block.span.end && !word.span.is_empty());
-                prop_assert!(word.value_start >= word.span.start && word.value_start <= word.span.end);
-                let gap = program.text(Span { start: cursor, end: word.span.start });
-                prop_assert!(gap.iter().all(|b| matches!(b, b' ' | b'\t')));
-                cursor = word.span.end;
-            }
-            let rest = program.text(Span { start: cursor, end: block.span.end });
-            prop_assert!(rest.iter().all(|b| matches!(b, b' ' | b'\t')));
-            at = block.next;
-        }
-        prop_assert_eq!(at as usize, bytes.len());
+        check_bytes(&program, &bytes)?;
     }
 
     #[test]
     fn interpreting_never_panics(bytes in programs(), block_delete: Option<bool>) {
         let program = parse(bytes);
         recognise(&program);
-        match interpret(&program, &Options { block_delete, ..Options::default() }) {
-            Ok(toolpath) => {
-                for step in &toolpath.moves {
-                    prop_assert!((step.block as usize) < program.blocks().len());
-                    step.words(&program);
-                    step.point_mm(0.5);
-                    prop_assert!(step.length_mm().is_none_or(|length| length >= 0.0 && length.is_finite()));
-                    toolpath.modal(step);
-                }
-            }
-            Err(gcode::GcodeError::Refused { diagnostics }) => prop_assert!(diagnostics.iter().any(|d| d.is_error())),
-            Err(other) => return Err(TestCaseError::fail(other.to_string())),
-        }
+        check_interpretation(&program, &Options { block_delete, ..Options::default() })?;
     }
 
     /// Numbering changes numbers only, and a program that it numbered stays.
