@@ -23,6 +23,8 @@ use std::path::{Path, PathBuf};
 
 use run::{Tally, check, numbered};
 
+/// Programs that LinuxCNC installs.
+const SAMPLES: &str = "/usr/share/linuxcnc/ncfiles";
 /// Programs of a run in the gate.
 const PROGRAMS: u64 = 300;
 
@@ -81,7 +83,7 @@ fn programs_of_others_keep_their_calls() {
     }
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gcode");
     let tally = Tally::default();
-    let files = [programs(Path::new("/usr/share/linuxcnc/ncfiles")), programs(&shared)].concat();
+    let files = [programs(Path::new(SAMPLES)), programs(&shared)].concat();
     std::thread::scope(|scope| {
         for half in 0..2 {
             let (files, tally) = (&files, &tally);
