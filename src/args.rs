@@ -61,9 +61,10 @@ pub struct ProgramArgs {
     /// Length of the tool, mm, where the offset's Z is without it: added to Z
     #[arg(long, value_name = "MM", value_parser = parse_finite, default_value_t = 0.0, allow_hyphen_values = true)]
     pub tool_length: f64,
-    /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner
-    #[arg(long, value_name = "MM", default_value_t = 0.002, value_parser = parse_not_negative)]
-    pub corner_tolerance: f64,
+    /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner. When left out, that of
+    /// the machine file or of the model decides, else 0.002
+    #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
+    pub corner_tolerance: Option<f64>,
     /// Feed of built-in test curves (`curve:crown`), mm/s
     #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
     pub feed: f64,

@@ -92,6 +92,7 @@ impl Shown {
 fn title(job: Job) -> &'static str {
     match job {
         Job::Training => "training",
+        Job::Identifying => "identifying the control",
         Job::TuningIlc => "tuning ILC",
         Job::Comparing => "comparing",
         Job::ComparingPrograms => "comparing programs",

@@ -90,6 +90,7 @@ impl MachineSpec {
                 short_line_acceleration: 1.0,
             },
             kinematics: KinematicsSpec::Cartesian,
+            control: None,
             controller: Some(ControllerSpec { format: ProfileFormat::Keep, ..ControllerSpec::default() }),
             work_offsets: Default::default(),
             axes: Vec::new(),

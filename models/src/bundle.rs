@@ -68,6 +68,22 @@ pub struct AxisManifest {
     pub band: PredictionInterval,
 }
 
+/// How far the machine description foretells what the control commands, on programs that it was not fitted to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControlFidelity {
+    /// What the control does, in words.
+    pub structure: String,
+    /// Number of programs behind the figures; 0 where there was but the program of the fit.
+    pub held_out: usize,
+    /// Distance between planned and recorded command at the same place of the path, RMS, mm.
+    pub path_rms_mm: f64,
+    /// Its largest value, mm.
+    pub path_max_mm: f64,
+    /// Difference of the time in motion, without sign, as a share of it.
+    pub cycle_share: f64,
+}
+
 /// Description of the bundle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -88,6 +104,9 @@ pub struct Manifest {
     pub machine_toml: String,
     /// Whether its limits were estimated from the log.
     pub limits_from_log: bool,
+    /// Agreement of the control in `machine_toml` with recorded commands, where it was identified from programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub control: Option<ControlFidelity>,
     /// The axes, in order.
     pub axes: Vec<AxisManifest>,
 }

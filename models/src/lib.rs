@@ -21,7 +21,7 @@ mod spread;
 pub mod stacked;
 pub mod staged;
 
-pub use bundle::{AxisManifest, Bundle, FORMAT, HeldOut, Manifest};
+pub use bundle::{AxisManifest, Bundle, ControlFidelity, FORMAT, HeldOut, Manifest};
 pub use error::ModelError;
 pub use features::{FeatureSet, FeatureSpec};
 pub use hex::hex;

@@ -70,6 +70,7 @@ fn manifest() -> Manifest {
         common_delay_s: 0.001,
         machine_toml: "name = \"mill\"\n".into(),
         limits_from_log: true,
+        control: None,
         axes: vec![axis("x", false), axis("a", true)],
     }
 }

@@ -7,6 +7,7 @@ mod error;
 pub mod excitation;
 mod expectation;
 pub mod feed_adjustment;
+pub mod identification;
 mod input;
 pub mod measure;
 pub mod model_based_ilc;

@@ -35,6 +35,8 @@ pub enum Event<'a> {
 pub enum Job {
     /// Training; one step for each axis.
     Training,
+    /// Identification of a control; one step for each structure.
+    Identifying,
     /// Tuning of ILC laws; one step for each law.
     TuningIlc,
     /// Comparison; one step for each path and noise seed.

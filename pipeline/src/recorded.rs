@@ -97,10 +97,11 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         samples,
         desired: DesiredPath::new(command.with_columns(wanted.collect())?, Arc::clone(desired.kinematics()))?,
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
+        command: None,
     };
     // A log is in machine coordinates. On a machine with rotary axes its offset is not searched for.
     let known = part.placement.known() || !plan.desired.kinematics().has_rotary_axes();
-    Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), ..part })
+    Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), is_recorded: true, ..part })
 }
 
 /// Path position of every sample of `command`.

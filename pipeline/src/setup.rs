@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gcode::{DecimalPoint, Dialect};
-use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDecimalPoint, ProgramDialect, ProgramWords};
+use machine::{AxisSpec, ControllerSpec, MachineSpec, ProgramDecimalPoint, ProgramDialect, ProgramWords, UNSTATED_BLEND_MM};
 use models::Bundle;
 use motion::{Kinematics, Limits, PlanSettings};
 
@@ -25,6 +25,8 @@ pub struct Setup {
     pub period_s: f64,
     /// Planner settings; [`Setup::period_s`] replaces their sampling period.
     pub plan: PlanSettings,
+    /// Whether the machine description states how its control passes corners.
+    pub states_corners: bool,
     /// Control profile, where one is stated.
     pub controller: Option<ControllerSpec>,
     /// Program dialect of the control, where the profile states one.
@@ -61,6 +63,7 @@ impl Setup {
             limits: machine.limits(),
             period_s: machine.sampling_period_s(),
             plan: machine.plan_settings(),
+            states_corners: machine.control.is_some(),
             controller,
             dialect,
             decimal_point,
@@ -81,6 +84,15 @@ impl Setup {
     #[must_use]
     pub fn plan_settings(&self) -> PlanSettings {
         PlanSettings { period_s: self.period_s, ..self.plan.clone() }
+    }
+
+    /// The same for a program, with the rounding of corners that it does not state itself: `given`, mm, that of the machine description, or
+    /// [`UNSTATED_BLEND_MM`].
+    #[must_use]
+    pub fn program_plan(&self, given: Option<f64>) -> PlanSettings {
+        let plan = self.plan_settings();
+        let unstated = if self.states_corners { plan.corner_tolerance_mm } else { UNSTATED_BLEND_MM };
+        PlanSettings { corner_tolerance_mm: given.unwrap_or(unstated), ..plan }
     }
 }
 

@@ -127,6 +127,9 @@ impl Compensate {
             printer
                 .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
         }
+        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none() && self.plans(&input)) {
+            printer.line(print::control_fidelity(control));
+        }
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
         print::show(&printer, &input, &outcome, expected.as_ref());
 
@@ -151,6 +154,11 @@ impl Compensate {
             "program": input.part().zip(lines).map(|(part, lines)| print::summary_json(part, &outcome, lines)),
         });
         outputs.write(self.common.json.as_deref(), &merged(figures, beside))
+    }
+
+    /// Whether precomp itself plans what the control will command.
+    fn plans(&self, input: &Input) -> bool {
+        self.reference.is_none() && input.part().is_some()
     }
 
     /// The machine that limits and control are those of.

@@ -50,7 +50,7 @@ impl Predict {
         let model = read::model(&self.model)?;
         let setup = Setup::of_model(&model)?;
         let input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
-        let reference = input.trajectory();
+        let reference = input.command();
         let actual = machine_for(&model, input.part())?.run(reference)?;
         let figures = input.figures(&actual)?;
         let terms = PositionTerms::of(&model, &input)?;

@@ -80,7 +80,7 @@ impl Simulate {
         let options =
             SimulationOptions { sensor: self.sensor.map(Into::into), noise_scale: self.noise, ..SimulationOptions::default() };
         let mut simulated = SimulatedMachine::new(&machine, self.common.seed)?.with_options(options)?;
-        let reference = input.trajectory();
+        let reference = input.command();
         let actual = simulated.run(reference)?;
         let against = self.against.as_deref().map(read).transpose()?;
         let needed = against.as_ref().unwrap_or(&input);

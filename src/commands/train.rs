@@ -6,13 +6,15 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::{Log, Severity};
+use machine::MachineSpec;
 use models::FeatureSet;
+use pipeline::identification::{Identified, KnownRun, identify};
 use pipeline::training::{self, TrainSettings, Trained};
 
 use crate::args::{Common, LogArgs};
 use crate::files::Files;
-use crate::output::{Outputs, Printer, Refusal};
-use crate::print::training as print;
+use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
+use crate::print::{identification, training as print};
 use crate::progress::Shown;
 use crate::read;
 
@@ -22,6 +24,7 @@ use crate::read;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp train runs/*.csv --machine mill.toml -o mill.model
+  precomp train runs/*.csv --programs excitation/*.nc -o mill.model
   precomp train ten-seconds.csv --from mill.model -o mill-today.model
   precomp train log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm -o x.model")]
 pub struct Train {
@@ -36,6 +39,10 @@ pub struct Train {
     /// Machine whose limits and kinematics go into the model: a TOML file, or a built-in one; taken from the log when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
+    /// Programs that ran while logs were recorded, paired with them by name (`part.nc` and `part.csv`): from these the control is
+    /// learned, how it accelerates and passes corners, so that programs are planned as it will command them
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    programs: Vec<PathBuf>,
     /// How the axes are predicted: staged, linear, lstm, lstm-paper, gru, gru-paper, narx, or a recipe file (.toml)
     #[arg(long, value_name = "NAME|TOML", default_value = "staged")]
     predictor: String,
@@ -48,7 +55,7 @@ pub struct Train {
     #[arg(long, default_value_t = 0.2)]
     held_out: f64,
     /// Adapt this model with a short new log instead of training a new one: another machine of its kind, another day
-    #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "checkpoints", "machine"])]
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "checkpoints", "machine", "programs"])]
     from: Option<PathBuf>,
     /// Folder for checkpoints of the networks; an interrupted training goes on from there
     #[arg(long, value_name = "DIR")]
@@ -80,6 +87,7 @@ impl Train {
     pub fn files(&self) -> Files {
         Files::of(self.common.json.as_deref())
             .reads_logs("LOG", &self.logs)
+            .reads_all("--programs", &self.programs)
             .reads_machine(self.machine.as_deref())
             .reads_recipe(&*self.predictor)
             .reads("--from", self.from.as_deref())
@@ -91,12 +99,24 @@ impl Train {
         let printer = Printer::new(self.common.json.as_deref());
         let machine = self.machine.as_deref().map(read::machine).transpose()?;
         let (logs, mut warnings) = self.logs()?;
+        let programs = self.programs_of(&logs)?;
+        let (logs, joined) = datasets::joined(logs);
+        warnings.extend(joined.iter().map(ToString::to_string));
+        let found = training::check(&logs).findings;
+        warnings.extend(found.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
         warnings.iter().for_each(|warning| printer.line(warning));
         if let Some(model) = &self.from {
             return self.adapt(model, &logs, &warnings, &printer);
         }
         let (started, shown) = (Instant::now(), Shown::default());
-        let trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
+        let control = self.control(&programs, machine.as_ref(), &shown)?;
+        let identified_s = started.elapsed().as_secs_f64();
+        if let Some(control) = &control {
+            identification::show(&printer, control, identified_s);
+        }
+        let machine = control.as_ref().map(|control| control.machine.clone()).or(machine);
+        let mut trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
+        trained.bundle.manifest.control = control.as_ref().map(Identified::summary);
         let seconds = started.elapsed().as_secs_f64();
         show(&printer, &trained);
         let doubts: Vec<String> = trained.doubts()?.iter().map(ToString::to_string).collect();
@@ -107,10 +127,12 @@ impl Train {
         printer.line(format!("trained in {seconds:.1} s; model in {}", self.out.display()));
         let mut figures = print::json(&trained, seconds);
         figures["warnings"] = serde_json::json!(warnings);
+        figures["control"] =
+            control.as_ref().map_or(serde_json::Value::Null, |control| identification::json(control, identified_s));
         outputs.write(self.common.json.as_deref(), &figures)
     }
 
-    /// The logs, those that continue one another joined, and what was found in them.
+    /// The logs, and what was found in them.
     fn logs(&self) -> Result<(Vec<Log>, Vec<String>)> {
         let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
         let mut warnings = Vec::new();
@@ -122,11 +144,32 @@ impl Train {
             warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
             logs.push(log);
         }
-        let (logs, joined) = datasets::joined(logs);
-        warnings.extend(joined.iter().map(ToString::to_string));
-        let found = training::check(&logs).findings;
-        warnings.extend(found.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
         Ok((logs, warnings))
+    }
+
+    /// Every program with the log of its run: the file of the same name but for its ending.
+    fn programs_of(&self, logs: &[Log]) -> Result<Vec<(Vec<u8>, Log)>> {
+        let pair = |program: &PathBuf| {
+            let log = self.logs.iter().zip(logs).find(|(log, _)| stem(log) == stem(program));
+            let Some((_, log)) = log else {
+                let (program, stem) = (program.display(), stem(program).unwrap_or_default());
+                return Err(
+                    Usage(format!("no log belongs to {program}; give the log of its run the same name: {stem}.csv")).into()
+                );
+            };
+            Ok((read_file(program)?, Log { name: file_name(program), ..log.clone() }))
+        };
+        self.programs.iter().map(pair).collect()
+    }
+
+    /// The control that ran the programs.
+    fn control(&self, programs: &[(Vec<u8>, Log)], machine: Option<&MachineSpec>, shown: &Shown) -> Result<Option<Identified>> {
+        if programs.is_empty() {
+            return Ok(None);
+        }
+        let named = programs.iter().map(|(program, log)| KnownRun { name: log.name.clone(), program: program.clone(), log });
+        let runs: Vec<KnownRun<'_>> = named.collect();
+        Ok(Some(identify(&runs, machine, &|event| shown.event(event))?))
     }
 
     fn settings(&self) -> Result<TrainSettings> {
@@ -148,6 +191,15 @@ impl Train {
         printer.line(format!("adapted in {seconds:.1} s; model in {}", self.out.display()));
         outputs.write(self.common.json.as_deref(), &print::adapted_json(&adapted, seconds, warnings))
     }
+}
+
+/// Name of a file without its last ending.
+fn stem(path: &Path) -> Option<String> {
+    Some(path.file_stem()?.to_string_lossy().into_owned())
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn show(printer: &Printer, trained: &Trained) {

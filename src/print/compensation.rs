@@ -1,6 +1,6 @@
 //! What a compensation came to.
 
-use models::Outside;
+use models::{ControlFidelity, Outside};
 use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
@@ -10,6 +10,10 @@ use serde_json::{Map, Value, json};
 
 use super::figures::contour_json;
 use crate::output::Printer;
+
+/// Agreement of a learned control with recorded commands beyond which a recorded run of the program is asked for.
+const TRUSTED_PATH_MM: f64 = 2e-3;
+const TRUSTED_CYCLE: f64 = 0.02;
 
 /// What the forecast of `input` lacks, and what could not be checked.
 pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
@@ -21,6 +25,24 @@ pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Opti
             "note: whether the axes stay within their travel was not checked, only that the part is not larger: its work offset is not known",
         );
     }
+}
+
+/// How far the learned control can be trusted; more on it where the plan is too poor for a first run.
+pub fn control_fidelity(control: &ControlFidelity) -> String {
+    let ControlFidelity { path_rms_mm, path_max_mm, cycle_share, held_out, .. } = control;
+    let known = format!(
+        "the control as learned from {}: plans within {} µm RMS, {} µm MAX and {:.2} % of the cycle time",
+        if *held_out > 0 { "recorded programs" } else { "one recorded program, by that program itself" },
+        um(*path_rms_mm),
+        um(*path_max_mm),
+        100.0 * cycle_share
+    );
+    if *path_rms_mm > TRUSTED_PATH_MM || *cycle_share > TRUSTED_CYCLE {
+        return format!(
+            "warning: {known}; the forecast is no better than that. Run the program once and give its log with --reference"
+        );
+    }
+    known
 }
 
 /// The forecast with and without compensation, what a run is expected to come to, and what is left alone.

@@ -3,5 +3,6 @@
 pub mod comparison;
 pub mod compensation;
 pub mod figures;
+pub mod identification;
 pub mod measurement;
 pub mod training;

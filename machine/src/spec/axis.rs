@@ -71,6 +71,19 @@ impl AxisSpec {
         }
     }
 
+    /// Replaces the limits.
+    pub fn set_limits(&mut self, limits: AxisLimits) {
+        let AxisLimits { velocity, acceleration, jerk } = limits;
+        match self {
+            Self::Linear(axis) => {
+                (axis.velocity_mm_s, axis.acceleration_mm_s2, axis.jerk_mm_s3) = (velocity, acceleration, jerk);
+            }
+            Self::Rotary(axis) => {
+                (axis.velocity_rad_s, axis.acceleration_rad_s2, axis.jerk_rad_s3) = (velocity, acceleration, jerk);
+            }
+        }
+    }
+
     /// Name and kind.
     #[must_use]
     pub fn axis(&self) -> Axis {

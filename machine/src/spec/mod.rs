@@ -3,6 +3,7 @@
 mod axis;
 mod builtin;
 mod check;
+mod control;
 mod drive;
 mod friction;
 mod kinematics;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 pub use axis::{AxisSpec, LinearAxis, RotaryAxis};
 pub use builtin::{BUILTIN_CONTROLLERS, BUILTIN_MACHINES};
+pub use control::{ControlSpec, CornerRule, UNSTATED_BLEND_MM};
 pub(crate) use drive::Rates;
 pub use drive::{DriveSpec, LoopSpec, MotorSpec, ScrewSpec, TableSpec};
 pub use friction::{FrictionSpec, Patch, PreslidingSpec, Warming};
@@ -47,6 +49,9 @@ pub struct MachineSpec {
     /// Kinematics.
     #[serde(default)]
     pub kinematics: KinematicsSpec,
+    /// How the control passes corners and filters its command, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub control: Option<ControlSpec>,
     /// Controller profile.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<ControllerSpec>,
@@ -213,15 +218,16 @@ impl MachineSpec {
         }
     }
 
-    /// Planner settings of the control, except corners.
+    /// Planner settings of the control; except the tolerance of corners where `control` is not stated.
     #[must_use]
     pub fn plan_settings(&self) -> PlanSettings {
-        PlanSettings {
+        let settings = PlanSettings {
             period_s: self.sampling_period_s(),
             smoothing_s: self.path.smoothing_ms * 1e-3,
             short_line_acceleration: self.path.short_line_acceleration,
             ..PlanSettings::default()
-        }
+        };
+        self.control.map_or(settings.clone(), |control| control.applied(settings))
     }
 
     /// Kinematics of the machine.
@@ -278,6 +284,9 @@ impl MachineSpec {
         not_negative("path.smoothing_ms", smoothing_ms)?;
         let used = short_line_acceleration;
         within("path.short_line_acceleration", used, (0.01..=1.0).contains(&used), "at least 0.01 and at most 1")?;
+        if let Some(control) = &self.control {
+            control.check()?;
+        }
         if let Some(controller) = &self.controller {
             controller.check()?;
         }

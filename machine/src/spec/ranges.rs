@@ -6,13 +6,17 @@
 
 /// Lowest and highest value of every numeric key, by the end of its name. Integer keys such as
 /// `decimals` are not included.
-pub(super) const RANGES: [(&str, f64, f64); 78] = [
+pub(super) const RANGES: [(&str, f64, f64); 82] = [
     ("sampling_period_ms", 1e-2, 1e3),
     ("path.velocity_mm_s", 1e-2, 1e5),
     ("path.acceleration_mm_s2", 1e-2, 1e7),
     ("path.jerk_mm_s3", 1e-2, 1e12),
     ("path.centripetal_mm_s2", 1e-2, 1e7),
     ("path.smoothing_ms", 0.0, 1e3),
+    ("control.corners.blend_mm", 0.0, 10.0),
+    ("control.corners.speed_jump_mm_s", 0.0, 1e5),
+    ("control.corners.junction_deviation_mm", 0.0, 10.0),
+    ("control.filters_ms", 0.0, 1e3),
     ("controller.point_spacing_ms", 1e-2, 1e4),
     ("controller.path_tolerance_mm", 1e-6, 10.0),
     ("kinematics.tool_length_mm", 0.0, 1e4),

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::geometry::{angle, length_between, parameter_after};
 use super::piece::{MM_PER_RAD, Piece, RotaryPath};
-use super::settings::PlanSettings;
+use super::settings::{Corners, PlanSettings};
 use crate::curves::Bezier;
 use crate::{Limits, Vec3};
 
 /// Directions that differ by less count as smooth, rad: a velocity step of 2 µm/s at 100 mm/s.
-const SMOOTH_RAD: f64 = 2e-5;
+pub(super) const SMOOTH_RAD: f64 = 2e-5;
 /// A larger direction change is a reversal: the tool stops there, rad.
 const REVERSAL_RAD: f64 = 2.9;
 /// Shorter pieces have no usable direction, mm.
@@ -44,6 +44,8 @@ struct Corner {
 /// Corner rounding settings.
 pub(super) struct Rounding {
     tolerance_mm: f64,
+    /// Whether corners are rounded at all. Else every corner is passed at speed, unless the program asks for a stop.
+    blends: bool,
     /// Fraction of the acceleration that is used along pieces too short for the rounding of their
     /// corners.
     crowded_acceleration: f64,
@@ -58,6 +60,7 @@ impl Rounding {
     pub fn new(settings: &PlanSettings, limits: &Limits) -> Self {
         Self {
             tolerance_mm: settings.corner_tolerance_mm,
+            blends: settings.corners == Corners::Blend,
             crowded_acceleration: settings.short_line_acceleration,
             jump_mm_s: JUMP * limits.path_acceleration_mm_s2 * settings.period_s,
         }
@@ -65,7 +68,11 @@ impl Rounding {
 
     /// Tolerance of the corner at the end of a piece, mm.
     pub fn tolerance_mm(&self, piece: &Piece) -> f64 {
-        piece.corner_tolerance_mm.unwrap_or(self.tolerance_mm)
+        match piece.corner_tolerance_mm {
+            Some(tolerance_mm) if self.blends || tolerance_mm == 0.0 => tolerance_mm,
+            _ if self.blends => self.tolerance_mm,
+            _ => f64::INFINITY,
+        }
     }
 }
 
@@ -114,7 +121,7 @@ pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec
 /// The blend between two pieces. `None` if they join smoothly.
 fn blend(before: &Piece, after: &Piece, most_mm: f64, rounding: &Rounding) -> Option<Corner> {
     let turn = turn(before, after);
-    if turn < SMOOTH_RAD {
+    if turn < SMOOTH_RAD || !rounding.blends {
         return None;
     }
     let tolerance_mm = rounding.tolerance_mm(before);

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::corner::SMOOTH_RAD;
 use super::piece::{AxisSlots, MM_PER_RAD, PathVector, Piece, Turning};
 use crate::{AxisKind, MotionError, Vec3};
 
@@ -37,6 +38,16 @@ pub(super) struct Shape {
     pub point: [f64; 2],
     /// `q′, q″, q‴` of the axes X, Y, Z, A, B, C, mm or rad, with respect to arc length.
     pub axes: [[f64; 6]; 3],
+}
+
+impl Shape {
+    /// Angle to the direction of another shape, rad, and the largest change of an axis's share of the speed.
+    pub fn turn_to(&self, other: &Self) -> (f64, f64) {
+        let direction =
+            |shape: &Self| PathVector::from_fn(|slot, _| shape.axes[0][slot] * if slot < 3 { 1.0 } else { MM_PER_RAD });
+        let (own, other) = (direction(self), direction(other));
+        (angle(&own, &other), (own - other).amax())
+    }
 }
 
 /// Nodes that are tested one by one before a binary search.
@@ -124,6 +135,20 @@ impl<'a> Segment<'a> {
     /// The piece at the arc length `s`, clamped to the segment.
     pub fn piece_at(&self, s: f64) -> usize {
         self.nodes[self.node_after(s, 1)].piece
+    }
+
+    /// Arc lengths of the corners that are passed without a blend, mm.
+    pub fn sharp_corners(&self) -> Vec<f64> {
+        let mut shapes = self.shapes.iter().flatten();
+        let mut before: Option<(&Node, &Shape)> = None;
+        let mut corners = Vec::new();
+        for (node, shape) in self.nodes.iter().zip(&mut shapes) {
+            if before.is_some_and(|(last, of_last)| last.s >= node.s && of_last.turn_to(shape).0 > SMOOTH_RAD) {
+                corners.push(node.s);
+            }
+            before = Some((node, shape));
+        }
+        corners
     }
 
     /// The first node from `from` on with arc length at least `s`, at least 1 and at most the last.

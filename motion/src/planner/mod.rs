@@ -21,7 +21,7 @@ mod smooth;
 
 pub use path::ToolPath;
 pub use piece::{MM_PER_RAD, Piece, RotaryPath, Turning};
-pub use settings::PlanSettings;
+pub use settings::{Corners, PlanSettings};
 
 use std::sync::Arc;
 
@@ -53,6 +53,9 @@ pub struct Plan {
     /// Arc length from the start of the path at the end of each piece of the [`ToolPath`], mm. Each
     /// half of a rounded corner counts to its own piece.
     pub piece_ends_mm: Vec<f64>,
+    /// Command of a control that filters every axis after interpolation, one sample for each of the desired path, which has the
+    /// same smoothing along the path; `None` where the control commands the desired path itself.
+    pub command: Option<Trajectory>,
 }
 
 /// Plans `path` on a machine with `kinematics` and `limits`, from standstill to standstill.
@@ -68,7 +71,10 @@ pub fn plan(
     check(settings, limits, kinematics.as_ref())?;
     let period = settings.period_s;
     let standstill = (settings.rest_s / period).round() as usize;
+    let filters = settings.filters_s.map(|filter_s| (filter_s / period).round().max(1.0) as usize);
+    let is_filtered = filters != [1, 1];
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
+    let mut commanded: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
     let mut samples: Vec<PathSample> = Vec::new();
     let mut piece_ends_mm = vec![0.0; path.pieces().len()];
     let mut offset_mm = 0.0;
@@ -78,15 +84,25 @@ pub fn plan(
         // Pieces without length have no motion. Only their dwell counts.
         let segment = Segment::new(&pieces.pieces, &pieces.piece_indices, &machine, &near);
         if let Some(segment) = segment.map_err(|error| error.further(offset_mm))? {
-            let (motion, followed) =
-                plan_segment(&segment, &machine, limits, settings, &near).map_err(|error| error.further(offset_mm))?;
+            let further = |error: MotionError| error.further(offset_mm);
+            let (mut motion, mut followed) = plan_segment(&segment, &machine, limits, settings, &near).map_err(further)?;
             // The path begins with a dwell. Consecutive segments share the sample at which the
             // first one stops.
             let (before, first) = if offset_mm > 0.0 { (0, 1) } else { (standstill, 0) };
-            for (column, positions) in columns.iter_mut().zip(&followed.columns) {
-                column.extend(std::iter::repeat_n(positions[0], before));
-                column.extend(&positions[first..]);
+            let append = |to: &mut [Vec<f64>], positions: &[Vec<f64>]| {
+                for (column, positions) in to.iter_mut().zip(positions) {
+                    column.extend(std::iter::repeat_n(positions[0], before));
+                    column.extend(&positions[first..]);
+                }
+            };
+            if is_filtered {
+                let filter =
+                    |column: &Vec<f64>| filters.iter().fold(column.clone(), |column, window| smooth::filtered(&column, *window));
+                append(&mut commanded, &followed.columns.iter().map(filter).collect::<Vec<_>>());
+                motion = smooth::averaged(motion, filters);
+                followed = segment.follow(&motion, &machine, &near).map_err(further)?;
             }
+            append(&mut columns, &followed.columns);
             let sample = |k: usize| PathSample { piece: followed.pieces[k], position_mm: offset_mm + motion[k] };
             samples.extend(std::iter::repeat_n(0, before).chain(first..motion.len()).map(sample));
             for (piece, end) in segment.piece_ends() {
@@ -100,15 +116,18 @@ pub fn plan(
             return Err(too_long(piece, offset_mm, period));
         }
         hold(&mut columns, &mut samples, dwell);
+        hold_columns(&mut commanded, dwell);
     }
     hold(&mut columns, &mut samples, standstill);
+    hold_columns(&mut commanded, standstill);
     let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
+    let command = is_filtered.then(|| trajectory.with_columns(commanded)).transpose()?;
     let desired = DesiredPath::new(trajectory, Arc::clone(kinematics))?;
     // Pieces without length end where the piece before them ends.
     for piece in 1..piece_ends_mm.len() {
         piece_ends_mm[piece] = piece_ends_mm[piece].max(piece_ends_mm[piece - 1]);
     }
-    Ok(Plan { desired, samples, piece_ends_mm })
+    Ok(Plan { desired, samples, piece_ends_mm, command })
 }
 
 /// Maximum samples of a plan: 28 h at 2 ms, some ten GB.
@@ -122,8 +141,14 @@ fn too_long(piece: usize, position_mm: f64, period_s: f64) -> MotionError {
 fn hold(columns: &mut [Vec<f64>], samples: &mut Vec<PathSample>, count: usize) {
     if let Some(last) = samples.last().copied() {
         samples.extend(std::iter::repeat_n(last, count));
-        for column in columns {
-            column.extend(std::iter::repeat_n(column[column.len() - 1], count));
+        hold_columns(columns, count);
+    }
+}
+
+fn hold_columns(columns: &mut [Vec<f64>], count: usize) {
+    for column in columns {
+        if let Some(last) = column.last().copied() {
+            column.extend(std::iter::repeat_n(last, count));
         }
     }
 }
@@ -159,6 +184,15 @@ pub fn plan_curve_on(
     Ok(plan(&path, kinematics, limits, settings)?.desired.with_curve(curve))
 }
 
+/// Whether one of the positions `corners` lies within the differences at a sample.
+fn passes(motion: &[f64], sample: usize, corners: &[f64]) -> bool {
+    let [from, to] = [sample.saturating_sub(EXCESS_SAMPLES), sample].map(|k| motion[k.min(motion.len() - 1)]);
+    corners.get(corners.partition_point(|at| *at < from)).is_some_and(|at| *at <= to)
+}
+
+/// Samples over which the third difference extends.
+const EXCESS_SAMPLES: usize = 3;
+
 /// Maximum replans of a segment. Each lowers the speed where a limit was exceeded.
 const ROUNDS: usize = 200;
 /// Factor on the squared speed that the limit allows, in the first replans and in the later ones
@@ -177,11 +211,12 @@ fn plan_segment(
 ) -> Result<(Vec<f64>, Followed), MotionError> {
     let period = settings.period_s;
     let axes = machine.kinematics.axes();
-    let mut speed = SpeedLimit::new(segment, axes, limits, period);
+    let mut speed = SpeedLimit::new(segment, axes, limits, settings.corners, period);
     let windows = [
         ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
     ];
+    let corners = segment.sharp_corners();
     let spread_s = windows.iter().sum::<usize>() as f64 * period;
     let mut worst = (0.0, String::new());
     for round in 0..ROUNDS {
@@ -191,7 +226,9 @@ fn plan_segment(
         }
         let motion = smooth::sample(&phases, period, windows);
         let followed = segment.follow(&motion, machine, near)?;
-        let excess = excess(&followed.columns, limits, period);
+        let mut excess = excess(&followed.columns, limits, period);
+        // At a corner without a blend the rule of the control holds instead.
+        excess.retain(|found| !passes(&motion, found.sample, &corners));
         let Some(top) = excess.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)) else {
             return Ok((motion, followed));
         };

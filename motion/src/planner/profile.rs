@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::corner::SMOOTH_RAD;
 use super::excess::Excess;
 use super::geometry::{Node, Segment, Shape};
+use super::settings::Corners;
 use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};
 
@@ -85,7 +87,7 @@ impl<'a> Parts<'a> {
 }
 
 impl<'a> SpeedLimit<'a> {
-    pub fn new(segment: &'a Segment<'a>, axes: &[Axis], limits: &Limits, period_s: f64) -> Self {
+    pub fn new(segment: &'a Segment<'a>, axes: &[Axis], limits: &Limits, corners: Corners, period_s: f64) -> Self {
         let nodes = &segment.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
@@ -105,6 +107,10 @@ impl<'a> SpeedLimit<'a> {
                     for (slot, limit) in &axes {
                         let jump = shape.axes[1][*slot] - beyond.axes[1][*slot];
                         most = most.min(limit.jerk * period_s / jump.abs());
+                    }
+                    let (turn_rad, jump) = shape.turn_to(beyond);
+                    if turn_rad > SMOOTH_RAD {
+                        most = most.min(corners.squared_speed(turn_rad, jump, limits.path_acceleration_mm_s2));
                     }
                 }
                 cap.push(most.max(MIN_SPEED_MM_S * MIN_SPEED_MM_S));
@@ -346,7 +352,7 @@ mod tests {
         let index: Vec<usize> = (0..pieces.len()).collect();
         let segment = Segment::new(&pieces, &index, &machine, &[0.0; 3]).unwrap().unwrap();
         let limits = Limits::uniform(3, 1000.0, 500.0, 0.02);
-        let speed = SpeedLimit::new(&segment, machine.kinematics.axes(), &limits, 0.002);
+        let speed = SpeedLimit::new(&segment, machine.kinematics.axes(), &limits, Corners::Blend, 0.002);
         let n = speed.cap.len();
         assert_eq!(n, nodes * pieces.len());
 

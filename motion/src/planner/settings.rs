@@ -2,6 +2,41 @@
 
 use crate::{Kinematics, Limits, MotionError};
 
+/// How a control passes a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Corners {
+    /// It rounds the corner within the tolerance.
+    Blend,
+    /// It passes the corner itself, at the speed at which no axis changes its speed by more, mm/s.
+    SpeedJump(f64),
+    /// It passes the corner itself, as fast as an arc could be run with the acceleration along the path that touches both
+    /// lines and lies this far from the corner, mm: `v² = a·δ·cos(φ/2) / (1 − cos(φ/2))` for a turn by `φ`.
+    JunctionDeviation(f64),
+}
+
+impl Corners {
+    /// Its number, mm/s or mm; 0 for a blend.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Blend => 0.0,
+            Self::SpeedJump(value) | Self::JunctionDeviation(value) => value,
+        }
+    }
+
+    /// Largest squared speed at a turn by `turn_rad` with the largest change `jump` of an axis's share of the speed, mm²/s².
+    pub(super) fn squared_speed(self, turn_rad: f64, jump: f64, acceleration_mm_s2: f64) -> f64 {
+        match self {
+            Self::Blend => f64::INFINITY,
+            Self::SpeedJump(most_mm_s) => (most_mm_s / jump).powi(2),
+            Self::JunctionDeviation(off_mm) => {
+                let cos = (0.5 * turn_rad).cos();
+                acceleration_mm_s2 * off_mm * cos / (1.0 - cos)
+            }
+        }
+    }
+}
+
 /// Settings of the feed planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanSettings {
@@ -9,8 +44,12 @@ pub struct PlanSettings {
     pub period_s: f64,
     /// Rounding tolerance of corners, mm. 0 stops at every corner.
     pub corner_tolerance_mm: f64,
+    /// How corners are passed where the program does not ask for an exact stop.
+    pub corners: Corners,
     /// Second smoothing window, s. It makes the jerk continuous.
     pub smoothing_s: f64,
+    /// Moving averages of every axis after interpolation, s. They leave the path: corners are rounded and arcs shrink. 0 for none.
+    pub filters_s: [f64; 2],
     /// Fraction of the acceleration along the path that is used on pieces too short for the
     /// rounding of their corners.
     pub short_line_acceleration: f64,
@@ -20,7 +59,15 @@ pub struct PlanSettings {
 
 impl Default for PlanSettings {
     fn default() -> Self {
-        Self { period_s: 0.002, corner_tolerance_mm: 0.01, smoothing_s: 0.02, short_line_acceleration: 1.0, rest_s: 0.2 }
+        Self {
+            period_s: 0.002,
+            corner_tolerance_mm: 0.01,
+            corners: Corners::Blend,
+            smoothing_s: 0.02,
+            filters_s: [0.0; 2],
+            short_line_acceleration: 1.0,
+            rest_s: 0.2,
+        }
     }
 }
 
@@ -40,6 +87,9 @@ pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn K
     let non_negative = [
         ("corner_tolerance_mm", settings.corner_tolerance_mm),
         ("smoothing_s", settings.smoothing_s),
+        ("filters_s", settings.filters_s[0]),
+        ("filters_s", settings.filters_s[1]),
+        ("corners", settings.corners.value()),
         ("rest_s", settings.rest_s),
     ];
     if !(settings.short_line_acceleration > 0.0 && settings.short_line_acceleration <= 1.0) {

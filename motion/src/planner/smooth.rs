@@ -10,7 +10,12 @@ use super::profile::Phase;
 /// every sample on the path.
 pub(super) fn sample(phases: &[Vec<Phase>], period_s: f64, windows: [usize; 2]) -> Vec<f64> {
     let raw = positions(phases, period_s);
-    windows.iter().fold(raw, |positions, window| average(&positions, (*window).max(1)))
+    averaged(raw, windows)
+}
+
+/// Arc length that never decreases, smoothed by two moving averages.
+pub(super) fn averaged(motion: Vec<f64>, windows: [usize; 2]) -> Vec<f64> {
+    windows.iter().fold(motion, |positions, window| average(&positions, (*window).max(1)))
 }
 
 /// Arc length after so many samples, before smoothing, mm. `None` if the end is reached before.
@@ -54,9 +59,18 @@ fn positions(phases: &[Vec<Phase>], period_s: f64) -> Vec<f64> {
 /// Causal average over `window` samples. Standstill at both ends, so the result is `window − 1`
 /// samples longer.
 fn average(positions: &[f64], window: usize) -> Vec<f64> {
-    let Some(&last) = positions.last() else { return Vec::new() };
+    let mut out = filtered(positions, window);
+    if let Some(&last) = positions.last() {
+        out.iter_mut().for_each(|position| *position = position.min(last));
+    }
+    out
+}
+
+/// The same for positions that may decrease.
+pub(super) fn filtered(positions: &[f64], window: usize) -> Vec<f64> {
+    let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else { return Vec::new() };
     let scale = 1.0 / window as f64;
-    let mut padded = vec![0.0; window - 1];
+    let mut padded = vec![first; window - 1];
     padded.extend_from_slice(positions);
     padded.extend(std::iter::repeat_n(last, window - 1));
     let mut out = vec![0.0; positions.len() + window - 1];
@@ -64,7 +78,7 @@ fn average(positions: &[f64], window: usize) -> Vec<f64> {
     for back in (0..window).rev() {
         out.iter_mut().zip(&padded[back..]).for_each(|(sum, position)| *sum += position);
     }
-    out.iter_mut().for_each(|sum| *sum = (*sum * scale).min(last));
+    out.iter_mut().for_each(|sum| *sum *= scale);
     if let Some(end) = out.last_mut() {
         *end = last;
     }

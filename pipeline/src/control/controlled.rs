@@ -73,7 +73,7 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
     /// of its lines.
     pub fn replans(&mut self, written: RefitSettings) -> bool {
         let timed = |part: &Part| written.encoding == TimeEncoding::Keep && part.states_times();
-        let replans = self.part.is_some_and(|part| part.command.is_none() && !timed(part));
+        let replans = self.part.is_some_and(|part| !part.is_recorded && !timed(part));
         if replans {
             self.replans = Some(written);
         }

@@ -27,8 +27,8 @@ impl<'a> Replanned<'a> {
     /// When the program cannot be written or planned, or leaves the path.
     pub fn new(part: &'a Part, reference: &Trajectory, written: &RefitSettings) -> Result<Self> {
         let planned = part.replanned(edit(&part.program, &refit(part, reference, written)?.edits)?)?;
-        let command = planned.plan.desired.trajectory().clone();
         let path_positions = follow(&planned.plan.desired.tips(), &part.plan.desired.tips())?;
+        let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
         Ok(Self { original: part, command, path_positions })
     }
 

@@ -35,7 +35,7 @@ pub use tool_path::{POINT_MM, coordinates, stated};
 
 /// Settings for reading and planning a program.
 ///
-/// Defaults: no work offset, `at_zero: false`, corner tolerance 0.002 mm, dialect of the setup or found from the program. Without a work offset
+/// Defaults: no work offset, `at_zero: false`, corner tolerance of the setup, dialect of the setup or found from the program. Without a work offset
 /// the forecast lacks the position-dependent terms; see [`PositionTerms::of`](crate::PositionTerms::of). On a simulated machine set `at_zero`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadSettings {
@@ -59,8 +59,8 @@ pub struct ReadSettings {
     pub tool_length_mm: f64,
     /// Whether coordinate systems without an offset lie at 0,0,0, as on a simulated machine.
     pub at_zero: bool,
-    /// Corner tolerance where the program states none, mm; 0 plans a stop at every corner.
-    pub corner_tolerance_mm: f64,
+    /// Corner tolerance where the program states none, mm; 0 plans a stop at every corner. `None` takes that of the setup.
+    pub corner_tolerance_mm: Option<f64>,
 }
 
 impl Default for ReadSettings {
@@ -75,7 +75,7 @@ impl Default for ReadSettings {
             work_offsets: Vec::new(),
             tool_length_mm: 0.0,
             at_zero: false,
-            corner_tolerance_mm: 0.002,
+            corner_tolerance_mm: None,
         }
     }
 }
@@ -110,8 +110,11 @@ pub struct Part {
     pub plan: Plan,
     /// Whether compensated segments state a path mode of their own, in which the control does not stop at added points.
     pub states_path: bool,
-    /// Recorded command, one sample for each sample of the plan; `None` without a recorded run.
+    /// Command of the control, one sample for each sample of the plan, where it is not the plan itself: that of a recorded run, or the
+    /// filtered plan.
     pub command: Option<Trajectory>,
+    /// Whether the command is that of a recorded run. The control then does not plan anew.
+    pub is_recorded: bool,
 }
 
 /// Length of the taper of a correction beside moves that are not compensated, s.
@@ -151,7 +154,7 @@ impl Part {
         }
         let given = WorkOffsets::new(&settings.work_offsets, &setup.work_offsets, settings.tool_length_mm);
         let offsets = if settings.at_zero { given.or_zero() } else { given };
-        let plan = PlanSettings { corner_tolerance_mm: settings.corner_tolerance_mm, ..setup.plan_settings() };
+        let plan = setup.program_plan(settings.corner_tolerance_mm);
         let files = |file: &str| settings.subprograms.read(file);
         // What is no program is named by what reads it.
         if !settings.expand || gcode::recognise(&program).is_some() {
@@ -209,7 +212,7 @@ impl Part {
             let axes = kinematics.axes().iter().map(|axis| axis.name.clone()).collect();
             return Err(Error::NoAxisMoved { name: name.to_owned(), axes });
         }
-        let plan = motion::plan(&path, kinematics, &setup.limits, settings)
+        let mut plan = motion::plan(&path, kinematics, &setup.limits, settings)
             .map_err(|error| on_line(error, &owners, &toolpath, &program, name))?;
         Ok(Self {
             name: name.to_owned(),
@@ -223,9 +226,10 @@ impl Part {
             feed_factors,
             settings: settings.clone(),
             limits: setup.limits.clone(),
+            command: plan.command.take(),
             plan,
             states_path: false,
-            command: None,
+            is_recorded: false,
         })
     }
 
@@ -243,6 +247,7 @@ impl Part {
             limits: self.limits.clone(),
             period_s: self.settings.period_s,
             plan: self.settings.clone(),
+            states_corners: true,
             controller: None,
             dialect: None,
             decimal_point: None,
@@ -271,12 +276,13 @@ impl Part {
     pub fn with_feeds(self, factors: Vec<f64>) -> Result<Self> {
         let kinematics = self.plan.desired.kinematics();
         let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words)?;
-        let plan = motion::plan(&path, kinematics, &self.limits, &self.settings)
+        let mut plan = motion::plan(&path, kinematics, &self.limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
-        Ok(Self { path, owners, plan, feed_factors: factors, command: None, ..self })
+        let command = plan.command.take();
+        Ok(Self { path, owners, plan, feed_factors: factors, command, is_recorded: false, ..self })
     }
 
-    /// Command of the control for `reference`. With a recorded run, its difference from the plan is added.
+    /// Command of the control for `reference`. Where the control commands something else than its plan, that difference is added.
     ///
     /// # Errors
     /// When the samples of `reference` are not those of the plan.

@@ -29,7 +29,7 @@ fn acceleration<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> f64
 ///
 /// # Errors
 /// When an axis never moved.
-pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec> {
+pub fn spec(logs: &[&Log], moving: &[usize], period_s: f64) -> Result<MachineSpec> {
     let mut path = (f64::INFINITY, f64::INFINITY);
     let axes = moving
         .iter()
@@ -73,6 +73,7 @@ pub fn spec(logs: &[Log], moving: &[usize], period_s: f64) -> Result<MachineSpec
             centripetal_mm_s2: path.1,
         },
         kinematics: KinematicsSpec::default(),
+        control: None,
         controller: None,
         work_offsets: BTreeMap::new(),
         axes,

@@ -90,7 +90,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
     let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
     let spec_of_model = match spec {
         Some(spec) => spec.clone(),
-        None => limits_from_log::spec(logs, &moving, period_s)?,
+        None => limits_from_log::spec(&logs.iter().collect::<Vec<_>>(), &moving, period_s)?,
     };
     let manifest = Manifest {
         format: FORMAT,
@@ -101,6 +101,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         common_delay_s: common_delay_s(logs, &moving),
         machine_toml: spec_of_model.to_toml()?,
         limits_from_log: spec.is_none(),
+        control: None,
         axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
     };
     let notes = fitted.iter().map(|fitted| fitted.note.clone()).collect();
@@ -111,6 +112,17 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
     })
+}
+
+/// A machine description with the limits that the moving axes reached in `logs`.
+///
+/// # Errors
+/// When there is no log, or no axis moved.
+pub(crate) fn limits_of_logs(logs: &[&Log]) -> Result<MachineSpec> {
+    let first = logs.first().ok_or(Error::NoLog)?;
+    let moving: Vec<usize> =
+        (0..first.axes().len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
+    limits_from_log::spec(logs, &moving, first.period_s())
 }
 
 fn runs(logs: &[Log], axis: usize) -> Vec<AxisRun> {

@@ -1,0 +1,246 @@
+//! Identification of a control: how it plans a program, from logs of programs that are known.
+//!
+//! [`identify`] plans every program with a candidate for the control and compares the result with the recorded command: the time in which
+//! every part of the path is passed, and the distance from the path. Structures (how acceleration is shaped, how corners are passed) are
+//! compared on programs that their parameters were not fitted to. What comes out is a machine description with the limits of axes and
+//! path, [`ControlSpec`](machine::ControlSpec), and its [`Fidelity`].
+
+mod fidelity;
+mod observed;
+mod parameters;
+mod search;
+mod structure;
+
+use datasets::Log;
+use machine::MachineSpec;
+use models::ControlFidelity;
+use motion::AxisKind;
+
+use crate::error::{Error, Result};
+use crate::part::ReadSettings;
+use crate::progress::{Job, Progress, Steps};
+use crate::setup::Setup;
+use crate::training::limits_of_logs;
+
+use observed::Observed;
+use parameters::{Parameter, parameters};
+use search::{Search, interval};
+use structure::{CORNERS, SHAPES, Structure};
+
+pub use fidelity::Fidelity;
+
+/// A program and the log of its run.
+#[derive(Debug)]
+pub struct KnownRun<'a> {
+    /// Name of the program, for messages.
+    pub name: String,
+    /// The program.
+    pub program: Vec<u8>,
+    /// The log of its run.
+    pub log: &'a Log,
+}
+
+/// An identified control.
+#[derive(Debug)]
+pub struct Identified {
+    /// The machine with the limits and the control that were found.
+    pub machine: MachineSpec,
+    /// What the control does, in words.
+    pub structure: String,
+    /// The numbers that were found.
+    pub values: Vec<Value>,
+    /// Agreement on programs that were held out; on those of the fit where there is but one.
+    pub fidelity: Fidelity,
+    /// Names of the held-out programs; none where there is but one program.
+    pub held_out: Vec<String>,
+    /// Agreement of every structure that was tried, best first.
+    pub tried: Vec<(String, Fidelity)>,
+}
+
+impl Identified {
+    /// What a model states of it.
+    #[must_use]
+    pub fn summary(&self) -> ControlFidelity {
+        let Fidelity { path_rms_mm, path_max_mm, cycle_share, .. } = self.fidelity;
+        ControlFidelity {
+            structure: self.structure.clone(),
+            held_out: self.held_out.len(),
+            path_rms_mm,
+            path_max_mm,
+            cycle_share,
+        }
+    }
+}
+
+/// A number of a control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Value {
+    /// Its key in a machine file; `path.rise_ms` is the time in which the acceleration reaches its limit, 2·acceleration/jerk.
+    pub key: String,
+    /// Its value.
+    pub value: f64,
+    /// Range within which the agreement stays as it is within a tenth; half a range where a bound is reached.
+    pub interval: [f64; 2],
+}
+
+/// Share of the runs that are held out.
+const HELD_OUT: f64 = 0.35;
+/// Largest number of rounds over corners and shapes.
+const ROUNDS: usize = 4;
+
+/// Identifies the control that ran `runs`. `machine` gives kinematics and first values; without it they come from the logs.
+///
+/// # Errors
+/// When a program cannot be read, when a log is not of its program, when there is no run, or when `progress` cancels.
+pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: Progress<'_>) -> Result<Identified> {
+    let logs: Vec<&Log> = runs.iter().map(|run| run.log).collect();
+    let first = match machine {
+        Some(machine) => machine.clone(),
+        None => limits_of_logs(&logs)?,
+    };
+    let observed = observe(runs, &first)?;
+    let (fitted, held_out) = split(&observed);
+    let shapes = SHAPES.iter().map(|shape| Structure { shape: *shape, corners: CORNERS[0] });
+    let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
+
+    let start = with_reached_limits(&first, &logs);
+    let mut tried: Vec<Candidate> = Vec::new();
+    for structure in shapes {
+        let candidate = Candidate::fitted(structure, &start, &fitted, &held_out, &tried);
+        tried.push(candidate);
+        steps.step(&structure.to_string())?;
+    }
+    // The best shape decides on the corners, and these once more on the shape, until neither changes.
+    let least = |tried: &[Candidate]| tried.iter().min_by(|a, b| a.score().total_cmp(&b.score())).map(Candidate::found);
+    for round in 0..ROUNDS {
+        let (structure, from) = least(&tried).ok_or(Error::NoLog)?;
+        let others: Vec<Structure> = match round % 2 {
+            0 => CORNERS.iter().map(|corners| Structure { corners: *corners, ..structure }).collect(),
+            _ => SHAPES.iter().map(|shape| Structure { shape: *shape, ..structure }).collect(),
+        };
+        for other in others {
+            if tried.iter().all(|known| known.structure != other) {
+                let candidate = Candidate::fitted(other, &from, &fitted, &held_out, &tried);
+                tried.push(candidate);
+                steps.step(&other.to_string())?;
+            }
+        }
+        if round > 0 && least(&tried).is_some_and(|(found, _)| found == structure) {
+            break;
+        }
+    }
+    tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    let best = simplest(&tried).ok_or(Error::NoLog)?;
+    let all: Vec<&Observed> = observed.iter().collect();
+    let parameters = parameters(best.structure, &best.machine);
+    let (_, machine) = Search::new(&all, &parameters).best(best.machine.clone(), search::LAST_ROUNDS, f64::INFINITY);
+    let values = parameters.iter().map(|parameter| Value {
+        key: parameter.key.clone(),
+        value: parameter.of(&machine),
+        interval: interval(&all, &machine, parameter),
+    });
+    Ok(Identified {
+        values: values.collect(),
+        structure: best.structure.to_string(),
+        fidelity: best.fidelity.clone(),
+        held_out: held_out.iter().filter(|_| fitted.len() < observed.len()).map(|run| run.name.clone()).collect(),
+        tried: tried.iter().map(|candidate| (candidate.structure.to_string(), candidate.fidelity.clone())).collect(),
+        machine: rounded(machine, &parameters),
+    })
+}
+
+/// Agreement of the plans of `machine` with `runs`, which need not be those that it was identified from.
+///
+/// # Errors
+/// When a program cannot be read, a log is not of its program, or there is no run.
+pub fn agreement(machine: &MachineSpec, runs: &[KnownRun<'_>]) -> Result<Fidelity> {
+    let observed = observe(runs, machine)?;
+    Ok(Fidelity::of(machine, &observed.iter().collect::<Vec<_>>()))
+}
+
+fn observe(runs: &[KnownRun<'_>], machine: &MachineSpec) -> Result<Vec<Observed>> {
+    let period_s = runs.first().ok_or(Error::NoLog)?.log.period_s();
+    let setup = Setup { period_s, ..Setup::new(machine, None)? };
+    let settings = ReadSettings { at_zero: true, ..ReadSettings::default() };
+    runs.iter().map(|run| Observed::new(run, &setup, &settings)).collect()
+}
+
+/// A structure with its parameters.
+struct Candidate {
+    structure: Structure,
+    machine: MachineSpec,
+    /// Score on the runs of the fit.
+    fit: f64,
+    /// On the runs that were held out.
+    fidelity: Fidelity,
+}
+
+impl Candidate {
+    /// Fits a structure, from the values of another machine. Ends early where the score stays far above those of `tried`.
+    fn fitted(structure: Structure, from: &MachineSpec, fitted: &[&Observed], held_out: &[&Observed], tried: &[Self]) -> Self {
+        let first = structure.applied(from);
+        let parameters = parameters(structure, &first);
+        let hopeless = HOPELESS * tried.iter().map(|other| other.fit).fold(f64::INFINITY, f64::min);
+        let (fit, machine) = Search::new(fitted, &parameters).best(first, search::ROUNDS, hopeless);
+        let fidelity = Fidelity::of(&machine, held_out);
+        Self { structure, machine, fit, fidelity }
+    }
+
+    fn found(&self) -> (Structure, MachineSpec) {
+        (self.structure, self.machine.clone())
+    }
+
+    fn score(&self) -> f64 {
+        self.fidelity.score()
+    }
+}
+
+/// A fit whose score after the first rounds is so many times the best one does not go on.
+const HOPELESS: f64 = 2.5;
+/// Structures whose agreement differs by less are equally good, and the one with fewer parameters is taken.
+const SAME: f64 = 1.05;
+
+fn simplest(tried: &[Candidate]) -> Option<&Candidate> {
+    let least = tried.first()?.score();
+    let near = tried.iter().filter(|candidate| candidate.score() <= SAME * least);
+    near.min_by_key(|candidate| parameters(candidate.structure, &candidate.machine).len())
+}
+
+/// Runs to fit, and runs to compare structures on: about a third of the motion, by whole runs, spread over all of them. Of a single run
+/// both are the same.
+fn split(observed: &[Observed]) -> (Vec<&Observed>, Vec<&Observed>) {
+    if observed.len() < 2 {
+        return (observed.iter().collect(), observed.iter().collect());
+    }
+    let apart = ((1.0 / HELD_OUT).round() as usize).min(observed.len());
+    let is_held_out = |k: usize| k % apart == apart - 1;
+    let of = |wanted: bool| observed.iter().enumerate().filter(|(k, _)| is_held_out(*k) == wanted).map(|(_, run)| run).collect();
+    (of(false), of(true))
+}
+
+/// The machine with limits that are not below what the logs reach.
+fn with_reached_limits(machine: &MachineSpec, logs: &[&Log]) -> MachineSpec {
+    let Ok(reached) = limits_of_logs(logs) else { return machine.clone() };
+    let mut machine = machine.clone();
+    for axis in &mut machine.axes {
+        let Some(of_logs) = reached.axes.iter().find(|other| other.name() == axis.name()) else { continue };
+        axis.set_limits(of_logs.limits());
+    }
+    let linear = || reached.axes.iter().filter(|axis| axis.axis().kind == AxisKind::Linear).map(|axis| axis.limits());
+    machine.path.velocity_mm_s = linear().map(|limits| limits.velocity).fold(0.0, f64::hypot);
+    machine.path.acceleration_mm_s2 = linear().map(|limits| limits.acceleration).fold(0.0, f64::max);
+    machine.path.centripetal_mm_s2 = machine.path.acceleration_mm_s2;
+    machine
+}
+
+/// The machine with four significant digits of its parameters.
+fn rounded(mut machine: MachineSpec, parameters: &[Parameter]) -> MachineSpec {
+    for parameter in parameters {
+        let value = parameter.of(&machine);
+        if value > 0.0 {
+            let unit = 10f64.powf(value.log10().floor() - 3.0);
+            parameter.set(&mut machine, (value / unit).round() * unit);
+        }
+    }
+    machine
+}

@@ -1,0 +1,188 @@
+//! A recorded run over the path of its program.
+
+use std::sync::Arc;
+
+use machine::MachineSpec;
+use motion::contour::{Exact, follow};
+use motion::{Kinematics, Plan, ToolPath, Trajectory, Vec3};
+
+use super::KnownRun;
+use crate::error::{Error, Result};
+use crate::input::Input;
+use crate::measure::{readback, without_approach};
+use crate::part::{Part, ReadSettings};
+use crate::setup::Setup;
+
+/// Speed along the path below which a command stands, mm/s. The time at rest does not count: dwells and acknowledgements are not planned.
+const STANDS_MM_S: f64 = 0.1;
+/// Time in motion from cell to cell, s.
+const CELL_S: f64 = 0.01;
+
+/// A recorded run.
+pub(super) struct Observed {
+    pub name: String,
+    path: ToolPath,
+    kinematics: Arc<dyn Kinematics>,
+    settings: ReadSettings,
+    period_s: f64,
+    /// The plan by which the log was read: the common measure of places on the path, of records and of plans.
+    reference: Plan,
+    tips: Vec<Vec3>,
+    /// Place, time in motion and command at the cells.
+    cells: Vec<Cell>,
+}
+
+/// The command at a place of the path.
+struct Cell {
+    place_mm: f64,
+    /// Time in motion up to here, s.
+    clock_s: f64,
+    /// Positions in the frame of the program, mm or rad.
+    position: Vec<f64>,
+}
+
+/// Differences between a plan and the recorded run.
+pub(super) struct Difference {
+    /// Sum of the differences of time from cell to cell, without sign, s.
+    pub late_s: f64,
+    /// Time in motion, s.
+    pub planned_s: f64,
+    /// The same of the record, s.
+    pub recorded_s: f64,
+    /// Distances at the cells, mm.
+    pub off_mm: Vec<f64>,
+}
+
+impl Observed {
+    /// Reads a run along its program.
+    ///
+    /// # Errors
+    /// When the program cannot be read, or the log is of another one.
+    pub fn new(run: &KnownRun<'_>, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
+        let part = Part::read(&run.name, run.program.clone(), setup, settings)?;
+        let input = Input::from(part);
+        let (log, _) = run.log.with_axes(input.trajectory().axes())?.resampled(input.trajectory().period_s())?;
+        let (log, _) = without_approach(&log, input.desired())?;
+        let (_, matched) = readback(&log, &input, &mut Exact::default()).map_err(|source| Error::OtherRun {
+            log: log.name.clone(),
+            program: run.name.clone(),
+            source: Box::new(source),
+        })?;
+        let Input::Program(part) = input else { return Err(Error::NoProgram) };
+        let offsets = matched.offsets(log.reference.axes());
+        let places: Vec<f64> = matched.path_positions.iter().map(|at| place(&part.plan, *at)).collect();
+        let at = |k: usize| log.reference.at(k).zip(&offsets).map(|(at, offset)| at - offset).collect();
+        Ok(Self {
+            name: run.name.clone(),
+            period_s: setup.period_s,
+            cells: cells(&places, setup.period_s, at),
+            tips: part.plan.desired.tips(),
+            reference: part.plan,
+            kinematics: Arc::clone(&setup.kinematics),
+            settings: settings.clone(),
+            path: part.path,
+        })
+    }
+
+    /// Differences of the plan of `machine` from the run; `None` where it cannot be planned.
+    pub fn difference(&self, machine: &MachineSpec) -> Option<Difference> {
+        let setup = Setup { period_s: self.period_s, ..Setup::new(machine, None).ok()? };
+        let settings = setup.program_plan(self.settings.corner_tolerance_mm);
+        let plan = motion::plan(&self.path, &self.kinematics, &setup.limits, &settings).ok()?;
+        let command = plan.command.as_ref().unwrap_or(plan.desired.trajectory());
+        let clock = Clock::of(self.places_mm(&plan.desired.tips_of(command).ok()?)?, self.period_s);
+        let mut found = Difference { late_s: 0.0, planned_s: 0.0, recorded_s: 0.0, off_mm: Vec::with_capacity(self.cells.len()) };
+        let mut last: Option<(f64, f64)> = None;
+        let mut after = 0;
+        for cell in &self.cells {
+            let (time_s, sample) = clock.at(cell.place_mm, &mut after);
+            found.off_mm.push(distance(command, sample, &cell.position));
+            if let Some((planned_s, recorded_s)) = last {
+                let (planned_s, recorded_s) = (time_s - planned_s, cell.clock_s - recorded_s);
+                found.late_s += (planned_s - recorded_s).abs();
+                found.planned_s += planned_s;
+                found.recorded_s += recorded_s;
+            }
+            last = Some((time_s, cell.clock_s));
+        }
+        Some(found)
+    }
+
+    /// Places on the path of the tips of a command, mm; `None` where it leaves the path.
+    fn places_mm(&self, command: &[Vec3]) -> Option<Vec<f64>> {
+        Some(follow(command, &self.tips).ok()?.into_iter().map(|at| place(&self.reference, at)).collect())
+    }
+}
+
+/// Arc length at a sample index with fraction, mm.
+fn place(plan: &Plan, at: f64) -> f64 {
+    let last = plan.samples.len().saturating_sub(1);
+    let before = (at as usize).min(last);
+    let (from, to) = (plan.samples[before].position_mm, plan.samples[(before + 1).min(last)].position_mm);
+    from + (to - from) * (at - before as f64)
+}
+
+/// The samples that move on, a cell apart.
+fn cells(places: &[f64], period_s: f64, at: impl Fn(usize) -> Vec<f64>) -> Vec<Cell> {
+    let least_mm = STANDS_MM_S * period_s;
+    let apart = (CELL_S / period_s).round().max(1.0) as usize;
+    let mut cells: Vec<Cell> = Vec::new();
+    let (mut moving, mut furthest) = (0_usize, f64::NEG_INFINITY);
+    for (k, place_mm) in places.iter().enumerate() {
+        if *place_mm < furthest + least_mm {
+            continue;
+        }
+        furthest = *place_mm;
+        if moving % apart == 0 {
+            cells.push(Cell { place_mm: *place_mm, clock_s: moving as f64 * period_s, position: at(k) });
+        }
+        moving += 1;
+    }
+    cells
+}
+
+/// The time in motion of a plan over the common measure of places.
+struct Clock {
+    places_mm: Vec<f64>,
+    /// Index of the sample at every place.
+    samples: Vec<usize>,
+    period_s: f64,
+}
+
+impl Clock {
+    fn of(of_samples: Vec<f64>, period_s: f64) -> Self {
+        let least_mm = STANDS_MM_S * period_s;
+        let (mut places_mm, mut samples): (Vec<f64>, Vec<usize>) = (Vec::new(), Vec::new());
+        for (k, place_mm) in of_samples.into_iter().enumerate() {
+            if places_mm.last().is_none_or(|last| place_mm >= last + least_mm) {
+                places_mm.push(place_mm);
+                samples.push(k);
+            }
+        }
+        Self { places_mm, samples, period_s }
+    }
+
+    /// Time in motion and sample index with fraction at a place; `after` is where the last search ended.
+    fn at(&self, place_mm: f64, after: &mut usize) -> (f64, f64) {
+        while *after + 1 < self.places_mm.len() && self.places_mm[*after] < place_mm {
+            *after += 1;
+        }
+        let Some(before) = after.checked_sub(1) else { return (0.0, self.samples.first().map_or(0.0, |k| *k as f64)) };
+        let [from, to] = [self.places_mm[before], self.places_mm[*after]];
+        let share = if to > from { ((place_mm - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+        let [first, second] = [self.samples[before] as f64, self.samples[*after] as f64];
+        // Over a rest the place belongs to its end.
+        let sample = if second - first > 1.5 { second } else { first + share * (second - first) };
+        ((before as f64 + share) * self.period_s, sample)
+    }
+}
+
+/// Distance of a command at a sample index with fraction from a position, mm.
+fn distance(command: &Trajectory, sample: f64, position: &[f64]) -> f64 {
+    let before = (sample as usize).min(command.len() - 1);
+    let after = (before + 1).min(command.len() - 1);
+    let share = sample - before as f64;
+    let off =
+        command.columns().iter().zip(position).map(|(column, at)| column[before] + (column[after] - column[before]) * share - at);
+    off.map(|off| off * off).sum::<f64>().sqrt()
+}

@@ -1,0 +1,303 @@
+//! Controls of several structures, identified from logs of known programs.
+
+use machine::{ControlSpec, CornerRule, MachineSpec};
+use motion::AxisLimits;
+use pipeline::identification::{Fidelity, Identified, KnownRun, agreement, identify};
+use pipeline::{Input, Log, Part, ReadSettings, SILENT, Setup};
+
+/// Lines of many lengths, corners of many angles at several feeds, arcs of many radii, short lines, rapids.
+fn control_test() -> String {
+    let mut text = String::from("G21 G90 G94 G17\nG0 X0 Y0 Z0\nG4 P0.1\n");
+    for axis in ["X", "Y", "Z"] {
+        for length in [0.5, 2.0, 8.0, 25.0] {
+            text += &format!("G1 {axis}{length} F4500\nG4 P0.05\nG1 {axis}0\nG4 P0.05\n");
+        }
+        text += &format!("G0 {axis}20\nG4 P0.05\nG0 {axis}0\nG4 P0.05\n");
+    }
+    for feed in [900, 2400, 4500] {
+        let (mut x, mut y, mut direction) = (0.0_f64, 0.0_f64, 0.0_f64);
+        text += &format!("G1 F{feed}\n");
+        for (k, degrees) in
+            [15.0, -30.0, 45.0, -60.0, 90.0, -120.0, 150.0, -75.0, 20.0, -100.0, 135.0, -10.0_f64].into_iter().enumerate()
+        {
+            let length = [6.0, 3.0, 9.0][k % 3];
+            x += length * direction.to_radians().cos();
+            y += length * direction.to_radians().sin();
+            direction += degrees;
+            text += &format!("X{x:.4} Y{y:.4}\n");
+        }
+        text += "G4 P0.05\nG1 X0 Y0\nG4 P0.05\n";
+        for radius in [0.5, 2.0, 6.0, 15.0] {
+            text += &format!("G2 X0 Y0 I{radius} J0\nG4 P0.05\n");
+        }
+        for k in 1..=60 {
+            let angle = f64::from(k) * 0.05;
+            text += &format!("G1 X{:.4} Y{:.4}\n", 6.0 * angle.sin(), 6.0 - 6.0 * angle.cos());
+        }
+        text += "G1 X0 Y0\nG4 P0.05\n";
+    }
+    text + "M30\n"
+}
+
+const POCKET: &str = "G21 G90 G94 G17\nG0 X0 Y0 Z2\nG4 P0.1\nG1 Z0 F600\nG1 X30 F3000\nG3 X34 Y4 J4\nG1 Y20\nG3 X30 Y24 I-4\nG1 X4\nG3 X0 Y20 J-4\nG1 Y4\n\
+G3 X4 Y0 I4\nG1 X5 Y5\nX29\nY19\nX5\nY5\nX10 Y10\nX24\nY14\nX10\nY10\nG0 Z2\nM30\n";
+
+/// Rows of short lines over a wave.
+fn finishing(step_mm: f64, feed: u32) -> String {
+    let mut text = format!("G21 G90 G94 G17\nG0 X0 Y0 Z0\nG4 P0.1\nG1 F{feed}\n");
+    let steps = (30.0 / step_mm) as u32;
+    for row in 0..6 {
+        for k in 0..=steps {
+            let x = step_mm * f64::from(if row % 2 == 0 { k } else { steps - k });
+            text += &format!("X{x:.4} Y{:.4} Z{:.4}\n", 0.4 * f64::from(row), 1.5 * (0.35 * x).sin());
+        }
+    }
+    text + "M30\n"
+}
+
+/// A contour of lines with corners of many angles.
+fn contour() -> String {
+    let mut text = String::from("G21 G90 G94 G17\nG0 X0 Y0 Z0\nG4 P0.1\nG1 F3600\n");
+    for (x, y) in [(12, 3), (25, 0), (22, 9), (30, 14), (20, 17), (24, 28), (13, 20), (11, 27), (5, 18), (-4, 22), (2, 9), (0, 0)]
+    {
+        text += &format!("X{x} Y{y}\n");
+    }
+    text + "M30\n"
+}
+
+/// Small letters of lines and arcs, with retracts.
+fn engraving() -> String {
+    let mut text = String::from("G21 G90 G94 G17\nG0 X0 Y0 Z1\nG4 P0.1\n");
+    for k in 0..8 {
+        let x = 4.0 * f64::from(k);
+        text += &format!(
+            "G0 X{x} Y0\nG1 Z0 F300\nG1 Y3 F900\nG2 X{:.1} Y4 I1 J0\nG1 X{:.1}\nY2\nX{x}\nY0.5\nX{:.1} Y0\nG0 Z1\n",
+            x + 1.0,
+            x + 2.4,
+            x + 2.0
+        );
+    }
+    text + "M30\n"
+}
+
+fn control(corners: CornerRule, filters_ms: [f64; 2], change: impl Fn(&mut MachineSpec)) -> MachineSpec {
+    let mut machine = MachineSpec::builtin("ballscrew").unwrap();
+    machine.control = Some(ControlSpec { corners, filters_ms });
+    change(&mut machine);
+    machine
+}
+
+fn log_of(name: &str, program: &str, machine: &MachineSpec) -> Log {
+    let setup = Setup::new(machine, None).unwrap();
+    let part =
+        Part::read(name, program.as_bytes().to_vec(), &setup, &ReadSettings { at_zero: true, ..Default::default() }).unwrap();
+    let command = Input::from(part).command().clone();
+    Log::new(name, command.clone(), command).unwrap()
+}
+
+/// Programs with the logs of their runs.
+struct Recorded(Vec<(&'static str, String, Log)>);
+
+impl Recorded {
+    fn of(machine: &MachineSpec, programs: Vec<(&'static str, String)>) -> Self {
+        Self(programs.into_iter().map(|(name, text)| (name, text.clone(), log_of(name, &text, machine))).collect())
+    }
+
+    fn runs(&self) -> Vec<KnownRun<'_>> {
+        self.0
+            .iter()
+            .map(|(name, text, log)| KnownRun { name: (*name).into(), program: text.clone().into_bytes(), log })
+            .collect()
+    }
+}
+
+fn training() -> Vec<(&'static str, String)> {
+    vec![("test.nc", control_test()), ("finishing.nc", finishing(0.3, 2400))]
+}
+
+/// Programs that no fit sees.
+fn unseen() -> Vec<(&'static str, String)> {
+    vec![
+        ("pocket.nc", POCKET.into()),
+        ("contour.nc", contour()),
+        ("surface.nc", finishing(0.17, 1800)),
+        ("engraving.nc", engraving()),
+    ]
+}
+
+fn without_jerk(machine: &mut MachineSpec) {
+    (machine.path.jerk_mm_s3, machine.path.smoothing_ms) = (1e10, 0.0);
+    set_axes(machine, |limits| limits.jerk = 1e10);
+}
+
+fn set_axes(machine: &mut MachineSpec, change: impl Fn(&mut AxisLimits)) {
+    for axis in &mut machine.axes {
+        let mut limits = axis.limits();
+        change(&mut limits);
+        axis.set_limits(limits);
+    }
+}
+
+/// Splitmix64: the same numbers everywhere.
+struct Draw(u64);
+
+impl Draw {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Evenly in the logarithm.
+    fn between(&mut self, from: f64, to: f64) -> f64 {
+        from * (to / from).powf(self.unit())
+    }
+}
+
+/// A control of random structure: six shapes of acceleration, three rules of corners, limits of its own for every axis.
+fn random_control(seed: u64) -> MachineSpec {
+    let mut draw = Draw(seed);
+    let corners = match (3.0 * draw.unit()) as usize {
+        0 => CornerRule::BlendMm(draw.between(0.002, 0.05)),
+        1 => CornerRule::SpeedJumpMmS(draw.between(2.0, 20.0)),
+        _ => CornerRule::JunctionDeviationMm(draw.between(0.003, 0.05)),
+    };
+    let shape = (6.0 * draw.unit()) as usize;
+    let average = |draw: &mut Draw, used: bool| if used { 2.0 * (draw.between(3.0, 20.0)).round() } else { 0.0 };
+    let filters_ms = [average(&mut draw, shape >= 3), average(&mut draw, shape == 4)];
+    let mut machine = control(corners, filters_ms, without_jerk);
+    let acceleration = draw.between(300.0, 3000.0);
+    machine.path.acceleration_mm_s2 = acceleration;
+    machine.path.centripetal_mm_s2 = acceleration * draw.between(0.4, 1.2);
+    machine.path.velocity_mm_s = 150.0;
+    let shares: Vec<f64> = machine.axes.iter().map(|_| draw.between(0.5, 1.5)).collect();
+    for (axis, share) in machine.axes.iter_mut().zip(shares) {
+        let limits = axis.limits();
+        axis.set_limits(AxisLimits { acceleration: share * acceleration, velocity: 150.0, ..limits });
+    }
+    if matches!(shape, 1 | 2 | 5) {
+        let rise_s = 1e-3 * average(&mut draw, true);
+        machine.path.jerk_mm_s3 = 2.0 * acceleration / rise_s;
+        let jerk = machine.path.jerk_mm_s3 * draw.between(0.7, 3.0);
+        set_axes(&mut machine, |limits| limits.jerk = jerk);
+    }
+    if shape == 2 {
+        machine.path.smoothing_ms = average(&mut draw, true);
+    }
+    machine
+}
+
+fn um(mm: f64) -> f64 {
+    1e3 * mm
+}
+
+/// Identifies a control and judges it on programs that it was not fitted to.
+fn judged(machine: &MachineSpec) -> (Identified, Fidelity) {
+    let (seen, unseen) = (Recorded::of(machine, training()), Recorded::of(machine, unseen()));
+    let found = identify(&seen.runs(), None, SILENT).unwrap();
+    let fidelity = agreement(&found.machine, &unseen.runs()).unwrap();
+    (found, fidelity)
+}
+
+#[test]
+fn a_control_with_limited_jerk_and_blends_is_found_with_its_numbers() {
+    let (found, fidelity) = judged(&control(CornerRule::BlendMm(0.01), [0.0; 2], |_| {}));
+    assert_eq!(found.structure, "jerk without jumps along the path; corners rounded within a tolerance");
+    let value = |key: &str| found.values.iter().find(|value| value.key == key).unwrap().value;
+    let expected = [
+        ("path.acceleration_mm_s2", 800.0),
+        ("path.rise_ms", 20.0),
+        ("path.smoothing_ms", 20.0),
+        ("control.corners.blend_mm", 0.01),
+    ];
+    for (key, expected) in expected {
+        assert!((value(key) / expected - 1.0).abs() < 0.1, "{key}: {} for {expected}", value(key));
+    }
+    assert!(fidelity.path_rms_mm < 1e-3 && fidelity.cycle_share < 0.01, "{fidelity:?}");
+}
+
+#[test]
+fn a_control_that_filters_its_axes_is_found_with_its_numbers() {
+    let slow = |machine: &mut MachineSpec| (machine.path.acceleration_mm_s2, machine.path.centripetal_mm_s2) = (300.0, 200.0);
+    let machine = control(CornerRule::BlendMm(0.01), [30.0, 0.0], slow);
+    let (found, fidelity) = judged(&machine);
+    let filters_ms = found.machine.control.unwrap().filters_ms;
+    assert!((filters_ms[0] - 30.0).abs() <= 4.0, "{filters_ms:?}");
+    assert!(fidelity.path_rms_mm < 2e-3 && fidelity.cycle_share < 0.02, "{fidelity:?}");
+    // A machine description without the filter would have been told.
+    let without = agreement(&MachineSpec { control: None, ..machine.clone() }, &Recorded::of(&machine, unseen()).runs()).unwrap();
+    assert!(without.path_rms_mm > 3.0 * fidelity.path_rms_mm, "{without:?}");
+}
+
+#[test]
+fn a_control_beyond_every_structure_is_told_by_its_fidelity() {
+    // An average over a tenth of a second that also lets the axes swing: none of the structures does that.
+    let machine = control(CornerRule::BlendMm(0.01), [0.0; 2], |_| {});
+    let swinging = |mut recorded: Recorded| {
+        for (_, _, log) in &mut recorded.0 {
+            let columns = log.reference.columns().iter().map(|column| swung(column)).collect();
+            let command = log.reference.with_columns(columns).unwrap();
+            *log = Log::new(&log.name, command.clone(), command).unwrap();
+        }
+        recorded
+    };
+    let (seen, unseen) = (swinging(Recorded::of(&machine, training())), swinging(Recorded::of(&machine, unseen())));
+    let found = identify(&seen.runs(), None, SILENT).unwrap();
+    let real = agreement(&found.machine, &unseen.runs()).unwrap();
+    println!("held out {:?}, unseen {real:?}", found.fidelity);
+    assert!(real.path_rms_mm > 2e-3, "{real:?}");
+    let ratio = found.fidelity.path_rms_mm / real.path_rms_mm;
+    assert!((0.3..3.0).contains(&ratio), "{:?} {real:?}", found.fidelity);
+}
+
+/// A command behind a second-order filter of 8 Hz and a damping of 0.4.
+fn swung(column: &[f64]) -> Vec<f64> {
+    let (omega, damping, period_s) = (8.0 * std::f64::consts::TAU, 0.4, 0.002);
+    let (mut position, mut speed) = (column[0], 0.0);
+    let step = |target: &f64| {
+        for _ in 0..20 {
+            let acceleration = omega * omega * (target - position) - 2.0 * damping * omega * speed;
+            speed += acceleration * period_s / 20.0;
+            position += speed * period_s / 20.0;
+        }
+        position
+    };
+    column.iter().map(step).collect()
+}
+
+/// The blind table: `cargo test --release -p precomp-pipeline --test identification -- --ignored --nocapture`, with CONTROLS=FROM..TO for
+/// other seeds.
+#[test]
+#[ignore = "half a minute a control"]
+fn random_controls() {
+    let range = std::env::var("CONTROLS").unwrap_or_else(|_| "1..21".into());
+    let (from, to) = range.split_once("..").unwrap();
+    let mut rows = Vec::new();
+    for seed in from.parse().unwrap()..to.parse().unwrap() {
+        let machine = random_control(seed);
+        let started = std::time::Instant::now();
+        let (found, fidelity) = judged(&machine);
+        let seconds = started.elapsed().as_secs_f64();
+        println!("{seed}: {:?} {:?}", machine.control.unwrap(), machine.path);
+        println!(
+            "   {}; unseen {:.2} µm RMS {:.1} MAX, time {:.2} %, cycle {:.2} %; it says {:.2} µm RMS {:.1} MAX, cycle {:.2} %; {seconds:.0} s",
+            found.structure,
+            um(fidelity.path_rms_mm),
+            um(fidelity.path_max_mm),
+            100.0 * fidelity.time_share,
+            100.0 * fidelity.cycle_share,
+            um(found.fidelity.path_rms_mm),
+            um(found.fidelity.path_max_mm),
+            100.0 * found.fidelity.cycle_share,
+        );
+        rows.push((um(fidelity.path_rms_mm), 100.0 * fidelity.cycle_share));
+    }
+    let column = |of: fn(&(f64, f64)) -> f64| {
+        let mut values: Vec<f64> = rows.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        (values[values.len() / 2], values[values.len() - 1])
+    };
+    println!("path RMS µm median, worst {:?}; cycle % median, worst {:?}", column(|row| row.0), column(|row| row.1));
+}
