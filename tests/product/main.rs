@@ -4,6 +4,7 @@ mod adaptation;
 mod cli;
 mod common;
 mod comparison;
+mod control;
 mod dialogue;
 mod dwells;
 mod expand;
