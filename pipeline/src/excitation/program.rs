@@ -11,7 +11,7 @@ use crate::units::in_programs;
 /// Feed of the descent to the first point, mm/min: slow enough to be stopped by hand.
 const PLUNGE_MM_MIN: f64 = 600.0;
 /// Dwell before and after the motion, s, so that every axis is at standstill when the run begins.
-const WAIT_S: f64 = 0.5;
+pub(super) const WAIT_S: f64 = 0.5;
 /// Path tolerance on LinuxCNC where the machine file states none, mm: that of the built-in profile.
 const PATH_TOLERANCE_MM: f64 = 0.001;
 /// Default longest time between points on LinuxCNC, s. Under its path tolerance, points every 8 ms, the spacing of
@@ -19,7 +19,7 @@ const PATH_TOLERANCE_MM: f64 = 0.001;
 /// linuxcnc`, `simulate 01-full.nc`).
 const LINUXCNC_SPACING_S: f64 = 0.004;
 /// Decimals of feeds and of inverse times.
-const FEED_DECIMALS: usize = 4;
+pub(super) const FEED_DECIMALS: usize = 4;
 /// Relative difference between program time and run time that rounding may cause.
 const TIME_SHARE: f64 = 0.01;
 /// Number of the first program on controls with program numbers: below the range that machine builders protect.
@@ -41,7 +41,7 @@ pub struct Style {
     /// Name of the machine.
     pub machine: String,
     /// Feed of the descent to the first point, mm/min.
-    plunge_mm_min: f64,
+    pub(super) plunge_mm_min: f64,
 }
 
 impl Style {
@@ -70,7 +70,7 @@ impl Style {
 
     /// Dwell block. Without a dialect the unit is seconds: a control that counts milliseconds then dwells too briefly
     /// rather than for minutes.
-    fn dwell(&self, seconds: f64) -> Result<String, ProgramFault> {
+    pub(super) fn dwell(&self, seconds: f64) -> Result<String, ProgramFault> {
         Ok(match self.dialect {
             Some(Dialect::Fanuc) => format!("G4 P{:.0}", seconds * 1e3),
             Some(Dialect::Sinumerik) => format!("G4 F{}", format_number(seconds, 4)?),
@@ -78,7 +78,38 @@ impl Style {
         })
     }
 
-    fn options(&self, program: &gcode::Program) -> Options {
+    /// Codes that the program begins with.
+    pub(super) fn first_block(&self) -> Result<String, ProgramFault> {
+        let mut block = match self.dialect {
+            Some(Dialect::Sinumerik) => "G710 G90 G17 G40 G94".to_owned(),
+            _ => "G21 G90 G17 G40 G49 G80 G94".to_owned(),
+        };
+        if let Some(tolerance_mm) = self.path_tolerance_mm {
+            block += &format!(" G64 P{} Q0", format_number(tolerance_mm, 6)?);
+        }
+        Ok(block + "\n")
+    }
+
+    /// A comment block.
+    pub(super) fn comment(&self, line: &str) -> String {
+        let plain: String = line.chars().map(|c| if c.is_ascii() && !"()%;".contains(c) { c } else { ' ' }).collect();
+        let plain = plain.to_ascii_uppercase();
+        // The comments of a SINUMERIK program follow a semicolon.
+        if self.dialect == Some(Dialect::Sinumerik) { format!("; {plain}\n") } else { format!("({plain})\n") }
+    }
+
+    /// The program with the index `number`: `header` as comments, `motion`, and the end.
+    pub(super) fn framed(&self, number: usize, header: &[String], motion: &str) -> String {
+        let header: String = header.iter().map(|line| self.comment(line)).collect();
+        match self.dialect {
+            Some(Dialect::Fanuc) => format!("%\nO{}\n{header}{motion}M30\n%\n", FIRST_NUMBER + number),
+            // A SINUMERIK program has a name outside of its text.
+            Some(Dialect::Sinumerik) => format!("{header}{motion}M30\n"),
+            _ => format!("%\n{header}{motion}M2\n%\n"),
+        }
+    }
+
+    pub(super) fn options(&self, program: &gcode::Program) -> Options {
         self.dialect.unwrap_or_else(|| Dialect::detect(program)).into()
     }
 }
@@ -98,29 +129,13 @@ pub fn program(name: &str, number: usize, reference: &Trajectory, style: &Style)
 fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, ProgramFault> {
     let mut lines = Lines { reference, style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
     lines.motion()?;
-    // A SINUMERIK program has a name outside of its text, and its comments follow a semicolon.
-    let is_sinumerik = style.dialect == Some(Dialect::Sinumerik);
-    let mut text = String::from(if is_sinumerik { "" } else { "%\n" });
-    if style.dialect == Some(Dialect::Fanuc) {
-        text += &format!("O{}\n", FIRST_NUMBER + number);
-    }
-    for line in header(name, reference, style, lines.feeds()) {
-        let plain: String = line.chars().map(|c| if c.is_ascii() && !"()%;".contains(c) { c } else { ' ' }).collect();
-        let plain = plain.to_ascii_uppercase();
-        text += &if is_sinumerik { format!("; {plain}\n") } else { format!("({plain})\n") };
-    }
-    text += &lines.text;
-    text += match style.dialect {
-        Some(Dialect::Fanuc) => "M30\n%\n",
-        Some(Dialect::Sinumerik) => "M30\n",
-        _ => "M2\n%\n",
-    };
+    let text = style.framed(number, &header(name, reference, style, lines.feeds()), &lines.text);
     check(&text, reference, &lines.ends, style)?;
     Ok(text)
 }
 
 /// Header for the operator, one line each.
-fn header(name: &str, reference: &Trajectory, style: &Style, feeds: Option<(f64, f64)>) -> Vec<String> {
+pub(super) fn header(name: &str, reference: &Trajectory, style: &Style, feeds: Option<(f64, f64)>) -> Vec<String> {
     let mut lines = vec![
         format!("precomp excitation {name} for machine {}", style.machine),
         "Run from a clear start: no tool, no part".to_owned(),
@@ -165,16 +180,9 @@ struct Lines<'a> {
 
 impl Lines<'_> {
     fn motion(&mut self) -> Result<(), ProgramFault> {
-        let Style { encoding, spacing_s, path_tolerance_mm, .. } = *self.style;
+        let Style { encoding, spacing_s, .. } = *self.style;
         let period_s = self.reference.period_s();
-        self.text += match self.style.dialect {
-            Some(Dialect::Sinumerik) => "G710 G90 G17 G40 G94",
-            _ => "G21 G90 G17 G40 G49 G80 G94",
-        };
-        if let Some(tolerance_mm) = path_tolerance_mm {
-            self.text += &format!(" G64 P{} Q0", format_number(tolerance_mm, 6)?);
-        }
-        self.text.push('\n');
+        self.text += &self.style.first_block()?;
         self.approach()?;
         self.text += &format!("{}\n", self.style.dwell(WAIT_S)?);
         if encoding == TimeEncoding::G93 {
