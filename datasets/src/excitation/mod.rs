@@ -5,7 +5,10 @@
 //! single long path, each run is a few seconds long with its own starts and stops, and runs differ
 //! in speed, sharpness and position (`c`; zero in the paper): variety improves a model more than
 //! length. Some runs are straight lines with corners and stops, as in part programs.
+//!
+//! The control test ([`ControlTest`]) has no times of its own: it shows how a control plans.
 
+mod control_test;
 mod lines;
 mod plan;
 mod scale;
@@ -17,6 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::DatasetError;
+pub use control_test::{Block, ControlTest, Coordinates, Group};
 use lines::Lines;
 pub use plan::{ExcitationPlan, RunPlan, Shape};
 use scale::Sampled;
