@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use datasets::{ExcitationPlan, excite, reference_content};
-use machine::ProgramWords;
 use models::OperatingRange;
-use motion::{Trajectory, poses_of};
+use motion::Trajectory;
 use pipeline::Setup;
-use pipeline::excitation::{Style, program, travel};
+use pipeline::excitation::{ControlProgram, Style, control_test, in_program_words, program, travel};
 use pipeline::units::in_programs;
 use serde_json::{Map, Value, json};
 
@@ -21,12 +20,15 @@ use crate::read;
 /// Share of an axis's travel that is enough to be silent about.
 const COVERED: f64 = 0.9;
 
-/// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run
+/// Write random-NURBS excitation to run on a machine: a reference CSV and a part program for each run, and a control test
 ///
 /// The programs are in the words of the machine's control: its dialect, decimals, point spacing and output format (`keep` puts a feed on every line).
 /// Each lifts Z to the highest point of its run, goes over its first point, and lowers Z at a feed.
 ///
-/// Record commanded and actual positions of every run, one log a run, and hand the logs to `precomp train`.
+/// `control-test.nc` shows how the control plans: single moves, corners, arcs, short lines and rapids at its own acceleration, in under two minutes.
+/// It has no reference, since its times are those of the control.
+///
+/// Record commanded and actual positions of every run and of the control test, one log each, and hand the logs to `precomp train`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  precomp excite --machine mill.toml -o excitation")]
 pub struct Excite {
@@ -57,10 +59,15 @@ impl Excite {
             .reads_controller(self.output.controller.as_deref())
             .writes_in("-o", &*self.out);
         let names = ExcitationPlan::of_seconds(self.seconds).names();
+        let files = files.writes("-o", &*self.control_test());
         names
             .iter()
             .flat_map(|name| ["csv", "nc"].map(|ending| self.out.join(format!("{name}.{ending}"))))
             .fold(files, |files, path| files.writes("-o", &*path))
+    }
+
+    fn control_test(&self) -> PathBuf {
+        self.out.join(format!("{}.nc", ControlProgram::NAME))
     }
 
     pub fn run(&self) -> Result<()> {
@@ -76,8 +83,12 @@ impl Excite {
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));
             outputs.add(&table, reference_content(&table, reference)?);
-            let program = program(name, number, &text(reference, &setup)?, &style)?;
+            let program = program(name, number, &in_program_words(reference, &setup)?, &style)?;
             outputs.add(&self.out.join(format!("{name}.nc")), program);
+        }
+        let test = control_test(runs.len(), &setup, &travel, &style, self.common.seed)?;
+        if let Some(test) = &test {
+            outputs.add(&self.control_test(), test.text.as_bytes().to_vec());
         }
         if setup.dialect.is_none() {
             printer.line("note: no dialect is stated; programs use words that most controls share (--controller, or dialect in [controller])");
@@ -85,9 +96,14 @@ impl Excite {
         let seconds: f64 = runs.iter().map(|(_, reference)| reference.duration_s()).sum();
         let (name, folder) = (&machine.name, self.out.display());
         printer.line(format!("for the machine `{name}`: {} runs, {seconds:.1} s, in {folder}", runs.len()));
+        if let Some(test) = &test {
+            printer.line(format!("{}: {:.1} s, to learn how the control plans", self.control_test().display(), test.seconds));
+        }
         let covered = show_covered(&printer, &setup, &travel, &runs);
         let names: Vec<&str> = runs.iter().map(|(name, _)| name.as_str()).collect();
-        outputs.write(self.common.json.as_deref(), &json!({ "runs": names, "seconds": seconds, "covered": covered }))
+        let control_test = test.map(|test| json!({ "seconds": test.seconds }));
+        let figures = json!({ "runs": names, "seconds": seconds, "covered": covered, "control_test": control_test });
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 }
 
@@ -107,20 +123,4 @@ fn show_covered(printer: &Printer, setup: &Setup, travel: &[(f64, f64)], runs: &
         printer.line("for parts that go further: a larger --travel, more --seconds, or a second excitation of another --seed");
     }
     covered
-}
-
-/// The positions that the words of a program have to state: on a control whose words are the tool tip's, those of the tip.
-fn text(reference: &Trajectory, setup: &Setup) -> Result<Trajectory> {
-    if setup.words == ProgramWords::Axes {
-        return Ok(reference.clone());
-    }
-    let mut columns = reference.columns().to_vec();
-    for (k, pose) in poses_of(reference, setup.kinematics.as_ref())?.iter().enumerate() {
-        for (slot, name) in ["x", "y", "z"].iter().enumerate() {
-            if let Some(axis) = reference.axes().iter().position(|axis| axis.name == *name) {
-                columns[axis][k] = pose.tip[slot];
-            }
-        }
-    }
-    Ok(reference.with_columns(columns)?)
 }

@@ -40,6 +40,24 @@ fn is_skipped() -> bool {
 }
 
 #[test]
+fn control_tests_are_accepted() {
+    if is_skipped() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for machine in ["ballscrew", "bc", "xyzac"] {
+        let words = ["excite", "--seconds", "10", "--controller", "linuxcnc", "--machine", machine, "-o", machine];
+        let made = std::process::Command::new(env!("CARGO_BIN_EXE_precomp")).args(words).current_dir(&folder).output().unwrap();
+        assert!(made.status.success(), "{machine}");
+        let program = std::fs::read(folder.path().join(machine).join("control-test.nc")).unwrap();
+        let calls = rs274::run(&program, false).unwrap();
+        let count = |name: &str| calls.iter().filter(|call| call.name == name).count();
+        assert_eq!(count("ARC_FEED"), 20, "{machine}");
+        assert!(count("STRAIGHT_FEED") > 300 && count("STRAIGHT_TRAVERSE") > 30 && count("DWELL") > 80, "{machine}");
+    }
+}
+
+#[test]
 fn generated_programs_keep_their_calls() {
     if is_skipped() {
         return;

@@ -5,6 +5,7 @@ mod cli;
 mod common;
 mod comparison;
 mod control;
+mod control_test;
 mod dialogue;
 mod dwells;
 mod expand;

@@ -68,7 +68,7 @@ pub enum ProgramFault {
         /// Number of lines written.
         wanted: usize,
     },
-    /// A line has another end.
+    /// A line has another end or another path to it.
     #[error("line {line} leads to {read} instead of {wanted}")]
     Elsewhere {
         /// Line.
@@ -78,8 +78,8 @@ pub enum ProgramFault {
         /// Intended position, mm or rad.
         wanted: f64,
     },
-    /// A line has no feed.
-    #[error("line {line} has no feed")]
+    /// A line has no feed, or another one.
+    #[error("line {line} has no feed, or another one than intended")]
     NoFeed {
         /// Line.
         line: usize,

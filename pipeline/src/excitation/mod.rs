@@ -1,10 +1,12 @@
-//! Excitation: motions for the identification of the axes.
+//! Excitation: motions for the identification of the axes and of the control.
 //!
-//! [`program`] writes an excitation run as a part program for a real control. [`record`] runs excitation on a simulated
-//! machine.
+//! [`program`] writes an excitation run as a part program for a real control, [`control_test`] the moves that show how the
+//! control plans. [`record`] runs excitation on a simulated machine.
 
+mod control_test;
 mod program;
 mod recording;
 
+pub use control_test::{ControlProgram, control_test};
 pub use program::{Style, program};
-pub use recording::{TRAVEL_MM, TURN_RAD, record, travel};
+pub use recording::{TRAVEL_MM, TURN_RAD, in_program_words, record, travel};

@@ -1,8 +1,8 @@
 //! Excitation runs recorded on a simulated machine.
 
 use datasets::{ExcitationPlan, Log, excite};
-use machine::{AxisSpec, Machine, MachineSpec, SimulatedMachine};
-use motion::AxisKind;
+use machine::{AxisSpec, Machine, MachineSpec, ProgramWords, SimulatedMachine};
+use motion::{AxisKind, Trajectory, poses_of};
 
 use crate::error::Result;
 use crate::setup::Setup;
@@ -32,6 +32,25 @@ pub fn travel(spec: &MachineSpec, travel_mm: f64, turn_rad: f64) -> Vec<(f64, f6
         .zip(&spec.axes)
         .map(|(range, axis)| if range.0 < range.1 { range } else { axis.travel().map_or(range, |[low, high]| (low, high)) })
         .collect()
+}
+
+/// The positions that the words of a program have to state: on a control whose words are the tool tip's, those of the tip.
+///
+/// # Errors
+/// When the axes of `reference` are not those of the setup.
+pub fn in_program_words(reference: &Trajectory, setup: &Setup) -> Result<Trajectory> {
+    if setup.words == ProgramWords::Axes {
+        return Ok(reference.clone());
+    }
+    let mut columns = reference.columns().to_vec();
+    for (k, pose) in poses_of(reference, setup.kinematics.as_ref())?.iter().enumerate() {
+        for (slot, name) in ["x", "y", "z"].iter().enumerate() {
+            if let Some(axis) = reference.axes().iter().position(|axis| axis.name == *name) {
+                columns[axis][k] = pose.tip[slot];
+            }
+        }
+    }
+    Ok(reference.with_columns(columns)?)
 }
 
 /// Records about `seconds` of excitation within [`travel`] on the simulated machine of `spec`; one log for each run. The demo
