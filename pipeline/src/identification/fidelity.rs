@@ -18,8 +18,8 @@ pub struct Fidelity {
 }
 
 /// The differences that count as much as one another: those that a forecast stands without harm.
-const TIME_SHARE: f64 = 0.01;
-const PATH_MM: f64 = 2e-3;
+pub(super) const TIME_SHARE: f64 = 0.01;
+pub(super) const PATH_MM: f64 = 2e-3;
 /// Distance beyond which a sample counts no more, mm: one misread corner must not decide.
 const FAR_MM: f64 = 0.2;
 /// Score of a plan that cannot be made.
@@ -38,12 +38,12 @@ impl Fidelity {
             };
         };
         let sum = |of: &dyn Fn(&Difference) -> f64| found.iter().map(of).sum::<f64>();
-        let count = sum(&|run| run.off_mm.len() as f64).max(1.0);
-        let squares = sum(&|run| run.off_mm.iter().map(|off| off.min(FAR_MM).powi(2)).sum());
+        let count = sum(&|run| run.distances_mm().count() as f64).max(1.0);
+        let squares = sum(&|run| run.distances_mm().map(|off| off.min(FAR_MM).powi(2)).sum());
         Self {
             path_rms_mm: (squares / count).sqrt(),
-            path_max_mm: found.iter().flat_map(|run| &run.off_mm).copied().fold(0.0, f64::max),
-            time_share: sum(&|run| run.late_s) / sum(&|run| run.recorded_s).max(1e-9),
+            path_max_mm: found.iter().flat_map(Difference::distances_mm).fold(0.0, f64::max),
+            time_share: sum(&|run| run.late_s.iter().map(|late| late.abs()).sum()) / sum(&|run| run.recorded_s).max(1e-9),
             cycle_share: sum(&|run| (run.planned_s / run.recorded_s.max(1e-9) - 1.0).abs()) / found.len() as f64,
         }
     }

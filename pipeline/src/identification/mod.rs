@@ -83,8 +83,10 @@ pub struct Value {
     pub interval: [f64; 2],
 }
 
-/// Share of the runs that are held out.
-const HELD_OUT: f64 = 0.35;
+/// Every so many runs one is held out.
+const HELD_OUT: usize = 3;
+/// Time in motion of the runs to which parameters are fitted, s. It bounds the computing time.
+const FIT_S: f64 = 60.0;
 /// Largest number of rounds over corners and shapes.
 const ROUNDS: usize = 4;
 
@@ -98,12 +100,12 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
         Some(machine) => machine.clone(),
         None => limits_of_logs(&logs)?,
     };
-    let observed = observe(runs, &first)?;
+    let start = with_reached_limits(&first, &logs);
+    let observed = by_corners(observe(runs, &first)?);
     let (fitted, held_out) = split(&observed);
     let shapes = SHAPES.iter().map(|shape| Structure { shape: *shape, corners: CORNERS[0] });
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
 
-    let start = with_reached_limits(&first, &logs);
     let mut tried: Vec<Candidate> = Vec::new();
     for structure in shapes {
         let candidate = Candidate::fitted(structure, &start, &fitted, &held_out, &tried);
@@ -118,11 +120,13 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
             0 => CORNERS.iter().map(|corners| Structure { corners: *corners, ..structure }).collect(),
             _ => SHAPES.iter().map(|shape| Structure { shape: *shape, ..structure }).collect(),
         };
-        for other in others {
-            if tried.iter().all(|known| known.structure != other) {
-                let candidate = Candidate::fitted(other, &from, &fitted, &held_out, &tried);
-                tried.push(candidate);
-                steps.step(&other.to_string())?;
+        for other in others.into_iter().filter(|other| *other != structure) {
+            let candidate = Candidate::fitted(other, &from, &fitted, &held_out, &tried);
+            steps.step(&other.to_string())?;
+            match tried.iter_mut().find(|known| known.structure == other) {
+                Some(known) if known.fit <= candidate.fit => {}
+                Some(known) => *known = candidate,
+                None => tried.push(candidate),
             }
         }
         if round > 0 && least(&tried).is_some_and(|(found, _)| found == structure) {
@@ -131,7 +135,7 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     }
     tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
     let best = simplest(&tried).ok_or(Error::NoLog)?;
-    let all: Vec<&Observed> = observed.iter().collect();
+    let all = up_to(FIT_S, observed.iter());
     let parameters = parameters(best.structure, &best.machine);
     let (_, machine) = Search::new(&all, &parameters).best(best.machine.clone(), search::LAST_ROUNDS, f64::INFINITY);
     let values = parameters.iter().map(|parameter| Value {
@@ -195,7 +199,7 @@ impl Candidate {
     }
 }
 
-/// A fit whose score after the first rounds is so many times the best one does not go on.
+/// A fit whose score after the Gauss–Newton steps is so many times the best one does not go on.
 const HOPELESS: f64 = 2.5;
 /// Structures whose agreement differs by less are equally good, and the one with fewer parameters is taken.
 const SAME: f64 = 1.05;
@@ -206,16 +210,32 @@ fn simplest(tried: &[Candidate]) -> Option<&Candidate> {
     near.min_by_key(|candidate| parameters(candidate.structure, &candidate.machine).len())
 }
 
-/// Runs to fit, and runs to compare structures on: about a third of the motion, by whole runs, spread over all of them. Of a single run
-/// both are the same.
+/// The runs, those with most corners first: they say most about the control. A program of one smooth curve says little.
+fn by_corners(mut observed: Vec<Observed>) -> Vec<Observed> {
+    observed.sort_by_key(|run| std::cmp::Reverse(run.corners()));
+    observed
+}
+
+/// Runs to fit, and runs to compare structures on: every third run. Of a single run both are the same.
 fn split(observed: &[Observed]) -> (Vec<&Observed>, Vec<&Observed>) {
     if observed.len() < 2 {
         return (observed.iter().collect(), observed.iter().collect());
     }
-    let apart = ((1.0 / HELD_OUT).round() as usize).min(observed.len());
-    let is_held_out = |k: usize| k % apart == apart - 1;
-    let of = |wanted: bool| observed.iter().enumerate().filter(|(k, _)| is_held_out(*k) == wanted).map(|(_, run)| run).collect();
-    (of(false), of(true))
+    let apart = HELD_OUT.min(observed.len());
+    let of =
+        |wanted: bool| observed.iter().enumerate().filter(move |(k, _)| (k % apart == apart - 1) == wanted).map(|(_, run)| run);
+    (up_to(FIT_S, of(false)), of(true).collect())
+}
+
+/// The first runs, up to so much time in motion; at least one.
+fn up_to<'a>(most_s: f64, runs: impl Iterator<Item = &'a Observed>) -> Vec<&'a Observed> {
+    let mut taken_s = 0.0;
+    let within = |run: &&Observed| {
+        let goes_on = taken_s < most_s;
+        taken_s += run.seconds();
+        goes_on
+    };
+    runs.take_while(within).collect()
 }
 
 /// The machine with limits that are not below what the logs reach.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use machine::MachineSpec;
 use motion::contour::{Exact, follow};
-use motion::{Kinematics, Plan, ToolPath, Trajectory, Vec3};
+use motion::{Kinematics, Piece, Plan, ToolPath, Trajectory, Vec3};
 
 use super::KnownRun;
 use crate::error::{Error, Result};
@@ -16,7 +16,10 @@ use crate::setup::Setup;
 /// Speed along the path below which a command stands, mm/s. The time at rest does not count: dwells and acknowledgements are not planned.
 const STANDS_MM_S: f64 = 0.1;
 /// Time in motion from cell to cell, s.
-const CELL_S: f64 = 0.01;
+pub(super) const CELL_S: f64 = 0.01;
+
+/// Smallest angle between pieces that counts as a corner, rad.
+const CORNER_RAD: f64 = 0.17;
 
 /// A recorded run.
 pub(super) struct Observed {
@@ -43,14 +46,23 @@ struct Cell {
 
 /// Differences between a plan and the recorded run.
 pub(super) struct Difference {
-    /// Sum of the differences of time from cell to cell, without sign, s.
-    pub late_s: f64,
+    /// Planned minus recorded time from cell to cell, s.
+    pub late_s: Vec<f64>,
     /// Time in motion, s.
     pub planned_s: f64,
     /// The same of the record, s.
     pub recorded_s: f64,
-    /// Distances at the cells, mm.
+    /// Planned minus recorded positions at the cells, one after another, mm.
     pub off_mm: Vec<f64>,
+    /// Number of axes.
+    pub axes: usize,
+}
+
+impl Difference {
+    /// Distances at the cells, mm.
+    pub fn distances_mm(&self) -> impl Iterator<Item = f64> + '_ {
+        self.off_mm.chunks(self.axes.max(1)).map(|off| off.iter().map(|off| off * off).sum::<f64>().sqrt())
+    }
 }
 
 impl Observed {
@@ -84,6 +96,18 @@ impl Observed {
         })
     }
 
+    /// Number of corners of the program.
+    pub fn corners(&self) -> usize {
+        let direction = |piece: &Piece, at: f64| piece.curve.derivatives(at)[1];
+        let turn = |pair: &[Piece]| direction(&pair[0], pair[0].range.1).angle(&direction(&pair[1], pair[1].range.0));
+        self.path.pieces().windows(2).filter(|pair| turn(pair) > CORNER_RAD).count()
+    }
+
+    /// Time in motion, s.
+    pub fn seconds(&self) -> f64 {
+        self.cells.last().map_or(0.0, |cell| cell.clock_s)
+    }
+
     /// Differences of the plan of `machine` from the run; `None` where it cannot be planned.
     pub fn difference(&self, machine: &MachineSpec) -> Option<Difference> {
         let setup = Setup { period_s: self.period_s, ..Setup::new(machine, None).ok()? };
@@ -91,15 +115,17 @@ impl Observed {
         let plan = motion::plan(&self.path, &self.kinematics, &setup.limits, &settings).ok()?;
         let command = plan.command.as_ref().unwrap_or(plan.desired.trajectory());
         let clock = Clock::of(self.places_mm(&plan.desired.tips_of(command).ok()?)?, self.period_s);
-        let mut found = Difference { late_s: 0.0, planned_s: 0.0, recorded_s: 0.0, off_mm: Vec::with_capacity(self.cells.len()) };
+        let axes = command.columns().len();
+        let [late_s, off_mm] = [1, axes].map(|of_cell| Vec::with_capacity(of_cell * self.cells.len()));
+        let mut found = Difference { late_s, planned_s: 0.0, recorded_s: 0.0, off_mm, axes };
         let mut last: Option<(f64, f64)> = None;
         let mut after = 0;
         for cell in &self.cells {
             let (time_s, sample) = clock.at(cell.place_mm, &mut after);
-            found.off_mm.push(distance(command, sample, &cell.position));
+            found.off_mm.extend(differences(command, sample, &cell.position));
             if let Some((planned_s, recorded_s)) = last {
                 let (planned_s, recorded_s) = (time_s - planned_s, cell.clock_s - recorded_s);
-                found.late_s += (planned_s - recorded_s).abs();
+                found.late_s.push(planned_s - recorded_s);
                 found.planned_s += planned_s;
                 found.recorded_s += recorded_s;
             }
@@ -177,12 +203,10 @@ impl Clock {
     }
 }
 
-/// Distance of a command at a sample index with fraction from a position, mm.
-fn distance(command: &Trajectory, sample: f64, position: &[f64]) -> f64 {
+/// Positions of a command at a sample index with fraction, minus others, mm.
+fn differences<'a>(command: &'a Trajectory, sample: f64, position: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     let before = (sample as usize).min(command.len() - 1);
     let after = (before + 1).min(command.len() - 1);
     let share = sample - before as f64;
-    let off =
-        command.columns().iter().zip(position).map(|(column, at)| column[before] + (column[after] - column[before]) * share - at);
-    off.map(|off| off * off).sum::<f64>().sqrt()
+    command.columns().iter().zip(position).map(move |(column, at)| column[before] + (column[after] - column[before]) * share - at)
 }

@@ -66,17 +66,29 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
 }
 
 impl Parameter {
+    /// Whether it is the time of an average.
+    pub fn is_average(&self) -> bool {
+        matches!(self.entry, Entry::Rise | Entry::Smoothing | Entry::Filter(_))
+    }
+
+    /// The value after a Gauss–Newton step: in periods for an average, else in the logarithm. Limited, for slopes hold nearby.
+    pub fn moved(&self, value: f64, step: f64) -> f64 {
+        if self.is_average() {
+            value + self.range[0] * step.clamp(-6.0, 6.0).round()
+        } else {
+            value * step.clamp(-0.7, 0.7).exp()
+        }
+    }
+
     /// The value after a step by `factor`, up (`direction` 1) or down (−1). Averages are made of whole periods.
     pub fn step(&self, value: f64, factor: f64, direction: f64) -> f64 {
         let next = value * factor.powf(direction);
-        match self.entry {
-            Entry::Rise | Entry::Smoothing | Entry::Filter(_) => {
-                let periods = |value: f64| (value / self.range[0]).round();
-                let (from, to) = (periods(value), periods(next));
-                self.range[0] * if to == from { from + direction } else { to }
-            }
-            _ => next,
+        if !self.is_average() {
+            return next;
         }
+        let periods = |value: f64| (value / self.range[0]).round();
+        let (from, to) = (periods(value), periods(next));
+        self.range[0] * if to == from { from + direction } else { to }
     }
 
     /// Its value in a machine description.

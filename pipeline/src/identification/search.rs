@@ -1,20 +1,28 @@
-//! Search of parameters: one at a time, by factors, until none gains.
+//! Search of parameters: all at once by Gauss–Newton steps, then one at a time, until none gains.
 
 use machine::MachineSpec;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
-use super::fidelity::Fidelity;
-use super::observed::Observed;
+use super::fidelity::{Fidelity, PATH_MM, TIME_SHARE};
+use super::observed::{CELL_S, Observed};
 use super::parameters::Parameter;
 
 /// First factor of a step, the least one, and the one below which a round without gain is the last.
-const FIRST_FACTOR: f64 = 1.5;
+const FIRST_FACTOR: f64 = 1.2;
 const LAST_FACTOR: f64 = 1.01;
 const SMALL_FACTOR: f64 = 1.05;
 /// Rounds over all parameters while structures are compared, and of the last fit.
-pub(super) const ROUNDS: usize = 6;
-pub(super) const LAST_ROUNDS: usize = 8;
-/// Rounds after which a fit may be hopeless.
-const TRIAL_ROUNDS: usize = 2;
+pub(super) const ROUNDS: usize = 2;
+pub(super) const LAST_ROUNDS: usize = 4;
+/// Gauss–Newton steps, their first damping as a share of the diagonal, dampings that are tried for a step, and the relative change by which
+/// slopes are found.
+const STEPS: usize = 8;
+const FIRST_DAMPING: f64 = 0.02;
+const DAMPINGS: usize = 4;
+const SLOPE: f64 = 0.02;
+/// Periods that go from one average to another at first.
+const FIRST_EXCHANGE: f64 = 4.0;
 /// A gain below this share of the score ends the rounds.
 const LEAST_GAIN: f64 = 0.01;
 
@@ -29,24 +37,108 @@ impl<'a> Search<'a> {
         Self { runs, parameters }
     }
 
-    /// The best score and machine near `first` after at most so many rounds; fewer where the score stays above `hopeless`.
+    /// The best score and machine near `first` after Gauss–Newton steps and at most so many rounds over the parameters one by one; none where
+    /// the score stays above `hopeless`.
     pub fn best(&self, first: MachineSpec, rounds: usize, hopeless: f64) -> (f64, MachineSpec) {
         let mut best = (Fidelity::of(&first, self.runs).score(), first);
+        self.descend(&mut best);
         let mut factors = vec![FIRST_FACTOR; self.parameters.len()];
-        for round in 0..rounds {
-            if round >= TRIAL_ROUNDS && best.0 > hopeless {
+        for _ in 0..rounds {
+            if best.0 > hopeless {
                 break;
             }
             let before = best.0;
             for (parameter, factor) in self.parameters.iter().zip(&mut factors) {
                 self.along(parameter, factor, &mut best);
             }
+            self.exchange(&mut best);
             let small = factors.iter().all(|factor| *factor < SMALL_FACTOR);
             if small && best.0 > (1.0 - LEAST_GAIN) * before {
                 break;
             }
         }
         best
+    }
+
+    /// Gauss–Newton steps on all parameters at once, for they are related: acceleration and averages make the same time, for instance.
+    fn descend(&self, best: &mut (f64, MachineSpec)) {
+        let mut damping = FIRST_DAMPING;
+        for _ in 0..STEPS {
+            let Some(residuals) = self.residuals(&best.1) else { return };
+            let weights: Vec<f64> = residuals.iter().map(|residual| 1.0 / residual.abs().max(1.0)).collect();
+            let columns: Vec<Option<Vec<f64>>> =
+                self.parameters.par_iter().map(|parameter| self.slope(parameter, &best.1, &residuals)).collect();
+            let n = columns.len();
+            let product =
+                |a: &[f64], b: &[f64]| a.iter().zip(b).zip(&weights).map(|((a, b), weight)| a * b * weight).sum::<f64>();
+            let normal =
+                DMatrix::from_fn(n, n, |i, j| columns[i].as_ref().zip(columns[j].as_ref()).map_or(0.0, |(a, b)| product(a, b)));
+            let right = DVector::from_fn(n, |i, _| columns[i].as_ref().map_or(0.0, |column| -product(column, &residuals)));
+            let before = best.0;
+            for _ in 0..DAMPINGS {
+                let damped =
+                    DMatrix::from_fn(n, n, |i, j| normal[(i, j)] + if i == j { damping * normal[(i, i)] + 1e-9 } else { 0.0 });
+                let Some(step) = damped.lu().solve(&right) else { break };
+                let mut next = best.1.clone();
+                for (parameter, step) in self.parameters.iter().zip(step.iter()) {
+                    parameter.set(&mut next, parameter.moved(parameter.of(&best.1), *step));
+                }
+                let score = Fidelity::of(&next, self.runs).score();
+                if score < best.0 {
+                    *best = (score, next);
+                    damping = (damping / 5.0).max(1e-4);
+                    break;
+                }
+                damping *= 5.0;
+            }
+            if best.0 > (1.0 - LEAST_GAIN) * before {
+                return;
+            }
+        }
+    }
+
+    /// Differences of all runs in units of what a forecast stands; `None` where a plan is impossible.
+    fn residuals(&self, machine: &MachineSpec) -> Option<Vec<f64>> {
+        let mut residuals = Vec::new();
+        for run in self.runs {
+            let found = run.difference(machine)?;
+            residuals.extend(found.late_s.iter().map(|late_s| late_s / (TIME_SHARE * CELL_S)));
+            residuals.extend(found.off_mm.iter().map(|off_mm| off_mm / PATH_MM));
+        }
+        Some(residuals)
+    }
+
+    /// Change of the residuals with a parameter, by a difference: per period of an average, else per relative change.
+    fn slope(&self, parameter: &Parameter, machine: &MachineSpec, residuals: &[f64]) -> Option<Vec<f64>> {
+        [1.0, -1.0].into_iter().find_map(|direction: f64| {
+            let step = direction * if parameter.is_average() { 1.0 } else { SLOPE };
+            let mut next = machine.clone();
+            parameter.set(&mut next, parameter.moved(parameter.of(machine), step));
+            let changed = parameter.of(&next) != parameter.of(machine);
+            let moved = self.residuals(&next).filter(|_| changed)?;
+            Some(moved.iter().zip(residuals).map(|(moved, residual)| (moved - residual) / step).collect())
+        })
+    }
+
+    /// Moves time from one average to another while that gains: their sum is known long before their shares.
+    fn exchange(&self, best: &mut (f64, MachineSpec)) {
+        let averages = || self.parameters.iter().filter(|parameter| parameter.is_average());
+        for (from, to) in averages().flat_map(|from| averages().map(move |to| (from, to))).filter(|(from, to)| from.key != to.key)
+        {
+            let mut periods = FIRST_EXCHANGE;
+            while periods >= 1.0 {
+                let step_ms = periods * from.range[0];
+                let mut next = best.1.clone();
+                from.set(&mut next, from.of(&best.1) - step_ms);
+                to.set(&mut next, to.of(&best.1) + step_ms);
+                let score = Fidelity::of(&next, self.runs).score();
+                if score < best.0 {
+                    *best = (score, next);
+                } else {
+                    periods /= 2.0;
+                }
+            }
+        }
     }
 
     /// Moves one parameter while that gains, then halves the step.
