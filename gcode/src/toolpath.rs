@@ -114,6 +114,8 @@ pub struct Move {
     pub feed: Option<Feed>,
     /// The modal F as written, in the program's units.
     pub feed_word: Option<f64>,
+    /// The motion code in force in the block, 0 for G0 to 3 for G3; `None` for others and in dialogue.
+    pub motion_code: Option<u8>,
     /// Whether the block itself states the motion code.
     pub explicit_motion: bool,
     /// Whether the move may be compensated.

@@ -167,3 +167,17 @@ fn moves_behind_a_code_given_as_passive_are_compensated() {
 fn only_m_codes_can_be_given_as_passive() {
     folder_with(UNKNOWN_CODE).fails(2, &[&UNKNOWN_CODE_WORDS[..], &["--passive", "G428"]].concat());
 }
+
+#[test]
+fn a_move_that_is_left_alone_gets_back_the_motion_code_on_which_it_relies() {
+    // The arcs become lines, the next one is known only when the program runs.
+    let folder = folder_with(
+        "%\nO1\nG21 G90 G17 G54\nG0 X0. Y0. Z5.\nG1 Z-1. F300.\nG2 X40. Y40. I20. J20. F1500.\nG4 P100\nX[#500+10.] Y10. R90.\nG1 X0. Y0.\nG0 Z5.\nM30\n%\n",
+    );
+    let (out, figures) = compensate(&folder, &["--dialect", "fanuc", "--format", "keep"]);
+    assert_eq!(figures["changed"], true);
+    assert!(out.contains("X[#500+10.] Y10. R90."), "{out}");
+    let code = |line: &str| ["G1", "G2"].into_iter().rfind(|code| line.starts_with(code));
+    let last = out.lines().take_while(|line| !line.starts_with("X[")).filter_map(code).last();
+    assert!(out.contains("\nG2X[#500") || last == Some("G2"), "{out}");
+}

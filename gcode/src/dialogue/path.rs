@@ -208,7 +208,19 @@ impl Interpreter<'_> {
         };
         let block = self.block as u32;
         self.push(
-            Move { block, modal, kind, start, end, feed, feed_word, explicit_motion: true, shiftable, after_shared: false },
+            Move {
+                block,
+                modal,
+                kind,
+                start,
+                end,
+                feed,
+                feed_word,
+                motion_code: None,
+                explicit_motion: true,
+                shiftable,
+                after_shared: false,
+            },
             needs,
         );
     }

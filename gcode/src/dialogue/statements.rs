@@ -134,6 +134,7 @@ impl Interpreter<'_> {
             end,
             feed: None,
             feed_word: None,
+            motion_code: None,
             explicit_motion: true,
             shiftable,
             after_shared: false,

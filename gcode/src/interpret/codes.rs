@@ -18,6 +18,19 @@ pub(super) enum Motion {
     Curve,
 }
 
+impl Motion {
+    /// The number of the code, for G0 to G3.
+    pub(super) fn number(self) -> Option<u8> {
+        match self {
+            Self::Rapid => Some(0),
+            Self::Line => Some(1),
+            Self::ArcClockwise => Some(2),
+            Self::ArcCounterClockwise => Some(3),
+            Self::Thread | Self::RigidTap | Self::Probe | Self::Curve => None,
+        }
+    }
+}
+
 /// Path mode of the control, before its words are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PathCode {

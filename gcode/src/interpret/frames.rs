@@ -3,6 +3,7 @@
 //! Positions are in the work frame *before* G52 and G92, so these leave no jump in the path. If G92
 //! is given at an unknown position, that position redefines the frame.
 
+use super::codes::Motion;
 use super::gather::Gathered;
 use super::state::Interpreter;
 use crate::decimal_point::{ANGLE_INCREMENT, has_point, length_increment};
@@ -172,6 +173,7 @@ impl Interpreter<'_> {
             end: self.position,
             feed: None,
             feed_word: None,
+            motion_code: self.motion.and_then(Motion::number),
             explicit_motion: false,
             shiftable,
             after_shared: self.take_shared(),

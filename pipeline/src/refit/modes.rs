@@ -1,6 +1,6 @@
 //! Modes of a compensated segment: one feed mode and one path tolerance within it, the program's own after it.
 
-use gcode::{Edits, Move, MoveKind, PathMode, Span, Word, format_number};
+use gcode::{Edits, Move, PathMode, Span, Word, format_number};
 
 use super::settings::{RefitSettings, TimeEncoding};
 use crate::error::Result;
@@ -150,20 +150,19 @@ fn stated(path: PathMode, unit_mm: f64) -> Result<String> {
     })
 }
 
-/// States the motion code of the move after the segment, which is not rewritten, where that move relied on a code other than
+/// States the motion code of `next`, the move after the segment, which is not rewritten, where that move relied on a code other than
 /// `active`, which the segment leaves active.
-pub(super) fn restore_motion_code(part: &Part, last: usize, active: Option<&str>, edits: &mut Edits) {
-    let moves = &part.toolpath.moves;
-    let Some(next) = moves.get(last + 1) else { return };
-    if next.explicit_motion {
-        return;
-    }
-    let code = match next.kind {
-        MoveKind::Line => "G1",
-        MoveKind::Arc(arc) if arc.sweep > 0.0 => "G3",
-        MoveKind::Arc(_) => "G2",
+pub(super) fn restore_motion_code(part: &Part, next: &Move, active: Option<&str>, edits: &mut Edits) {
+    // An arc whose coordinates are not known is a line in the list of moves.
+    let code = match next.motion_code {
+        Some(1) => "G1",
+        Some(2) => "G2",
+        Some(3) => "G3",
         _ => return,
     };
+    if next.explicit_motion || !next.is_feed() {
+        return;
+    }
     if active == Some(code) {
         return;
     }

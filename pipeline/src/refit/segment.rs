@@ -74,8 +74,10 @@ impl Segment<'_> {
         }
         let after: Vec<String> = writer.restore(&moves[last])?.into_iter().chain(modes.restore(&moves[last])?).collect();
         out.edits.insert_after(&part.program, moves[last].block as usize, &after)?;
-        if !self.rewritten.contains(&(last + 1)) {
-            restore_motion_code(part, last, writer.code(), &mut out.edits);
+        // A dwell needs no motion code.
+        let next = (last + 1..moves.len()).find(|next| !matches!(moves[*next].kind, MoveKind::Dwell { .. }));
+        if let Some(next) = next.filter(|next| !self.rewritten.contains(next)) {
+            restore_motion_code(part, &moves[next], writer.code(), &mut out.edits);
         }
         Ok(())
     }
