@@ -50,3 +50,18 @@ fn compensation_halves_the_error_of_a_reference_with_dwells() {
     let rms = |figures: &Value| figures["contour_um"]["rms"].as_f64().unwrap();
     assert!(rms(&cut) < 0.5 * rms(&raw), "{cut} against {raw}");
 }
+
+#[test]
+fn a_dwell_on_a_straight_line_is_where_the_program_states_it() {
+    let folder = Folder::with_model();
+    for seconds in ["0.7", "0.9"] {
+        folder.write(
+            "line.ngc",
+            format!("G21 G90 G17 G64 P0.01\nG0 X0 Y0 Z10\nG1 Z-1 F300\nG1 X30 Y0 F1500\nG4 P{seconds}\nX60\nX10\nG0 Z10\nM2\n"),
+        );
+        folder.figures(&["compensate", "line.ngc", "-m", "machine.model", "-o", "out.ngc", "--dialect", "linuxcnc"]);
+        let out = folder.read("out.ngc");
+        let before = out.lines().take_while(|line| !line.starts_with("G4")).last().unwrap();
+        assert!(before.contains("X30.Z-1.") || before.ends_with("X30 Y0 F1500"), "{out}");
+    }
+}
