@@ -8,7 +8,12 @@ use crate::program::{Language, Program};
 use crate::word::Word;
 
 /// Letters of coordinates, which have a least input increment.
-const COORDINATES: &[u8] = b"XYZABCIJKRUVWQ";
+const COORDINATES: &[u8] = b"XYZABCIJKRUVW";
+/// The same in canned cycles, where K is a number of repetitions and Q the depth of a peck or a shift.
+const CYCLE_COORDINATES: &[u8] = b"XYZABCIJRUVWQ";
+/// The same beside codes that have switches and levels in Q and R: contour control, look-ahead (Fanuc 0i-F, "AI contour control").
+const AXES: &[u8] = b"XYZABCUVW";
+const SWITCHING_G: [f64; 4] = [5.0, 5.1, 8.0, 187.0];
 
 /// Least input increment of a length, program units (IS-B).
 pub fn length_increment(units: Units) -> f64 {
@@ -28,7 +33,24 @@ pub(crate) fn has_point(program: &Program, word: &Word) -> bool {
 
 /// The coordinates of a program that are numbers other than 0.
 fn coordinates(program: &Program) -> impl Iterator<Item = &Word> {
-    program.words().iter().filter(|word| COORDINATES.contains(&word.letter) && word.number().is_some_and(|value| value != 0.0))
+    let mut in_cycle = false;
+    (0..program.blocks().len()).flat_map(move |block| {
+        let words = program.block_words(block);
+        let codes = || words.iter().filter(|word| word.is(b'G')).map(|word| word.value);
+        for code in codes() {
+            match code {
+                73.0..=89.0 => in_cycle = code != 80.0,
+                0.0..=3.0 => in_cycle = false,
+                _ => {}
+            }
+        }
+        let letters = match in_cycle {
+            _ if codes().any(|code| SWITCHING_G.contains(&code)) => AXES,
+            true => CYCLE_COORDINATES,
+            false => COORDINATES,
+        };
+        words.iter().filter(|word| letters.contains(&word.letter) && word.number().is_some_and(|value| value != 0.0))
+    })
 }
 
 /// Whether the program writes coordinates, and none of them with a decimal point.
@@ -74,6 +96,19 @@ mod tests {
         let arc = "G21 G90\nG0 X0. Y0. Z0.\nG1 X10 F600\nG2 X10. Y10.5 I0 J5.25\nM30\n";
         assert!(!is_open(arc, Dialect::Fanuc));
         assert!(is_open(&arc.replace("X10. Y10.5", "X10 Y10").replace("5.25", "5"), Dialect::Fanuc));
+    }
+
+    #[test]
+    fn switches_and_repetitions_are_no_coordinates() {
+        let head = "G21 G90\nG0 X0. Y0. Z5.\n";
+        for text in ["G5.1 Q1 R5\nG1 X5. F600\n", "G81 X1. Z-1. R1. K3 F100\nX2. K2\nG80\n", "G1 X5. F600 P1\n"] {
+            assert!(
+                !coordinates(&parse(format!("{head}{text}"))).any(|word| !has_point(&parse(format!("{head}{text}")), word)),
+                "{text}"
+            );
+        }
+        assert!(is_open(&format!("{head}G83 Z-9. R1. Q2 F100\nG80\n"), Dialect::Fanuc));
+        assert!(is_open(&format!("{head}G18 G2 X5. K3 F100\n"), Dialect::Fanuc));
     }
 
     #[test]
