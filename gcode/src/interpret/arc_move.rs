@@ -12,6 +12,17 @@ use crate::sinumerik::names::Name;
 const CENTRE_LETTERS: [u8; 3] = *b"IJK";
 
 impl Interpreter<'_> {
+    /// Whether the arc leads from a point to itself about that point, which a control does not move for or reports: with `I0 J0` on Fanuc
+    /// controls, whose centres are distances from the start.
+    pub fn is_arc_without_radius(&self, words: &Gathered, end: Position) -> bool {
+        let [first, second, _] = self.modal.plane.axes();
+        let centre = [first, second].map(|axis| CENTRE_LETTERS[axis]);
+        let is_zero = centre.iter().all(|letter| !words.has(*letter) || words.number(self.program, *letter) == Some(0.0));
+        let stays = [first, second].iter().all(|axis| self.position.nominal[*axis] == end.nominal[*axis]);
+        let is_relative = self.modal.arc_distance == Distance::Incremental && words.any(&centre).is_some() && !words.has(b'R');
+        self.options.dialect == Dialect::Fanuc && is_zero && stays && is_relative
+    }
+
     /// Builds the arc of the present block. Reports an error if there is none.
     pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
         let plane = self.modal.plane;

@@ -51,6 +51,19 @@ pub(super) enum OneShot {
     ToolOffset,
     /// Limits and poles of SINUMERIK: no motion.
     Data,
+    /// Holes on a circle, an arc or a line at which the active cycle works.
+    HolePattern,
+}
+
+/// What axis words are beside a code that does not use them as a coordinate of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum AxisWords {
+    /// The target of a move in the active motion mode.
+    Target,
+    /// Data of the code; no axis moves.
+    Data,
+    /// Not known.
+    Unknown,
 }
 
 /// One G code.
@@ -124,8 +137,27 @@ pub(super) fn cancels(off: u16, on: u16) -> bool {
     }
 }
 
-/// The meaning of a G code. `has_cycle_words`: P or Q stands in the block.
-pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> Code {
+/// What the axis words of a block are that holds this code (number in tenths); `states_motion`: a motion code stands in the block.
+///
+/// A code that is missing here is one beside which the manuals write moves: LinuxCNC, "G-Codes"; Fanuc 0i-F Operator's Manual (B-64604EN),
+/// "Preparatory Function (G Function)": the modal groups of planes, units, distances, feeds, offsets, compensations and path modes.
+pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motion: bool) -> AxisWords {
+    match code {
+        _ if dialect == Dialect::Sinumerik => AxisWords::Target,
+        // Fanuc 0i-F: "Stored Stroke Check" (G22); 30i, "Smoothing" (G5.1 Q3).
+        Code::Silent if matches!(tenths, 51 | 220) => AxisWords::Data,
+        Code::Silent | Code::ModalMacroOff => AxisWords::Unknown,
+        // LinuxCNC has them as modal codes. Fanuc's G92.1 presets the frame of the axes named.
+        Code::ClearPositionShift | Code::SuspendPositionShift | Code::RestorePositionShift => AxisWords::Unknown,
+        Code::TransformOff if dialect == Dialect::Fanuc => AxisWords::Unknown,
+        // Fanuc 30i: G91.1 sets the largest increment that is accepted.
+        Code::ArcDistance(_) if dialect == Dialect::Fanuc && !states_motion => AxisWords::Unknown,
+        _ => AxisWords::Target,
+    }
+}
+
+/// The meaning of a G code. `has`: whether a word with this letter stands in the block.
+pub(super) fn classify(tenths: u16, dialect: Dialect, has: impl Fn(u8) -> bool) -> Code {
     use Code::*;
     match tenths {
         0 => Motion(self::Motion::Rapid),
@@ -156,6 +188,8 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> 
         430 | 431 | 432 | 440 => ToolLength(self::ToolLength::On),
         434 | 435 => ToolLength(self::ToolLength::TipControl),
         490 => ToolLength(self::ToolLength::Off),
+        // Fanuc: `G54 P2` is `G54.1 P2` (GSK 980MDc, "Additional workpiece coordinate system").
+        540 | 550 | 560 | 570 | 580 | 590 if dialect == Dialect::Fanuc && has(b'P') => ExtendedWorkOffset,
         540 | 550 | 560 | 570 | 580 | 590 => WorkOffset(self::WorkOffset::Standard(((tenths - 530) / 10) as u8)),
         591..=593 => WorkOffset(self::WorkOffset::Standard((tenths - 584) as u8)),
         541 => ExtendedWorkOffset,
@@ -176,7 +210,7 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> 
         980 => ReturnLevel(self::ReturnLevel::Initial),
         990 => ReturnLevel(self::ReturnLevel::Retract),
         _ => match dialect {
-            Dialect::Fanuc => classify_fanuc(tenths, has_cycle_words),
+            Dialect::Fanuc => classify_fanuc(tenths, has),
             Dialect::LinuxCnc => classify_linuxcnc(tenths),
             // Has a table of its own.
             Dialect::Sinumerik => Unknown,
@@ -184,7 +218,11 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has_cycle_words: bool) -> 
     }
 }
 
-fn classify_fanuc(tenths: u16, has_cycle_words: bool) -> Code {
+/// Words of the lathe cycles G70 to G72.
+const LATHE_CYCLE: &[u8] = b"DEPQRUW";
+
+fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
+    let has_any = |letters: &[u8]| letters.iter().any(|letter| has(*letter));
     match tenths {
         // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
         50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
@@ -193,8 +231,10 @@ fn classify_fanuc(tenths: u16, has_cycle_words: bool) -> Code {
         1030 | 1870 => Code::Silent,
         270 | 290 => Code::OneShot(OneShot::Home),
         310 => Code::Motion(Motion::Probe),
-        700 if !has_cycle_words => Code::Units(Units::Inch),
-        710 if !has_cycle_words => Code::Units(Units::Mm),
+        // Haas Mill Operator's Manual: bolt hole circle (G70), arc (G71), holes along an angle (G72).
+        700 | 710 | 720 if has_any(b"IJKL") && !has_any(LATHE_CYCLE) => Code::OneShot(OneShot::HolePattern),
+        700 if !has_any(LATHE_CYCLE) => Code::Units(Units::Inch),
+        710 if !has_any(LATHE_CYCLE) => Code::Units(Units::Mm),
         121 | 160 | 510 | 511 | 680 | 682..=684 => Code::TransformOn,
         131 | 150 | 500 | 501 | 690 => Code::TransformOff,
         650 => Code::OneShot(OneShot::MacroCall),
@@ -232,11 +272,23 @@ mod tests {
 
     #[test]
     fn the_same_code_differs_by_dialect() {
-        assert_eq!(classify(80, Dialect::Fanuc, false), Code::Silent);
-        assert_eq!(classify(80, Dialect::LinuxCnc, false), Code::TransformOff);
-        assert_eq!(classify(710, Dialect::Fanuc, false), Code::Units(Units::Mm));
-        assert_eq!(classify(710, Dialect::LinuxCnc, false), Code::UnsupportedMotion);
-        assert_eq!(classify(593, Dialect::Fanuc, false), Code::WorkOffset(WorkOffset::Standard(9)));
-        assert_eq!(classify(540, Dialect::LinuxCnc, false), Code::WorkOffset(WorkOffset::Standard(1)));
+        let none = |_| false;
+        assert_eq!(classify(80, Dialect::Fanuc, none), Code::Silent);
+        assert_eq!(classify(80, Dialect::LinuxCnc, none), Code::TransformOff);
+        assert_eq!(classify(710, Dialect::Fanuc, none), Code::Units(Units::Mm));
+        assert_eq!(classify(710, Dialect::LinuxCnc, none), Code::UnsupportedMotion);
+        assert_eq!(classify(593, Dialect::Fanuc, none), Code::WorkOffset(WorkOffset::Standard(9)));
+        assert_eq!(classify(540, Dialect::LinuxCnc, none), Code::WorkOffset(WorkOffset::Standard(1)));
+    }
+
+    #[test]
+    fn other_words_of_the_block_decide() {
+        let of = |tenths, letter| classify(tenths, Dialect::Fanuc, move |other| other == letter);
+        for tenths in [700, 710, 720] {
+            assert_eq!(of(tenths, b'L'), Code::OneShot(OneShot::HolePattern));
+            assert_eq!(of(tenths, b'P'), Code::UnsupportedMotion);
+        }
+        assert_eq!(of(540, b'P'), Code::ExtendedWorkOffset);
+        assert_eq!(of(540, b'X'), Code::WorkOffset(WorkOffset::Standard(1)));
     }
 }

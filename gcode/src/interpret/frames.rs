@@ -150,11 +150,23 @@ impl Interpreter<'_> {
             Dialect::Sinumerik => {
                 (number(b'S').zip(self.modal.spindle_rpm).filter(|(_, rpm)| *rpm > 0.0).map(|(s, rpm)| 60.0 * s / rpm), true)
             }
-            Dialect::Fanuc if words.has(b'P') => (number(b'P').map(|ms| ms / 1000.0), false),
+            Dialect::Fanuc if words.has(b'P') => (self.dwell_of_p(words), true),
             Dialect::Fanuc => (self.coordinate(words, b'X').or_else(|| self.coordinate(words, b'U')), true),
         };
+        // A time is in X or U. What other axis words do is not known.
+        let own: &[u8] = if self.options.dialect == Dialect::Fanuc && !words.has(b'P') { b"X" } else { b"" };
+        for axis in self.named(words).filter(|axis| taken && !own.contains(&AXIS_LETTERS[*axis])).collect::<Vec<_>>() {
+            self.position.forget(axis);
+        }
         self.push_fixed(MoveKind::Dwell { seconds }, self.position, Fixed::Dwell, false);
         taken
+    }
+
+    /// Time of a dwell in P, s: in milliseconds, with a decimal point in seconds (Haas Mill Operator's Manual, "G04 Dwell").
+    fn dwell_of_p(&self, words: &Gathered) -> Option<f64> {
+        let word = &self.program.words()[words.index(b'P')?];
+        let unit_s = if has_point(self.program, word) { 1.0 } else { 1e-3 };
+        word.number().map(|time| time * unit_s)
     }
 
     /// Records an unmodified move that ends at the present position.

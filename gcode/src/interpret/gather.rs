@@ -51,7 +51,7 @@ impl Gathered {
         m.clear();
         named.clear();
         *self = Self { g, m, named, is_empty: true, ..Self::default() };
-        let has_cycle_words = program.words()[range.clone()].iter().any(|w| w.is(b'P') || w.is(b'Q'));
+        let block = &program.words()[range.clone()];
         for index in range {
             let word = &program.words()[index];
             if word.kind != WordKind::Comment {
@@ -67,7 +67,11 @@ impl Gathered {
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
                 WordKind::Unknown if dialect == Dialect::Fanuc && is_corner(program.text(word.span)) => self.corner = true,
                 WordKind::Unknown | WordKind::Motion | WordKind::Keyword => self.unknown = self.unknown.or(Some(index)),
-                WordKind::Number | WordKind::Expression => self.add(index, word, dialect, has_cycle_words),
+                // LinuxCNC reads `X--1` as 1, other controls report it.
+                WordKind::Expression if dialect == Dialect::Fanuc && has_two_signs(program.text(word.value_span())) => {
+                    self.unknown = self.unknown.or(Some(index));
+                }
+                WordKind::Number | WordKind::Expression => self.add(index, word, dialect, block),
             }
         }
     }
@@ -83,13 +87,13 @@ impl Gathered {
         }
     }
 
-    fn add(&mut self, index: usize, word: &Word, dialect: Dialect, has_cycle_words: bool) {
+    fn add(&mut self, index: usize, word: &Word, dialect: Dialect, block: &[Word]) {
         match word.letter {
             b'G' => match word.number().and_then(tenths) {
                 Some(tenths) => {
                     let code = match dialect {
                         Dialect::Sinumerik => classify_sinumerik(tenths),
-                        _ => classify(tenths, dialect, has_cycle_words),
+                        _ => classify(tenths, dialect, |letter| block.iter().any(|word| word.is(letter))),
                     };
                     self.g.push(GWord { index, tenths, code });
                 }
@@ -150,6 +154,13 @@ impl Gathered {
     pub fn has_m(&self, program: &Program, numbers: &[f64]) -> bool {
         self.m.iter().any(|index| program.words()[*index].number().is_some_and(|n| numbers.contains(&n)))
     }
+}
+
+/// Whether a value begins with two signs.
+fn has_two_signs(value: &[u8]) -> bool {
+    let mut marks = value.iter().filter(|byte| !byte.is_ascii_whitespace());
+    let mut is_sign = || marks.next().is_some_and(|byte| b"+-".contains(byte));
+    is_sign() && is_sign()
 }
 
 /// Whether a word rounds or chamfers a corner: `,R5.` or `,C1` (Fanuc 0i-F Operator's Manual, "Optional Chamfering and Corner R").

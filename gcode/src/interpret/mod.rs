@@ -15,8 +15,8 @@ mod sinumerik_codes;
 mod state;
 mod unknown;
 
-use codes::{Code, Motion, OneShot, written};
-use gather::Gathered;
+use codes::{AxisWords, Code, Motion, OneShot, axis_words, written};
+use gather::{GWord, Gathered};
 use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
@@ -27,7 +27,7 @@ use crate::evaluate::{evaluate, is_plain};
 use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
-use crate::toolpath::Toolpath;
+use crate::toolpath::{Fixed, MoveKind, Toolpath};
 use crate::word::Span;
 
 /// Axis and arc letters.
@@ -137,12 +137,15 @@ impl Interpreter<'_> {
         let before = (self.motion, self.cycle);
         self.apply_settings(words);
         let names_taken = self.apply_names(words);
-        let axes_taken = self.apply_one_shots(words) || names_taken;
-        if !axes_taken {
+        let axes_taken = self.apply_one_shots(words) || names_taken || self.keeps_axis_words(words);
+        if axes_taken {
+            self.state_motion(words);
+        } else {
             let path = self.modal.path;
             if words.g.iter().any(|g| g.code == Code::ExactStopHere) {
                 self.modal.path = PathMode::ExactStop;
             }
+            self.note_corner_alone(words);
             self.apply_motion(words);
             self.modal.path = path;
         }
@@ -231,6 +234,10 @@ impl Interpreter<'_> {
                     taken = true;
                 }
                 Code::OneShot(OneShot::Data) => taken = true,
+                Code::OneShot(OneShot::HolePattern) => {
+                    self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
+                    taken = true;
+                }
                 Code::ClearPositionShift => self.clear_position_shift(false),
                 Code::SuspendPositionShift => self.clear_position_shift(true),
                 Code::RestorePositionShift => self.restore_position_shift(),
@@ -243,17 +250,51 @@ impl Interpreter<'_> {
         taken
     }
 
+    /// Whether a code of the block has the axis words, or may have them: they are no target of a move then.
+    fn keeps_axis_words(&mut self, words: &Gathered) -> bool {
+        // R is the retract level of a cycle.
+        if words.any(GEOMETRY).is_none() && !(self.cycle.is_some() && words.has(b'R')) {
+            return false;
+        }
+        let states_motion = words.explicit_motion().is_some();
+        let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion);
+        if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown) {
+            let message =
+                format!("what the axis words beside {} do is not known: nor is the position after them", written(g.tenths));
+            self.leave_unread(words, g.index, &message);
+            return true;
+        }
+        words.g.iter().any(|g| of(g) == AxisWords::Data)
+    }
+
+    /// A block that may move the tool and is left alone. The position and, where the block states one, the motion code are unknown afterwards.
+    fn leave_unread(&mut self, words: &Gathered, index: usize, message: &str) {
+        self.report.warning(self.span(index), message, None);
+        self.forget_all();
+        let states_motion = words.explicit_motion().is_some();
+        self.optional_motion |= states_motion;
+        self.keep_code_of_last_arc(words.optional, states_motion);
+        self.push_fixed(MoveKind::Line, self.position, Fixed::NotUnderstood, states_motion);
+    }
+
     fn apply_stops(&mut self, words: &Gathered) {
         let (calls, ends) = match self.options.dialect {
             Dialect::Fanuc => (&[97.0, 98.0, 198.0][..], &[2.0, 30.0, 99.0]),
             Dialect::LinuxCnc => (&[98.0][..], &[2.0, 30.0, 99.0]),
             Dialect::Sinumerik => (&[][..], &[2.0, 17.0, 30.0]),
         };
-        if words.has_m(self.program, calls) || (self.is_sinumerik() && words.has(b'L')) {
+        if words.has_m(self.program, calls) || self.calls_by_l(words) {
             self.call(self.span_of_block());
         } else if words.has_m(self.program, ends) && !words.optional {
             self.ended = true;
         }
+    }
+
+    /// Whether L calls a subprogram: in every block of SINUMERIK, elsewhere in a block without codes and coordinates (Fadal). In a canned cycle
+    /// it repeats.
+    fn calls_by_l(&self, words: &Gathered) -> bool {
+        let is_alone = words.g.is_empty() && words.m.is_empty() && words.any(b"XYZABCIJKUVWRQFSTDH").is_none();
+        words.has(b'L') && (self.is_sinumerik() || (is_alone && self.cycle.is_none()))
     }
 
     /// A subprogram or macro that is not found. The position afterwards is unknown.

@@ -13,10 +13,9 @@ use crate::split::{is_split_before, is_splittable};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
 impl Interpreter<'_> {
-    /// Executes the motion that the axis words of the block command.
-    pub fn apply_motion(&mut self, words: &Gathered) {
-        let explicit = words.explicit_motion();
-        match explicit {
+    /// Notes the motion code that the block states.
+    pub fn state_motion(&mut self, words: &Gathered) {
+        match words.explicit_motion() {
             Some((_, Code::Motion(motion))) => {
                 self.motion = Some(motion);
                 self.cycle = None;
@@ -30,6 +29,12 @@ impl Interpreter<'_> {
             }
             _ => {}
         }
+    }
+
+    /// Executes the motion that the axis words of the block command.
+    pub fn apply_motion(&mut self, words: &Gathered) {
+        self.state_motion(words);
+        let explicit = words.explicit_motion();
         let machine = words.g.iter().find(|g| g.code == Code::MachineCoordinates).map(|g| g.index);
         let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
@@ -113,17 +118,22 @@ impl Interpreter<'_> {
         let end = self.target(words, 1);
         let sound = self.check_feed_move(words, motion, at);
         let decided = self.ran != Ran::Perhaps && self.geometry_at_run_time(words, motion).is_none();
+        let goes_nowhere = motion != Motion::Line && self.is_arc_without_radius(words, end);
+        if goes_nowhere {
+            self.report.warning(self.span(at), "an arc of radius zero, which is left alone", None);
+        }
         let kind = match motion {
             _ if !sound => None,
             // The path of an arc with unknown words is taken as the line to its end.
-            _ if !decided => Some(MoveKind::Line),
+            _ if !decided || goes_nowhere => Some(MoveKind::Line),
             Motion::Line => Some(MoveKind::Line),
             _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
         };
         let feed = if sound { self.feed_of(words, at) } else { None };
         self.position = end;
         // Under a motion code that a switch may skip the move may be another, even a probing move.
-        if machine || (self.optional_motion && !explicit_motion) {
+        let is_open = self.has_repeats(words) || (goes_nowhere && end.nominal != start.nominal);
+        if machine || (self.optional_motion && !explicit_motion) || is_open {
             self.lose_named(words, start);
         }
         let (Some(kind), Some(feed)) = (kind, feed) else { return };
@@ -134,6 +144,7 @@ impl Interpreter<'_> {
         self.keep_code_of_last_arc(words.optional, explicit_motion);
         let shiftable = match self.shiftable(words, start, machine) {
             _ if !decided => Shiftable::No(Fixed::RunTime),
+            _ if goes_nowhere => Shiftable::No(Fixed::NotUnderstood),
             Shiftable::Yes if self.in_corner => Shiftable::No(Fixed::Adjoining),
             shiftable => shiftable,
         };
@@ -146,7 +157,7 @@ impl Interpreter<'_> {
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {
             Shiftable::No(Fixed::MachineCoordinates)
-        } else if self.sections.is_open() {
+        } else if self.sections.is_open() || self.unclear_feed || self.has_repeats(words) {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
@@ -163,9 +174,16 @@ impl Interpreter<'_> {
         }
     }
 
+    /// Whether an L may repeat the motion, as it does for arcs and canned cycles of some controls.
+    fn has_repeats(&self, words: &Gathered) -> bool {
+        let is_incremental = self.modal.distance == Distance::Incremental;
+        let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        self.options.dialect == Dialect::Fanuc && words.has(b'L') && (is_arc || is_incremental)
+    }
+
     /// Leaves the last arc alone where a move relies on its motion code, and blocks between them may be skipped: lines in place of the arc
     /// would change that code, and no block between can restore it.
-    fn keep_code_of_last_arc(&mut self, optional: bool, explicit_motion: bool) {
+    pub fn keep_code_of_last_arc(&mut self, optional: bool, explicit_motion: bool) {
         if optional {
             self.optional_since_code = true;
             return;

@@ -32,9 +32,11 @@ impl Interpreter<'_> {
         }
         // The F and S of a dwell and of a limit are not modal.
         let own = |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::Data));
-        if !(self.is_sinumerik() && words.g.iter().any(|g| own(g.code))) {
+        if !words.g.iter().any(|g| own(g.code)) {
             self.read_feed(words);
             self.read_spindle_and_tool(words);
+        } else if !self.is_sinumerik() {
+            self.read_beside_dwell(words);
         }
         for g in &words.g {
             self.apply_setting(words, g.code, g.tenths);
@@ -54,8 +56,29 @@ impl Interpreter<'_> {
         }
     }
 
+    /// F and S beside G4. LinuxCNC reads them as in any block. On other controls they may be the time of the dwell.
+    fn read_beside_dwell(&mut self, words: &Gathered) {
+        if self.options.dialect == Dialect::LinuxCnc && words.has(b'P') {
+            self.read_feed(words);
+            self.read_spindle_and_tool(words);
+            return;
+        }
+        if let Some(index) = words.index(b'F') {
+            let message =
+                "F beside a dwell: whether it is the feed is not known; the moves after it are left alone up to the next F";
+            self.report.warning(self.span(index), message, Some("--dialect sinumerik reads it as the time of the dwell"));
+            self.unclear_feed = true;
+        }
+        if words.any(b"PXU").is_some() || !words.has(b'S') {
+            self.read_spindle_and_tool(words);
+        } else {
+            self.modal.spindle_rpm = None;
+        }
+    }
+
     fn read_feed(&mut self, words: &Gathered) {
         let Some(index) = words.index(b'F') else { return };
+        self.unclear_feed = false;
         self.feed = match self.program.words()[index].number().map(|written| written * self.feed_increment(index)) {
             Some(written) if self.modal.feed_mode == FeedMode::InverseTime => FeedWord::Value { written, mm: written },
             Some(written) => FeedWord::Value { written, mm: written * self.modal.feed_units.mm() },
@@ -103,7 +126,11 @@ impl Interpreter<'_> {
             }
             Code::WorkOffset(offset) => self.set_work_offset(offset),
             Code::ExtendedWorkOffset => {
-                let number = words.number(self.program, b'P').filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);
+                let takes_p = |code: Code| matches!(code, Code::Path(_) | Code::OneShot(_) | Code::ModalMacroOn | Code::Silent);
+                // The P of G54 may belong to another code of the block; what it does beside G55 to G59 is not known.
+                let is_own = tenths == 541 || (tenths == 540 && words.m.is_empty() && !words.g.iter().any(|g| takes_p(g.code)));
+                let number = words.number(self.program, b'P').filter(|_| is_own);
+                let number = number.filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);
                 self.set_work_offset(number.map_or(WorkOffset::Unpredictable, |n| WorkOffset::Extended(n as u16)));
             }
             Code::Path(path) => self.set_path(words, path),

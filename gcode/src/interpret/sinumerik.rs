@@ -208,10 +208,7 @@ impl Interpreter<'_> {
 
     /// A spline, a tangential circle or another path that the control computes from its neighbours: the move before keeps its direction.
     pub fn curve(&mut self, words: &Gathered, explicit_motion: bool) {
-        let last = self.moves.iter_mut().rfind(|step| !matches!(step.kind, MoveKind::Dwell { .. }));
-        if let Some(last) = last.filter(|last| last.shiftable == Shiftable::Yes) {
-            last.shiftable = Shiftable::No(Fixed::Adjoining);
-        }
+        self.fix_last_move();
         let at = words.explicit_motion().map_or(0, |(index, _)| index);
         let why = if words.geometry().is_some() || words.unknown.is_some() {
             "a path that is not interpreted: it is left alone"
@@ -224,7 +221,28 @@ impl Interpreter<'_> {
     /// Whether the control computes a corner at one of the ends of this block's move.
     pub fn joins_corner(&mut self, words: &Gathered) -> bool {
         let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
-        let before = std::mem::replace(&mut self.corner_before, words.corner || has(Name::Corner));
-        before || self.corner_before || self.rounds_corners || has(Name::OwnBlock)
+        if words.corner || has(Name::Corner) {
+            self.corner_moves = 2;
+        }
+        let joins = self.corner_moves > 0;
+        self.corner_moves = self.corner_moves.saturating_sub(1);
+        joins || self.rounds_corners || has(Name::OwnBlock)
+    }
+
+    /// RND and its like in a block of their own: whether the corner before or behind the next move is meant depends on the control.
+    pub fn note_corner_alone(&mut self, words: &Gathered) {
+        let is_corner = words.corner || words.named.iter().any(|(_, name)| *name == Name::Corner);
+        if is_corner && words.any(&AXIS_LETTERS).is_none() && words.geometry().is_none() {
+            self.fix_last_move();
+            self.corner_moves = 2;
+        }
+    }
+
+    /// The control computes something from the move before: it is left alone.
+    fn fix_last_move(&mut self) {
+        let last = self.moves.iter_mut().rfind(|step| !matches!(step.kind, MoveKind::Dwell { .. }));
+        if let Some(last) = last.filter(|last| last.shiftable == Shiftable::Yes) {
+            last.shiftable = Shiftable::No(Fixed::Adjoining);
+        }
     }
 }

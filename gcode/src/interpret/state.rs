@@ -44,6 +44,8 @@ pub(super) struct Interpreter<'a> {
     pub arc_faults: usize,
     /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
     pub optional_feed: bool,
+    /// Whether an F beside a dwell may have changed the feed.
+    pub unclear_feed: bool,
     pub optional_motion: bool,
     /// Whether a block that a switch may skip came after the last motion code or move of the others.
     pub optional_since_code: bool,
@@ -52,9 +54,9 @@ pub(super) struct Interpreter<'a> {
     pub cutter_before: CutterCompensation,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
-    /// The present move begins or ends in a corner that the control rounds or chamfers; the move before ends in one; on SINUMERIK all may.
+    /// The present move begins or ends in a corner that the control rounds or chamfers; how many moves from here on do; on SINUMERIK all may.
     pub in_corner: bool,
-    pub corner_before: bool,
+    pub corner_moves: u8,
     pub rounds_corners: bool,
     pub compressor_noted: bool,
     pub content_seen: bool,
@@ -108,13 +110,14 @@ impl<'a> Interpreter<'a> {
             arc_distance_stated: false,
             arc_faults: 0,
             optional_feed: false,
+            unclear_feed: false,
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,
             cutter_before: modal.cutter,
             unsettled: [false; 6],
             in_corner: false,
-            corner_before: false,
+            corner_moves: 0,
             rounds_corners: false,
             compressor_noted: false,
             content_seen: false,
