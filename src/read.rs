@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
-use gcode::Program;
+use gcode::{Dialect, Program};
 use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
 use motion::Trajectory;
@@ -75,7 +75,9 @@ impl Source {
             Content::Curve => curve(&name, feed_mm_s, setup)?,
             Content::Reference(reference) => Input::reference(name, reference, Some(setup))?,
             Content::Program { program, folder } => {
-                let settings = ReadSettings { subprograms: beside(folder), ..settings.clone() };
+                let of_name = || dialect_of_name(&name).filter(|dialect| !dialect.is_ruled_out(&program));
+                let dialect = settings.dialect.or_else(|| if setup.dialect.is_none() { of_name() } else { None });
+                let settings = ReadSettings { dialect, subprograms: beside(folder), ..settings.clone() };
                 Part::of(&name, *program, setup, &settings)?.into()
             }
         };
@@ -93,6 +95,12 @@ impl Source {
             content => Err(Self { content, ..self }),
         }
     }
+}
+
+/// The dialect of programs whose files end like this: main programs and subprograms of SINUMERIK.
+fn dialect_of_name(name: &str) -> Option<Dialect> {
+    let ending = Path::new(name).extension()?;
+    ["mpf", "spf"].iter().any(|known| ending.eq_ignore_ascii_case(known)).then_some(Dialect::Sinumerik)
 }
 
 /// Subprograms in the files of a folder.

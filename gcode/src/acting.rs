@@ -86,6 +86,12 @@ pub(crate) fn acting(program: &Program, block: usize, word: &Word, dialect: Dial
     }
 }
 
+/// Whether an M code acts at the same time in the dialects that share their codes. M5 and M9 do not.
+pub(crate) fn acts_alike(program: &Program, block: usize, word: &Word) -> bool {
+    let when = |dialect| acting(program, block, word, dialect);
+    !word.is(b'M') || when(Dialect::Fanuc) == when(Dialect::LinuxCnc)
+}
+
 fn code(number: f64, dialect: Dialect) -> Acting {
     match dialect {
         Dialect::LinuxCnc if LINUX_CNC_AFTER.contains(&number) => Acting::After,

@@ -4,14 +4,14 @@ use crate::arc::ArcTolerance;
 use crate::modal::Units;
 use crate::passive::PassiveCodes;
 use crate::program::{Language, Program};
+use crate::signs::{CERTAIN, Signs};
 use crate::sinumerik::signs::is_of_another;
-use crate::word::WordKind;
 
 /// RS-274 dialect of the control.
 ///
 /// | | `Fanuc` (and most others) | `LinuxCnc` |
 /// |---|---|---|
-/// | `G4 P` | milliseconds (`X`, `U`: seconds) | seconds |
+/// | `G4 P` | milliseconds, seconds with a decimal point (`X`, `U`: seconds) | seconds |
 /// | after `G80` | the last of `G0`-`G3` is active again | no motion code is active |
 /// | `G43` without a tool-axis word | the tip coordinate does not change | the coordinate changes by the offset: unknown |
 /// | arc `P` | refused | number of turns |
@@ -131,47 +131,24 @@ impl Dialect {
 
     /// Detects the dialect from codes that only one of them has. Default: Fanuc.
     pub fn detect(program: &Program) -> Self {
-        if program.language() == Language::Sinumerik {
-            return Self::Sinumerik;
+        match program.language() {
+            Language::Sinumerik => Self::Sinumerik,
+            _ if Signs::of(program).lead_of_linux_cnc() > 0 => Self::LinuxCnc,
+            _ => Self::Fanuc,
         }
-        let mut linux_cnc = 0_usize;
-        let mut fanuc = 0_usize;
-        for word in program.words() {
-            let text = program.text(word.span);
-            match (word.kind, word.letter) {
-                (WordKind::Flow, _) if text.first().is_some_and(|b| b.eq_ignore_ascii_case(&b'o')) => linux_cnc += 2,
-                (WordKind::Flow, _) => fanuc += 2,
-                (WordKind::Assignment | WordKind::Expression, _) if text.contains(&b'<') => linux_cnc += 2,
-                (WordKind::Number, b'O') => fanuc += 2,
-                (WordKind::Number, b'M') if [98.0, 99.0, 29.0].contains(&word.value) => fanuc += 1,
-                (WordKind::Number, b'M') if (64.0..=68.0).contains(&word.value) => linux_cnc += 1,
-                (WordKind::Number, b'G') if [5.1, 8.0, 54.1, 65.0, 66.0, 71.0, 70.0].contains(&word.value) => fanuc += 1,
-                (WordKind::Number, b'G') if [33.1, 38.2, 38.3, 43.1, 59.1, 59.2, 59.3, 61.1, 92.3].contains(&word.value) => {
-                    linux_cnc += 1;
-                }
-                _ => {}
-            }
-        }
-        for block in 0..program.blocks().len() {
-            linux_cnc += usize::from(states_tolerance(program, block)) + usize::from(dwells_in_fractions(program, block));
-        }
-        if linux_cnc > fanuc { Self::LinuxCnc } else { Self::Fanuc }
     }
-}
 
-fn has_code(program: &Program, block: usize, code: f64) -> bool {
-    program.block_words(block).iter().any(|word| word.is(b'G') && word.value == code)
-}
-
-/// `G64 P0.01 Q0`: on other controls `G64` takes no words.
-fn states_tolerance(program: &Program, block: usize) -> bool {
-    has_code(program, block, 64.0) && [b'P', b'Q'].iter().any(|letter| program.find(block, *letter).is_some())
-}
-
-/// `G4 P0.5`: milliseconds have no decimals.
-fn dwells_in_fractions(program: &Program, block: usize) -> bool {
-    has_code(program, block, 4.0)
-        && program.find(block, b'P').is_some_and(|index| program.text(program.words()[index].span).contains(&b'.'))
+    /// Whether the program holds codes or forms that leave no doubt of this dialect. A program without them may be of another control, which
+    /// executes some words at another time.
+    pub fn is_certain(self, program: &Program) -> bool {
+        let lead = || Signs::of(program).lead_of_linux_cnc();
+        match (program.language(), self) {
+            (Language::Sinumerik, dialect) => dialect == Self::Sinumerik,
+            (_, Self::Sinumerik) => false,
+            (_, Self::LinuxCnc) => lead() >= CERTAIN,
+            (_, Self::Fanuc) => lead() <= -CERTAIN,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -186,7 +163,6 @@ mod tests {
         assert_eq!(Dialect::detect(&parse("#<depth> = 3\nG0 X1\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("G0 X1\nM30")), Dialect::Fanuc);
         assert_eq!(Dialect::detect(&parse("G21 G64 P0.001 Q0\nG1 X1 F100\nM2")), Dialect::LinuxCnc);
-        assert_eq!(Dialect::detect(&parse("G0 X1\nG4 P0.3\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("G64\nG0 X1\nG4 P300\nM2")), Dialect::Fanuc);
     }
 }

@@ -49,6 +49,7 @@ mod passive;
 mod position;
 mod program;
 mod sections;
+mod signs;
 mod sinumerik;
 mod split;
 mod toolpath;

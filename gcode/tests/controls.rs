@@ -87,10 +87,29 @@ fn a_lone_l_calls_a_subprogram() {
 }
 
 #[test]
+fn a_spindle_stop_splits_a_move_only_where_the_control_is_known() {
+    let of = |head: &str, dialect: Dialect| {
+        let text = format!("{head}{HEAD}G1 X60. M5\n");
+        interpret(&parse(text), &dialect.into()).expect("accepted").moves.last().map(|step| step.shiftable)
+    };
+    assert_eq!(of("%\nO01234\n", Dialect::Fanuc), Some(YES));
+    assert_eq!(of("", Dialect::Fanuc), Some(Shiftable::No(Fixed::Unsplittable)));
+    assert_eq!(of("", Dialect::LinuxCnc), Some(YES), "stated, since the program looks like Fanuc");
+}
+
+#[test]
 fn an_arc_about_its_own_start_is_left_alone() {
     let path = read(Dialect::Fanuc, "G1 X30. Y0.\nG2 X30. Y0. I0. J0.\nG1 X10.\n");
     let feeds: Vec<_> = path.moves[2..].iter().map(|step| step.shiftable).collect();
     assert_eq!(feeds, [YES, LEFT, YES]);
+}
+
+#[test]
+fn absolute_centres_are_not_guessed_in_a_fanuc_program() {
+    let arcs = "G0 X10. Y20.\nG2 X20. Y10. I10. J10. F100\nG2 X10. Y0. I10. J10.\n";
+    let program = |head: &str| parse(format!("{head}{HEAD}{arcs}"));
+    assert!(interpret(&program(""), &Dialect::Fanuc.into()).is_ok());
+    assert!(matches!(interpret(&program("%\nO1\n"), &Dialect::Fanuc.into()), Err(GcodeError::Refused { .. })));
 }
 
 #[test]
@@ -113,4 +132,15 @@ fn a_corner_stated_alone_leaves_its_moves_alone() {
         interpret(&parse(format!("G71 {}{body}", HEAD.replace("G21 ", ""))), &Dialect::Sinumerik.into()).expect("accepted");
     let feeds: Vec<_> = path.moves[2..].iter().map(|step| step.shiftable).collect();
     assert_eq!(feeds, [YES, adjoining, adjoining, adjoining, YES]);
+}
+
+#[test]
+fn a_statement_of_sinumerik_names_its_remedy() {
+    let refused = |text: &str| match interpret(&parse(format!("(PART)\n{HEAD}{text}")), &Dialect::Fanuc.into()) {
+        Err(GcodeError::Refused { diagnostics }) => diagnostics[0].help.clone().unwrap_or_default(),
+        other => panic!("not refused: {other:?}"),
+    };
+    for text in ["IF R1==1 GOTOF L1\nG1 X1.\n", "REPEAT LAB1 X=2\nG1 X1.\n"] {
+        assert!(refused(text).contains("--dialect sinumerik"), "{text}: {}", refused(text));
+    }
 }

@@ -118,6 +118,9 @@ impl Compensate {
             part.check_understood()?;
         }
         let (input, readback) = self.recorded(input, &format, &printer)?;
+        if let Some(part) = input.part().filter(|_| self.program.dialect.is_none() && setup.dialect.is_none()) {
+            print::show_dialect(&printer, part);
+        }
         let terms = PositionTerms::of(&model, &input)?;
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
 

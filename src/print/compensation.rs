@@ -1,5 +1,6 @@
 //! What a compensation came to.
 
+use gcode::{Dialect, Language};
 use models::{ControlFidelity, Outside};
 use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
@@ -14,6 +15,29 @@ use crate::output::Printer;
 /// Agreement of a learned control with recorded commands beyond which a recorded run of the program is asked for.
 const TRUSTED_PATH_MM: f64 = 2e-3;
 const TRUSTED_CYCLE: f64 = 0.02;
+
+/// The dialect that was found in the program, where no option and no profile states one.
+pub fn show_dialect(printer: &Printer, part: &Part) {
+    if part.program.language() == Language::Dialogue {
+        return;
+    }
+    let (name, dialect) = (dialect_name(part), part.options.dialect);
+    printer.line(if dialect.is_certain(&part.program) {
+        format!("dialect: {name}, found in the program or its name")
+    } else {
+        format!("dialect: {name}, a guess, since the program holds no code that decides; --dialect or --controller states it")
+    });
+}
+
+/// The dialect in which a program was read, as `--dialect` calls it.
+fn dialect_name(part: &Part) -> &'static str {
+    match (part.program.language(), part.options.dialect) {
+        (Language::Dialogue, _) => "heidenhain",
+        (_, Dialect::Fanuc) => "fanuc",
+        (_, Dialect::LinuxCnc) => "linuxcnc",
+        (_, Dialect::Sinumerik) => "sinumerik",
+    }
+}
 
 /// What the forecast of `input` lacks, and what could not be checked.
 pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
@@ -239,6 +263,7 @@ pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Va
         })
     });
     json!({
+        "dialect": dialect_name(part),
         "lines_in": lines.0,
         "lines_out": lines.1,
         "without_gain": without_gain.collect::<Vec<Value>>(),

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::common::{Folder, csv_files};
 
 const PART: &str =
-    "G21 G90 G17\nG0 X0 Y0\nG4 P0.2\nG1 X30 F3600\nG3 X30 Y20 J10\nG1 X10\nG1 X0 Y10\nG4 P0.1\nG1 X8 Y4\nG1 X0 Y0\nM30\n";
+    "G21 G90 G17\nG0 X0 Y0\nG4 P0.2\nG1 X30. F3600\nG3 X30. Y20. J10.\nG1 X10.\nG1 X0 Y10.\nG4 P0.1\nG1 X8. Y4.\nG1 X0 Y0\nM30\n";
 
 /// The machine `ballscrew` behind a control of under half its acceleration that averages every axis over 30 ms.
 fn control() -> String {

@@ -114,7 +114,8 @@ fn the_interval_suggested_for_one_that_is_too_coarse_keeps_the_tolerance() {
 fn a_profile_chooses_rows_and_a_work_offset_leaves_them_in_program_coordinates() {
     let folder = folder_with_program();
     folder.write("stream.toml", "decimals = 5\ncarrier = \"pvt\"\npoint_spacing_ms = 5.0\n");
-    let made = compensate(&folder, "pvt.csv", &["--controller", "stream.toml", "--work-offset", "10,-5,1"]);
+    let made =
+        compensate(&folder, "pvt.csv", &["--controller", "stream.toml", "--work-offset", "10,-5,1", "--decimal-point", "unit"]);
     assert_eq!((&made["carrier"], &made["rows"]["interval_ms"]), (&"pvt".into(), &5.0.into()));
     let rows = table(&folder, "pvt.csv");
     assert!(rows[0][1..4].iter().all(|at| at.abs() < 1e-3), "{:?}", rows[0]);

@@ -123,6 +123,13 @@ fn no_line_is_added_where_the_control_stops() {
 fn the_dialect_can_be_stated() {
     let folder = Folder::with_model();
     folder.write("plain.mpf", "G90 G94\nG0 X0 Y0 Z0\nG1 X30 F2400\nY20\nX0\nG4 F2\nG0 Z5\nM30\n");
+    // The name of the file states it too.
+    let words = ["compensate", "plain.mpf", "-m", "machine.model", "-o", "out.mpf"];
+    assert!(folder.prints(&words).contains("dialect: sinumerik, found"));
+    assert_eq!(folder.figures(&words)["program"]["dialect"], "sinumerik");
+    folder.write("plain.nc", "G90 G94\nG0 X0 Y0 Z0\nG1 X30 F2400\nY20\nX0\nG0 Z5\nM30\n");
+    let words = ["compensate", "plain.nc", "-m", "machine.model", "-o", "out.nc", "--decimal-point", "unit"];
+    assert!(folder.prints(&words).contains("dialect: fanuc, a guess"));
     let words = ["compensate", "plain.mpf", "-m", "machine.model", "-o", "out.mpf", "--dialect", "sinumerik"];
     assert_eq!(folder.figures(&words)["changed"], true);
     let words = ["compensate", "plain.mpf", "-m", "machine.model", "-o", "out.mpf", "--controller", "siemens"];

@@ -5,6 +5,7 @@ use super::expression::{assignment, term};
 use super::run::Run;
 use super::statement::{Statement, Then};
 use super::value::Fault;
+use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 
 impl Run<'_> {
     /// Executes the flow statement in the word `flow`.
@@ -19,7 +20,11 @@ impl Run<'_> {
             Statement::Do { .. } => self.loop_end().map(|_| Next::Following),
             Statement::End { .. } => self.loop_end().map(Next::At),
             Statement::Goto(target) => self.target(target).map(Next::At),
-            Statement::NotUnderstood => Err(Fault::new("this statement is not understood").help("write the program without it")),
+            Statement::NotUnderstood => {
+                let line = program.blocks().get(self.block).map_or(&[][..], |block| program.text(block.span));
+                let help = if is_likely(line) { SINUMERIK_HELP } else { "write the program without it" };
+                Err(Fault::new("this statement is not understood").help(help))
+            }
         };
         next.map_err(|fault| fault.at(span))
     }

@@ -113,7 +113,7 @@ impl Interpreter<'_> {
         let absolute = [0, 1].map(|k| shift[k] + offset[k].unwrap_or(0.0));
         let complete = offset.iter().all(Option::is_some);
         if absolute_centre && !complete {
-            self.arc_faults += 1;
+            self.arc_faults.note(true);
             self.report.error(self.span(index), "an absolute arc centre needs both its words", None);
             return None;
         }
@@ -139,8 +139,11 @@ impl Interpreter<'_> {
             Some(true) => Some("the centre fits if it is a distance from the start (G91.1)"),
             None => None,
         };
-        if matches!(fault, ArcFault::RadiiDiffer { .. } | ArcFault::ZeroRadius) {
-            self.arc_faults += 1;
+        match fault {
+            // `I0 J0` speaks for no centre that is measured from elsewhere.
+            ArcFault::RadiiDiffer { start_mm, .. } => self.arc_faults.note(start_mm > 0.0),
+            ArcFault::ZeroRadius => self.arc_faults.note(false),
+            ArcFault::RadiusTooSmall { .. } | ArcFault::RadiusWithoutChord => {}
         }
         self.report.error(self.span(index), message, help);
     }

@@ -8,6 +8,7 @@ use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, FeedMode, Units};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
+use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 use crate::toolpath::Feed;
 use crate::word::Span;
 
@@ -105,7 +106,8 @@ impl Interpreter<'_> {
     /// Refuses a feed move because of a word that is not interpreted.
     pub fn refuse_unknown(&mut self, words: &Gathered, index: usize) {
         self.position = self.target(words, 1);
-        self.report.error(self.span(index), "not understood in a feed move", None);
+        let help = is_likely(self.program.text(self.span_of_block())).then_some(SINUMERIK_HELP);
+        self.report.error(self.span(index), "not understood in a feed move", help);
     }
 
     /// The first word that no code of the block uses.

@@ -1,5 +1,6 @@
 //! The modal interpreter: reads a program block by block and tracks the tool position.
 
+mod arc_faults;
 mod arc_move;
 mod codes;
 mod feed_move;
@@ -59,10 +60,11 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
     };
     let read = Interpreter::new(program, options, assumed).run();
     // SINUMERIK states absolute centres word by word.
-    let is_open = options.arc_centres == ArcCentres::Auto && options.dialect != Dialect::Sinumerik;
-    if is_open && read.arc_faults > 0 && !read.arc_distance_stated {
+    let is_open =
+        options.arc_centres == ArcCentres::Auto && options.dialect != Dialect::Sinumerik && !Dialect::Fanuc.is_certain(program);
+    if is_open && read.arc_faults.is_telling && !read.arc_distance_stated {
         let mut absolute = Interpreter::new(program, options, Distance::Absolute).run();
-        if absolute.arc_faults == 0 {
+        if !absolute.arc_faults.any {
             absolute.report.warning(
                 Span { start: 0, end: 0 },
                 "arc centres are read as absolute (G90.1): as distances from the start they fit no circles",

@@ -3,7 +3,7 @@
 use super::codes::{Code, Motion};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
-use crate::acting::takes_p;
+use crate::acting::{acts_alike, takes_p};
 use crate::cycle::{Cycle, CycleState};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
@@ -197,7 +197,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Whether lines may replace the motion of the block. A jump to the block skips lines before it, and a subprogram that the block calls
+    /// Whether lines may replace the motion of the block. Where the dialect is a guess, no word may act at a time that depends on it. A jump to the block skips lines before it, and a subprogram that the block calls
     /// would run in the modes of these lines.
     fn is_splittable(&self) -> bool {
         let words = self.program.block_words(self.block);
@@ -205,7 +205,8 @@ impl Interpreter<'_> {
         let calls = words.iter().any(|word| word.is(b'M') && [97.0, 98.0, 198.0].contains(&word.value));
         let dialect = self.options.dialect;
         let before = is_target && is_split_before(self.program, self.block, dialect);
-        is_splittable(self.program, self.block, dialect) && !calls && !before
+        let is_timed_alike = !self.is_guessed || words.iter().all(|word| acts_alike(self.program, self.block, word));
+        is_splittable(self.program, self.block, dialect) && !calls && !before && is_timed_alike
     }
 
     /// Whether P may be the turns of an arc or belong to another code of the block.

@@ -1,11 +1,12 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
+use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::report::Report;
 use super::sections::Cause;
 use super::shifts::Shifts;
 use crate::cycle::CycleState;
-use crate::dialect::Options;
+use crate::dialect::{Dialect, Options};
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance, Modal};
 use crate::position::Position;
@@ -41,7 +42,7 @@ pub(super) struct Interpreter<'a> {
     pub fed_block: Option<usize>,
     pub units_stated: bool,
     pub arc_distance_stated: bool,
-    pub arc_faults: usize,
+    pub arc_faults: ArcFaults,
     /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
     pub optional_feed: bool,
     /// Whether an F beside a dwell may have changed the feed.
@@ -52,6 +53,8 @@ pub(super) struct Interpreter<'a> {
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
     pub cutter_before: CutterCompensation,
+    /// Whether the program may be of another control than the dialect that was found in it.
+    pub is_guessed: bool,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
     /// The present move begins or ends in a corner that the control rounds or chamfers; how many moves from here on do; on SINUMERIK all may.
@@ -108,13 +111,14 @@ impl<'a> Interpreter<'a> {
             fed_block: None,
             units_stated: false,
             arc_distance_stated: false,
-            arc_faults: 0,
+            arc_faults: ArcFaults::default(),
             optional_feed: false,
             unclear_feed: false,
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,
             cutter_before: modal.cutter,
+            is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             unsettled: [false; 6],
             in_corner: false,
             corner_moves: 0,

@@ -7,6 +7,7 @@ use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
+use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 
 /// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
@@ -38,7 +39,8 @@ impl Interpreter<'_> {
         if let Some(index) = words.unknown {
             let text = self.program.text(self.span(index)).to_ascii_uppercase();
             if !SILENT.iter().any(|silent| text.starts_with(silent)) {
-                self.open_section(index, "this statement", Cause::Lasting, None);
+                let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
+                self.open_section(index, "this statement", Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
         }
         if let Some(index) = words.assignment {
