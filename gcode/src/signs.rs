@@ -12,8 +12,8 @@ pub(crate) const CERTAIN: i32 = 2;
 
 /// LinuxCNC: spindle-synchronized motion, probing, tool offset, work offsets 7 to 9, exact stop, restored offset.
 const LINUX_CNC_G: [f64; 9] = [33.1, 38.2, 38.3, 43.1, 59.1, 59.2, 59.3, 61.1, 92.3];
-/// Fanuc: contour control, look-ahead, more work offsets, macros, units of older controls.
-const FANUC_G: [f64; 7] = [5.1, 8.0, 54.1, 65.0, 66.0, 70.0, 71.0];
+/// Fanuc: look-ahead, more work offsets, macros, units of older controls.
+const FANUC_G: [f64; 6] = [8.0, 54.1, 65.0, 66.0, 70.0, 71.0];
 /// Fanuc: subprograms, rigid tapping.
 const FANUC_M: [f64; 3] = [29.0, 98.0, 99.0];
 /// LinuxCNC: outputs and inputs, with the number of the pin in P or E.
@@ -29,9 +29,13 @@ pub(crate) struct Signs {
     /// `G64 P0.01`: on other controls G64 takes no words.
     tolerance: bool,
     linux_cnc_codes: i32,
+    /// `G5.1 X1 Y1 I1 J1`: a spline.
+    splines: bool,
     pins: bool,
     /// `O1234`: LinuxCNC refuses an O without a keyword.
     program_number: bool,
+    /// `G5.1 Q1`.
+    contour_control: bool,
     /// `IF[#1EQ0]GOTO10`.
     macro_statements: bool,
     fanuc_codes: i32,
@@ -64,6 +68,10 @@ impl Signs {
             (WordKind::Assignment | WordKind::Expression, _) if text.contains(&b'<') => self.named_parameters = true,
             (WordKind::Number, b'O') => self.program_number = true,
             (WordKind::Number, b'G') if word.value == 64.0 => self.tolerance |= has(b"PQ"),
+            (WordKind::Number, b'G') if word.value == 5.1 => {
+                self.contour_control |= has(b"Q");
+                self.splines |= has(b"IJ") && !has(b"Q");
+            }
             (WordKind::Number, b'M') if PIN_M.contains(&word.value) => self.pins |= has(b"PE"),
             _ => {}
         }
@@ -71,12 +79,12 @@ impl Signs {
 
     fn linux_cnc(&self) -> i32 {
         let strong = [self.o_words, self.named_parameters, self.tolerance].map(i32::from).iter().sum::<i32>();
-        STRONG * strong + WEAK * (self.linux_cnc_codes + i32::from(self.pins))
+        STRONG * strong + WEAK * (self.linux_cnc_codes + i32::from(self.pins) + i32::from(self.splines))
     }
 
     fn fanuc(&self) -> i32 {
         let strong = [self.program_number, self.macro_statements].map(i32::from).iter().sum::<i32>();
-        STRONG * strong + WEAK * self.fanuc_codes
+        STRONG * strong + WEAK * (self.fanuc_codes + i32::from(self.contour_control))
     }
 
     /// By how much the signs of LinuxCNC outweigh those of Fanuc; negative where those of Fanuc do.
@@ -110,6 +118,12 @@ mod tests {
         let program = parse("G0 X1\nG4 P0.3\nM68\nM2");
         assert_eq!(Dialect::detect(&program), Dialect::Fanuc);
         assert!(!Dialect::Fanuc.is_certain(&program));
+    }
+
+    #[test]
+    fn the_words_beside_g5_1_decide() {
+        assert_eq!(Dialect::detect(&parse("G5.1 X1 Y1 I1 J0\nG1 X2 F100")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("G43.1 Z5\nG5.1 Q3 X0 Y0\nM98 P1")), Dialect::Fanuc);
     }
 
     #[test]

@@ -137,15 +137,16 @@ pub(super) fn cancels(off: u16, on: u16) -> bool {
     }
 }
 
-/// What the axis words of a block are that holds this code (number in tenths); `states_motion`: a motion code stands in the block.
+/// What the axis words of a block are that holds this code (number in tenths); `states_motion`: a motion code stands in the block; `has`: whether
+/// a word with this letter does.
 ///
 /// A code that is missing here is one beside which the manuals write moves: LinuxCNC, "G-Codes"; Fanuc 0i-F Operator's Manual (B-64604EN),
 /// "Preparatory Function (G Function)": the modal groups of planes, units, distances, feeds, offsets, compensations and path modes.
-pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motion: bool) -> AxisWords {
+pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motion: bool, has: impl Fn(u8) -> bool) -> AxisWords {
     match code {
         _ if dialect == Dialect::Sinumerik => AxisWords::Target,
-        // Fanuc 0i-F: "Stored Stroke Check" (G22); 30i, "Smoothing" (G5.1 Q3).
-        Code::Silent if matches!(tenths, 51 | 220) => AxisWords::Data,
+        // Fanuc 0i-F: "Stored Stroke Check" (G22); 30i, "Smoothing" (G5.1 Q3). Without Q, G5.1 is LinuxCNC's quadratic spline.
+        Code::Silent if tenths == 220 || (tenths == 51 && has(b'Q')) => AxisWords::Data,
         Code::Silent | Code::ModalMacroOff => AxisWords::Unknown,
         // LinuxCNC has them as modal codes. Fanuc's G92.1 presets the frame of the axes named.
         Code::ClearPositionShift | Code::SuspendPositionShift | Code::RestorePositionShift => AxisWords::Unknown,

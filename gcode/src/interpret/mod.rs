@@ -259,7 +259,7 @@ impl Interpreter<'_> {
             return false;
         }
         let states_motion = words.explicit_motion().is_some();
-        let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion);
+        let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion, |letter| words.has(letter));
         if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown) {
             let message =
                 format!("what the axis words beside {} do is not known: nor is the position after them", written(g.tenths));
