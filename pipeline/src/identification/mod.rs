@@ -12,6 +12,7 @@ mod search;
 mod structure;
 
 use datasets::Log;
+use gcode::DecimalPoint;
 use machine::MachineSpec;
 use models::ControlFidelity;
 use motion::AxisKind;
@@ -165,8 +166,15 @@ pub fn agreement(machine: &MachineSpec, runs: &[KnownRun<'_>]) -> Result<Fidelit
 fn observe(runs: &[KnownRun<'_>], machine: &MachineSpec) -> Result<Vec<Observed>> {
     let period_s = runs.first().ok_or(Error::NoLog)?.log.period_s();
     let setup = Setup { period_s, ..Setup::new(machine, None)? };
-    let settings = ReadSettings { at_zero: true, ..ReadSettings::default() };
-    runs.iter().map(|run| Observed::new(run, &setup, &settings)).collect()
+    let read = |run: &KnownRun<'_>, decimal_point: DecimalPoint| {
+        let settings =
+            ReadSettings { at_zero: true, decimal_point: setup.decimal_point.or(Some(decimal_point)), ..ReadSettings::default() };
+        Observed::new(run, &setup, &settings)
+    };
+    // Where coordinates without a decimal point can be read in two ways, the log shows which one holds.
+    runs.iter()
+        .map(|run| read(run, DecimalPoint::Unit).or_else(|error| read(run, DecimalPoint::LeastIncrement).map_err(|_| error)))
+        .collect()
 }
 
 /// A structure with its parameters.
