@@ -116,7 +116,10 @@ fn absolute_centres_are_not_guessed_in_a_fanuc_program() {
 
 #[test]
 fn a_repeated_arc_is_left_alone() {
-    assert_eq!(shiftable(Dialect::Fanuc, "G2 X20. Y30. I10. J0. L3\nG1 X50.\nX0. Y0.\nX5.\n"), [LEFT, UNKNOWN, UNKNOWN, YES]);
+    let body = "G2 X20. Y30. I10. J0. L3\nG1 X50.\nX0. Y0.\nX5.\n";
+    assert_eq!(shiftable(Dialect::Fanuc, body), [LEFT, UNKNOWN, UNKNOWN, YES]);
+    // Its end is not known, so no arc leads there.
+    assert_eq!(read(Dialect::Fanuc, body).moves[2].kind, MoveKind::Line);
 }
 
 #[test]

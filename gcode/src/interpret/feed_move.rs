@@ -57,7 +57,12 @@ impl Interpreter<'_> {
             return false;
         }
         if let Some(index) = words.index(b'L').filter(|_| words.m.is_empty() && words.g.iter().all(|g| takes_no_l(g.code))) {
-            self.report.warning(self.span(index), "L has no meaning in this feed move and is left as it is", None);
+            let message = if self.has_repeats(words) {
+                "L may repeat this move, which is left alone"
+            } else {
+                "L has no meaning in this feed move and is left as it is"
+            };
+            self.report.warning(self.span(index), message, None);
         }
         if !self.units_stated {
             // One warning is enough. An option that was set explicitly needs none.

@@ -122,18 +122,21 @@ impl Interpreter<'_> {
         if goes_nowhere {
             self.report.warning(self.span(at), "an arc of radius zero, which is left alone", None);
         }
+        // Under a motion code that a switch may skip the move may be another, even a probing move.
+        let is_lost = machine
+            || (self.optional_motion && !explicit_motion)
+            || self.has_repeats(words)
+            || (goes_nowhere && end.nominal != start.nominal);
         let kind = match motion {
             _ if !sound => None,
-            // The path of an arc with unknown words is taken as the line to its end.
-            _ if !decided || goes_nowhere => Some(MoveKind::Line),
+            // The path of an arc with unknown words or an unknown end is taken as the line to its end.
+            _ if !decided || goes_nowhere || is_lost => Some(MoveKind::Line),
             Motion::Line => Some(MoveKind::Line),
             _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
         };
         let feed = if sound { self.feed_of(words, at) } else { None };
         self.position = end;
-        // Under a motion code that a switch may skip the move may be another, even a probing move.
-        let is_open = self.has_repeats(words) || (goes_nowhere && end.nominal != start.nominal);
-        if machine || (self.optional_motion && !explicit_motion) || is_open {
+        if is_lost {
             self.lose_named(words, start);
         }
         let (Some(kind), Some(feed)) = (kind, feed) else { return };
@@ -175,7 +178,7 @@ impl Interpreter<'_> {
     }
 
     /// Whether an L may repeat the motion, as it does for arcs and canned cycles of some controls.
-    fn has_repeats(&self, words: &Gathered) -> bool {
+    pub fn has_repeats(&self, words: &Gathered) -> bool {
         let is_incremental = self.modal.distance == Distance::Incremental;
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
         self.options.dialect == Dialect::Fanuc && words.has(b'L') && (is_arc || is_incremental)
