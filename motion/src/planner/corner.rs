@@ -5,13 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::geometry::{angle, length_between, parameter_after};
-use super::piece::{MM_PER_RAD, Piece, RotaryPath};
+use super::piece::{MM_PER_RAD, Piece, RotaryPath, SMOOTH_RAD};
 use super::settings::{Corners, PlanSettings};
 use crate::curves::Bezier;
 use crate::{Limits, Vec3};
 
-/// Directions that differ by less count as smooth, rad: a velocity step of 2 µm/s at 100 mm/s.
-pub(super) const SMOOTH_RAD: f64 = 2e-5;
 /// A larger direction change is a reversal: the tool stops there, rad.
 const REVERSAL_RAD: f64 = 2.9;
 /// Shorter pieces have no usable direction, mm.

@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::corner::SMOOTH_RAD;
-use super::piece::{AxisSlots, MM_PER_RAD, PathVector, Piece, Turning};
+use super::piece::{AxisSlots, MM_PER_RAD, PathVector, Piece, SMOOTH_RAD, Turning};
 use crate::{AxisKind, MotionError, Vec3};
 
 /// Longest step between grid nodes, mm.

@@ -10,6 +10,8 @@ use crate::{Axis, AxisKind, Curve, Kinematics, MotionError, Pose, Vec3};
 /// X, Y, Z in mm, and A, B, C with a degree counted as a millimetre, as in controls that combine
 /// both.
 pub(super) type PathVector = SVector<f64, 6>;
+/// Directions that differ by less count as smooth, rad: a velocity step of 2 µm/s at 100 mm/s.
+pub(super) const SMOOTH_RAD: f64 = 2e-5;
 /// Path length of one rad of a rotary axis, mm.
 pub const MM_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 

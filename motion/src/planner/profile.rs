@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::corner::SMOOTH_RAD;
 use super::excess::Excess;
 use super::geometry::{Node, Segment, Shape};
+use super::piece::SMOOTH_RAD;
 use super::settings::Corners;
 use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};

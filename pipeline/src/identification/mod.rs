@@ -29,17 +29,7 @@ use search::{Search, interval};
 use structure::{CORNERS, SHAPES, Structure};
 
 pub use fidelity::Fidelity;
-
-/// A program and the log of its run.
-#[derive(Debug)]
-pub struct KnownRun<'a> {
-    /// Name of the program, for messages.
-    pub name: String,
-    /// The program.
-    pub program: Vec<u8>,
-    /// The log of its run.
-    pub log: &'a Log,
-}
+pub use observed::KnownRun;
 
 /// An identified control.
 #[derive(Debug)]

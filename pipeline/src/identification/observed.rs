@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use datasets::Log;
 use machine::MachineSpec;
 use motion::contour::{Exact, follow};
 use motion::{Kinematics, Piece, Plan, ToolPath, Trajectory, Vec3};
 
-use super::KnownRun;
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::measure::{readback, without_approach};
@@ -20,6 +20,17 @@ pub(super) const CELL_S: f64 = 0.01;
 
 /// Smallest angle between pieces that counts as a corner, rad.
 const CORNER_RAD: f64 = 0.17;
+
+/// A program and the log of its run.
+#[derive(Debug)]
+pub struct KnownRun<'a> {
+    /// Name of the program, for messages.
+    pub name: String,
+    /// The program.
+    pub program: Vec<u8>,
+    /// The log of its run.
+    pub log: &'a Log,
+}
 
 /// A recorded run.
 pub(super) struct Observed {
