@@ -192,8 +192,9 @@ impl Candidate {
         (self.structure, self.machine.clone())
     }
 
+    /// On held-out runs and on those of the fit: the former alone may hold too few corners to tell structures apart.
     fn score(&self) -> f64 {
-        self.fidelity.score()
+        self.fidelity.score() + self.fit
     }
 }
 

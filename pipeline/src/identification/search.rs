@@ -9,12 +9,12 @@ use super::observed::{CELL_S, Observed};
 use super::parameters::Parameter;
 
 /// First factor of a step, the least one, and the one below which a round without gain is the last.
-const FIRST_FACTOR: f64 = 1.2;
+const FIRST_FACTOR: f64 = 1.5;
 const LAST_FACTOR: f64 = 1.01;
 const SMALL_FACTOR: f64 = 1.05;
 /// Rounds over all parameters while structures are compared, and of the last fit.
-pub(super) const ROUNDS: usize = 2;
-pub(super) const LAST_ROUNDS: usize = 4;
+pub(super) const ROUNDS: usize = 5;
+pub(super) const LAST_ROUNDS: usize = 8;
 /// Gauss–Newton steps, their first damping as a share of the diagonal, dampings that are tried for a step, and the relative change by which
 /// slopes are found.
 const STEPS: usize = 8;
