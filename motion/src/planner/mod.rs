@@ -216,7 +216,8 @@ fn plan_segment(
         ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
     ];
-    let corners = segment.sharp_corners();
+    // A control that blends passes no corner without a blend: where directions differ a little all the same, the limits hold.
+    let corners = if settings.corners == Corners::Blend { Vec::new() } else { segment.sharp_corners() };
     let spread_s = windows.iter().sum::<usize>() as f64 * period;
     let mut worst = (0.0, String::new());
     for round in 0..ROUNDS {
