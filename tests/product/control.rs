@@ -75,7 +75,7 @@ fn the_first_run_on_a_learned_control_has_less_than_half_the_error_of_one_withou
     compensate("by-record.nc", &["--machine", "ballscrew", "--reference", "recorded.csv"]);
     let [raw, plain, recorded, own] = ["part.nc", "plain.nc", "by-record.nc", "own.nc"].map(|program| error_um(&folder, program));
     println!("{raw:.2} µm raw, {plain:.2} by our plan, {recorded:.2} by the record, {own:.2} by the learned control");
-    assert!(own < 0.5 * plain && own < 0.3 * raw && own < 2.0 * recorded, "{raw} {plain} {recorded} {own}");
+    assert!(own <= 0.85 && own <= 1.2 * recorded && own < 0.35 * plain, "{raw} {plain} {recorded} {own}");
     let cycle = |at: &str| slowdown["cycle_s"][at].as_f64().unwrap();
     assert!(cycle("after") <= 1.01 * cycle("before"), "{slowdown}");
 }

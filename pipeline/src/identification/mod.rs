@@ -127,8 +127,23 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
     let best = simplest(&tried).ok_or(Error::NoLog)?;
     let all = up_to(FIT_S, observed.iter());
-    let parameters = parameters(best.structure, &best.machine);
-    let (_, machine) = Search::new(&all, &parameters).best(best.machine.clone(), search::LAST_ROUNDS, f64::INFINITY);
+    let mut parameters = parameters(best.structure, &best.machine);
+    let mut found = Search::new(&all, &parameters).best(best.machine.clone(), search::LAST_ROUNDS, f64::INFINITY);
+    // A parameter that explains nothing would still cost time or accuracy in other programs.
+    for (at, neutral) in
+        parameters.iter().enumerate().filter_map(|(at, one)| Some((at, one.neutral()?))).rev().collect::<Vec<_>>()
+    {
+        let mut without = found.1.clone();
+        let removed = parameters.remove(at);
+        removed.set(&mut without, neutral);
+        let other = Search::new(&all, &parameters).best(without, search::ROUNDS, HOPELESS * found.0);
+        if other.0 <= SAME * found.0 {
+            found = other;
+        } else {
+            parameters.insert(at, removed);
+        }
+    }
+    let (_, machine) = found;
     let values = parameters.iter().map(|parameter| Value {
         key: parameter.key.clone(),
         value: parameter.of(&machine),
@@ -200,7 +215,7 @@ impl Candidate {
 
 /// A fit whose score after the Gauss–Newton steps is so many times the best one does not go on.
 const HOPELESS: f64 = 2.5;
-/// Structures whose agreement differs by less are equally good, and the one with fewer parameters is taken.
+/// Agreements that differ by less are equally good, and the one with fewer parameters is taken.
 const SAME: f64 = 1.05;
 
 fn simplest(tried: &[Candidate]) -> Option<&Candidate> {

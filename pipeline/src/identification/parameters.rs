@@ -71,6 +71,15 @@ impl Parameter {
         matches!(self.entry, Entry::Rise | Entry::Smoothing | Entry::Filter(_))
     }
 
+    /// The value with which it has no effect, for a parameter that many controls do not have.
+    pub fn neutral(&self) -> Option<f64> {
+        match self.entry {
+            Entry::ShortLines => Some(1.0),
+            Entry::AxisJerk => Some(NO_JERK),
+            _ => None,
+        }
+    }
+
     /// The value after a Gauss–Newton step: in periods for an average, else in the logarithm. Limited, for slopes hold nearby.
     pub fn moved(&self, value: f64, step: f64) -> f64 {
         if self.is_average() {
