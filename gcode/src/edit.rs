@@ -1,5 +1,7 @@
 //! Program edits as patches of byte spans. Bytes outside the patches do not change.
 
+use std::ops::Range;
+
 use crate::error::GcodeError;
 use crate::program::Program;
 use crate::word::Span;
@@ -8,6 +10,8 @@ use crate::word::Span;
 struct Patch {
     span: Span,
     text: Vec<u8>,
+    /// Whether it was inserted after a block, and belongs to that one.
+    follows: bool,
 }
 
 /// Edits of one program, collected in any order and applied together by [`edit`].
@@ -36,7 +40,7 @@ impl Edits {
     ///
     /// Several insertions at one offset keep their order.
     pub fn replace(&mut self, span: Span, text: impl Into<Vec<u8>>) {
-        self.patches.push(Patch { span, text: text.into() });
+        self.patches.push(Patch { span, text: text.into(), follows: false });
     }
 
     /// Inserts whole lines before a block, with the program's line ending.
@@ -61,7 +65,7 @@ impl Edits {
         // A last line without a line ending keeps none: the ending is written before the new lines.
         let text = joined(program, lines, here.next == here.span.end);
         if !text.is_empty() {
-            self.replace(Span { start: here.next, end: here.next }, text);
+            self.patches.push(Patch { span: Span { start: here.next, end: here.next }, text, follows: true });
         }
         Ok(())
     }
@@ -91,14 +95,41 @@ fn joined<L: AsRef<[u8]>>(program: &Program, lines: &[L], ending_first: bool) ->
 /// [`GcodeError::OverlappingEdits`] if two edits name the same byte or one inserts inside the span
 /// of the other, [`GcodeError::OutsideProgram`] for bytes beyond the program.
 pub fn edit(program: &Program, edits: &Edits) -> Result<Vec<u8>, GcodeError> {
+    patched(program, 0..program.bytes().len(), edits.patches.iter().collect())
+}
+
+/// Same as [`edit`], for the bytes of some blocks; the bytes before the first block belong to it. Edits of other blocks are left out, those
+/// behind the last block as well.
+///
+/// # Errors
+/// As [`edit`].
+pub fn edit_blocks(program: &Program, blocks: Range<usize>, edits: &Edits) -> Result<Vec<u8>, GcodeError> {
+    let start = |block: usize| match (block, program.blocks().get(block)) {
+        (0, _) => 0,
+        (_, Some(block)) => block.span.start as usize,
+        (_, None) => program.bytes().len(),
+    };
+    let bytes = start(blocks.start)..start(blocks.end);
+    let is_last = bytes.end == program.bytes().len();
+    // What is inserted where the next block starts stands before that block, unless it follows the last one.
+    let own = |patch: &&Patch| {
+        let at = patch.span.start as usize;
+        at >= bytes.start
+            && (at < bytes.end || is_last || patch.follows && at == bytes.end)
+            && !(patch.follows && at == bytes.start)
+    };
+    let patches = edits.patches.iter().filter(own).collect();
+    patched(program, bytes, patches)
+}
+
+fn patched(program: &Program, range: Range<usize>, mut order: Vec<&Patch>) -> Result<Vec<u8>, GcodeError> {
     let bytes = program.bytes();
-    let mut order: Vec<&Patch> = edits.patches.iter().collect();
     // Stable sort: insertions at one offset keep their order and precede a replacement that starts
     // there.
     order.sort_by_key(|patch| (patch.span.start, patch.span.end));
     let added: usize = order.iter().map(|patch| patch.text.len()).sum();
-    let mut out = Vec::with_capacity(bytes.len() + added);
-    let mut done = Span { start: 0, end: 0 };
+    let mut out = Vec::with_capacity(range.len() + added);
+    let mut done = Span { start: range.start as u32, end: range.start as u32 };
     for patch in order {
         let Span { start, end } = patch.span;
         if start > end || end as usize > bytes.len() {
@@ -111,7 +142,7 @@ pub fn edit(program: &Program, edits: &Edits) -> Result<Vec<u8>, GcodeError> {
         out.extend_from_slice(&patch.text);
         done = patch.span;
     }
-    out.extend_from_slice(&bytes[done.end as usize..]);
+    out.extend_from_slice(&bytes[done.end as usize..range.end]);
     Ok(out)
 }
 
@@ -131,6 +162,27 @@ mod tests {
         edits.insert_after(&program, 2, &["%"]).expect("block 2 exists");
         let text = edit(&program, &edits).expect("no overlap");
         assert_eq!(text, b"%\r\nG64 P0.01\r\nG1 X1.25 Y2 (keep)\r\nX3\r\nX4\r\nM30\r\n%");
+    }
+
+    #[test]
+    fn the_edits_of_all_parts_are_those_of_the_whole() {
+        let program = parse("\u{feff}%\nG1 X1\n\nX2\nX3");
+        let mut edits = Edits::new();
+        for block in 0..program.blocks().len() {
+            edits.insert_before(&program, block, &[format!("(before {block})")]).expect("it exists");
+            edits.insert_after(&program, block, &[format!("(after {block})")]).expect("it exists");
+        }
+        let whole = edit(&program, &edits).expect("no overlap");
+        for cut in 0..=program.blocks().len() {
+            let part = |blocks| edit_blocks(&program, blocks, &edits).expect("no overlap");
+            let (first, second) = (part(0..cut), part(cut..program.blocks().len()));
+            let text = String::from_utf8_lossy(&first).into_owned();
+            assert_eq!([first, second].concat(), whole, "{cut}");
+            assert!(
+                !text.contains(&format!("(before {cut})")) && (cut == 0 || text.contains(&format!("(after {})", cut - 1))),
+                "{text}"
+            );
+        }
     }
 
     #[test]

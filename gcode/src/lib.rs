@@ -62,15 +62,15 @@ pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, u
 pub use diagnostic::{Diagnostic, Severity};
 pub use dialect::{ArcCentres, DecimalPoint, Dialect, Options};
 pub use dialogue::renumber;
-pub use edit::{Edits, edit};
+pub use edit::{Edits, edit, edit_blocks};
 pub use error::GcodeError;
 pub use evaluate::{Files, evaluate, expand};
 pub use foreign::{Foreign, recognise};
 pub use format::{append_number, format_angle, format_coordinate, format_number};
-pub use interpret::interpret;
+pub use interpret::{Reader, Resume, interpret, interpret_part};
 pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
 pub use passive::PassiveCodes;
 pub use position::{Axis, Position};
-pub use program::{Block, Language, Program, parse};
+pub use program::{Block, Language, Program, parse, parse_in};
 pub use toolpath::{Feed, Fixed, Move, MoveKind, MoveWords, Shiftable, Toolpath};
 pub use word::{Span, Word, WordKind};

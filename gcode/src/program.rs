@@ -62,8 +62,8 @@ pub fn parse(bytes: impl Into<Vec<u8>>) -> Program {
     parse_in(bytes, language)
 }
 
-/// Splits a program of this language.
-pub(crate) fn parse_in(bytes: Vec<u8>, language: Language) -> Program {
+/// Splits a program of this language, whatever its bytes look like: a part of a program may lack the signs of its language.
+pub fn parse_in(bytes: Vec<u8>, language: Language) -> Program {
     let limit = bytes.len().min(u32::MAX as usize);
     let text = &bytes[..limit];
     let mut blocks = Vec::with_capacity(limit / 24);

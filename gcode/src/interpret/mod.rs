@@ -7,6 +7,7 @@ mod feed_move;
 mod frames;
 mod gather;
 mod motion;
+mod parts;
 pub(crate) mod report;
 mod sections;
 mod settings;
@@ -15,6 +16,8 @@ mod sinumerik;
 mod sinumerik_codes;
 mod state;
 mod unknown;
+
+pub use parts::{Reader, Resume, interpret_part};
 
 use codes::{AxisWords, Code, Motion, OneShot, axis_words, written};
 use gather::{GWord, Gathered};
@@ -54,15 +57,8 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
         evaluate(&mut evaluated, options, &|_| None)?;
         return interpret(&evaluated, options);
     }
-    let assumed = match options.arc_centres {
-        ArcCentres::Absolute => Distance::Absolute,
-        ArcCentres::Auto | ArcCentres::Incremental => Distance::Incremental,
-    };
-    let read = Interpreter::new(program, options, assumed).run();
-    // SINUMERIK states absolute centres word by word.
-    let is_open =
-        options.arc_centres == ArcCentres::Auto && options.dialect != Dialect::Sinumerik && !Dialect::Fanuc.is_certain(program);
-    if is_open && read.arc_faults.is_telling && !read.arc_distance_stated {
+    let read = Interpreter::new(program, options, assumed_centres(options)).run();
+    if read.doubts_centres() {
         let mut absolute = Interpreter::new(program, options, Distance::Absolute).run();
         if !absolute.arc_faults.any {
             absolute.report.warning(
@@ -76,7 +72,24 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
     read.finish()
 }
 
+/// How arc centres are stated until the program says it.
+fn assumed_centres(options: &Options) -> Distance {
+    match options.arc_centres {
+        ArcCentres::Absolute => Distance::Absolute,
+        ArcCentres::Auto | ArcCentres::Incremental => Distance::Incremental,
+    }
+}
+
 impl Interpreter<'_> {
+    /// Whether arcs may be stated by absolute centres, which were read as incremental.
+    fn doubts_centres(&self) -> bool {
+        // SINUMERIK states absolute centres word by word.
+        let is_open = self.options.arc_centres == ArcCentres::Auto
+            && self.options.dialect != Dialect::Sinumerik
+            && !Dialect::Fanuc.is_certain(self.program);
+        is_open && self.arc_faults.is_telling && !self.arc_distance_stated
+    }
+
     fn run(mut self) -> Self {
         if !self.program.is_whole() {
             self.report.error(Span { start: 0, end: 0 }, "the program is longer than 4 GiB", None);
@@ -84,23 +97,29 @@ impl Interpreter<'_> {
         }
         let mut words = Gathered::default();
         let mut next = 0;
-        while let Some(step) = self.program.step(next) {
+        while self.read_step(next, &mut words) {
             next += 1;
-            // What ran in between stands elsewhere in the file.
-            self.shared_since |= (step.block as usize) < self.block;
-            self.block = step.block as usize;
-            self.ran = step.ran;
-            words.fill(self.program, step.words(), self.options.dialect);
-            let skips = words.block_delete && self.options.block_delete.is_none();
-            words.optional = skips || step.ran == Ran::Perhaps;
-            self.shared_since |= step.ran != Ran::Once && !words.is_empty;
-            self.read_block(&words);
-            if self.ended || self.report.is_full() {
-                self.warn_after_end();
-                break;
-            }
         }
         self
+    }
+
+    /// Reads the executed block with this index. Returns whether there was one and more may follow.
+    fn read_step(&mut self, index: usize, words: &mut Gathered) -> bool {
+        let Some(step) = self.program.step(index) else { return false };
+        // What ran in between stands elsewhere in the file.
+        self.shared_since |= (step.block as usize) < self.block;
+        self.block = step.block as usize;
+        self.ran = step.ran;
+        words.fill(self.program, step.words(), self.options.dialect);
+        let skips = words.block_delete && self.options.block_delete.is_none();
+        words.optional = skips || step.ran == Ran::Perhaps;
+        self.shared_since |= step.ran != Ran::Once && !words.is_empty;
+        self.read_block(words);
+        let stops = self.ended || self.report.is_full();
+        if stops {
+            self.warn_after_end();
+        }
+        !stops
     }
 
     fn finish(self) -> Result<Toolpath, GcodeError> {

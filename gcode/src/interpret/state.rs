@@ -26,7 +26,7 @@ pub(super) struct Interpreter<'a> {
     pub cycle: Option<CycleState>,
     pub position: Position,
     /// Linear axes that the program never names. Their position is constant and counts as known.
-    idle: u8,
+    pub idle: u8,
     pub shifts: Shifts,
     pub feed: FeedWord,
     /// Blocks and codes that activated the present rotation, scaling and polar modes.
