@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use datasets::ReadOptions;
 use gcode::{DecimalPoint, Dialect, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
-use pipeline::model_based_ilc::LawName;
 use pipeline::model_based_ilc::Settings;
+use pipeline::model_based_ilc::{FewerPoints, LawName};
 use pipeline::part::{GivenOffset, Subprograms};
 use pipeline::refit::TimeEncoding;
 use pipeline::setpoints::SetpointKind;
@@ -189,7 +189,8 @@ impl OutputArgs {
         let is_asked = self.format.is_some() || self.spacing.is_some();
         let usual = if is_asked { f64::INFINITY } else { own.cycle_limit };
         let cycle_limit = cycle_limit.map_or(usual, |percent| 0.01 * percent);
-        Settings { cycle_limit, fewer_points: self.spacing.is_none(), ..own }
+        let fewer_points = if self.spacing.is_none() { own.fewer_points } else { FewerPoints::Never };
+        Settings { cycle_limit, fewer_points, ..own }
     }
 
     /// The setup of a machine with the profile of the control that was asked for.

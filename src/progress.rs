@@ -95,6 +95,7 @@ fn title(job: Job) -> &'static str {
         Job::Identifying => "identifying the control",
         Job::TuningIlc => "tuning ILC",
         Job::Comparing => "comparing",
+        Job::Windows => "compensating windows",
         Job::ComparingPrograms => "comparing programs",
     }
 }

@@ -1,6 +1,7 @@
 //! What the commands read: part programs, references, built-in curves, machines and models.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
@@ -10,6 +11,7 @@ use models::Bundle;
 use motion::Trajectory;
 use motion::curves::library;
 use pipeline::part::Subprograms;
+use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
@@ -32,7 +34,7 @@ pub struct Source {
 enum Content {
     Curve,
     Reference(Trajectory),
-    Program { program: Box<Program>, folder: PathBuf },
+    Program { program: Arc<Program>, folder: PathBuf },
 }
 
 impl Source {
@@ -60,7 +62,7 @@ impl Source {
                 return Err(Usage(why).into());
             }
             let folder = input.parent().map(Path::to_path_buf).unwrap_or_default();
-            Content::Program { program: Box::new(gcode::parse(bytes)), folder }
+            Content::Program { program: Arc::new(gcode::parse(bytes)), folder }
         };
         Ok(Self { name, content })
     }
@@ -75,14 +77,23 @@ impl Source {
             Content::Curve => curve(&name, feed_mm_s, setup)?,
             Content::Reference(reference) => Input::reference(name, reference, Some(setup))?,
             Content::Program { program, folder } => {
-                let of_name = || dialect_of_name(&name).filter(|dialect| !dialect.is_ruled_out(&program));
-                let dialect = settings.dialect.or_else(|| if setup.dialect.is_none() { of_name() } else { None });
+                let dialect = dialect_of(&name, &program, setup, settings);
                 let settings = ReadSettings { dialect, subprograms: beside(folder), ..settings.clone() };
-                Part::of(&name, *program, setup, &settings)?.into()
+                Part::of(&name, Arc::unwrap_or_clone(program), setup, &settings)?.into()
             }
         };
         travel::check(&input, setup)?;
         Ok(input)
+    }
+
+    /// The program, where it is long enough for windows, with the settings it is read by.
+    ///
+    /// # Errors
+    /// When the program is refused.
+    pub fn long(&self, setup: &Setup, settings: &ReadSettings) -> Result<Option<(LongProgram, ReadSettings)>> {
+        let Content::Program { program, .. } = &self.content else { return Ok(None) };
+        let settings = ReadSettings { dialect: dialect_of(&self.name, program, setup, settings), ..settings.clone() };
+        Ok(LongProgram::new(&self.name, program, setup, &settings)?.map(|long| (long, settings)))
     }
 
     /// The reference, where the content is one: it needs no planning.
@@ -95,6 +106,12 @@ impl Source {
             content => Err(Self { content, ..self }),
         }
     }
+}
+
+/// The dialect that an option states, or the name of the file where the setup has none.
+fn dialect_of(name: &str, program: &Program, setup: &Setup, settings: &ReadSettings) -> Option<Dialect> {
+    let of_name = || dialect_of_name(name).filter(|dialect| !dialect.is_ruled_out(program));
+    settings.dialect.or_else(|| if setup.dialect.is_none() { of_name() } else { None })
 }
 
 /// The dialect of programs whose files end like this: main programs and subprograms of SINUMERIK.

@@ -62,7 +62,7 @@ impl Plane {
 }
 
 /// Active work coordinate system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WorkOffset {
     /// 1 for G54 to 6 for G59, 7 to 9 for G59.1 to G59.3.
     Standard(u8),

@@ -1,5 +1,7 @@
 //! Expected figures of a run: the forecast combined with the model's own error.
 
+use std::ops::Range;
+
 use models::{AxisSignal, Bundle, PEAK_S, Spread};
 use motion::{DesiredPath, Trajectory, Vec3};
 use serde::Serialize;
@@ -45,17 +47,117 @@ impl Expectation {
     /// # Errors
     /// When the samples of forecast and path do not match.
     pub fn of(bundle: &Bundle, input: &Input, reference: &Trajectory, forecast: &Trajectory) -> Result<Option<Self>> {
+        Ok(ExpectationSum::of(bundle, input, reference, forecast, 0..reference.len())?.expectation())
+    }
+}
+
+/// What [`Expectation`] is computed from, over one or several ranges of samples.
+#[derive(Debug, Default)]
+pub(crate) struct ExpectationSum<'a> {
+    /// Number of samples that count, and the sum of the squares of their forecast errors, mm².
+    samples: usize,
+    forecast_square: f64,
+    /// Sum of the squares of every axis's error perpendicular to the path, mm², and its distribution.
+    axes: Vec<(f64, &'a Spread)>,
+    segments: Vec<Segment>,
+}
+
+impl<'a> ExpectationSum<'a> {
+    /// The sums over the samples `range`; nothing where the model has no error distribution.
+    ///
+    /// # Errors
+    /// When the samples of forecast and path do not match.
+    pub(crate) fn of(
+        bundle: &'a Bundle,
+        input: &Input,
+        reference: &Trajectory,
+        forecast: &Trajectory,
+        range: Range<usize>,
+    ) -> Result<Self> {
         let (desired, part) = (input.desired(), input.part());
-        let Some(axes) = axis_errors(bundle, desired.trajectory(), reference) else { return Ok(None) };
-        let counted: Vec<usize> = (0..desired.trajectory().len()).filter(|k| counts(part, *k)).collect();
+        let Some(axes) = axis_errors(bundle, desired.trajectory(), reference) else { return Ok(Self::default()) };
+        let counted: Vec<usize> = range.filter(|k| counts(part, *k)).collect();
         if counted.is_empty() || axes.is_empty() {
-            return Ok(None);
+            return Ok(Self::default());
         }
         let errors = contour_errors(desired, forecast)?;
         let forecast_mm: Vec<f64> = counted.iter().map(|k| errors[*k].magnitude_mm).collect();
         let across = across(desired, &axes, &counted);
         let samples = (PEAK_S / desired.trajectory().period_s()).round().max(1.0) as usize;
-        Ok(Some(Self { rms: rms(&axes, &across, &forecast_mm), max: max(&axes, &across, &forecast_mm, samples) }))
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        Ok(Self {
+            samples: counted.len(),
+            forecast_square: square(&forecast_mm),
+            axes: axes.iter().zip(&across).map(|(axis, across)| (square(across), axis.spread)).collect(),
+            segments: segments(&across, &forecast_mm, samples),
+        })
+    }
+
+    /// Adds another range of the same path.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.forecast_square += other.forecast_square;
+        self.segments.extend(other.segments);
+        if self.axes.is_empty() {
+            self.axes = other.axes;
+        } else {
+            self.axes.iter_mut().zip(other.axes).for_each(|(axis, (square, _))| axis.0 += square);
+        }
+    }
+
+    /// The expected figures; `None` without a sample.
+    pub(crate) fn expectation(&self) -> Option<Expectation> {
+        (self.samples > 0).then(|| Expectation { rms: self.rms(), max: self.max() })
+    }
+
+    /// Expected RMS, from the forecast error and the errors of all axes.
+    fn rms(&self) -> Expected {
+        let mean = |square: f64| square / self.samples as f64;
+        let mut squares = [mean(self.forecast_square); 3];
+        for (own, spread) in &self.axes {
+            for (square, multiple) in squares.iter_mut().zip(spread.multiples()) {
+                *square += mean(*own) * multiple * multiple;
+            }
+        }
+        let [low, middle, high] = squares.map(f64::sqrt);
+        Expected { low, middle, high }
+    }
+
+    /// Expected largest error, from the peaks of every axis in each segment.
+    fn max(&self) -> Expected {
+        Expected {
+            low: self.quantile(0.05, |spread| spread.multiples()[0]),
+            middle: self.quantile(0.5, |_| 1.0),
+            high: self.quantile(0.95, Spread::upper),
+        }
+    }
+
+    /// Quantile of the largest error, mm: the bound that a share `share` of the runs does not exceed. `times` scales the
+    /// expected errors. The peaks of different axes and segments are independent.
+    fn quantile(&self, share: f64, times: impl Fn(&Spread) -> f64) -> f64 {
+        let below = |max_mm: f64| -> f64 {
+            let one = |segment: &Segment| {
+                let square = max_mm * max_mm - segment.forecast_mm * segment.forecast_mm;
+                if square < 0.0 {
+                    return 0.0;
+                }
+                let axis = |(rms_mm, (_, spread)): (&f64, &(f64, &Spread))| {
+                    if *rms_mm > 0.0 { spread.below(square.sqrt() / (rms_mm * times(spread))) } else { 1.0 }
+                };
+                segment.axes_mm.iter().zip(&self.axes).map(axis).product::<f64>()
+            };
+            self.segments.iter().map(one).product()
+        };
+        let mut high = self.segments.iter().map(|segment| segment.forecast_mm).fold(1e-6, f64::max);
+        while below(high) < share && high < 1e6 {
+            high *= 2.0;
+        }
+        let mut low = 0.0;
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if below(middle) < share { low = middle } else { high = middle }
+        }
+        high
     }
 }
 
@@ -79,36 +181,6 @@ fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory
         axes.push(AxisError { axis, rms: spread.at(&signal), spread });
     }
     Some(axes)
-}
-
-/// Expected RMS, from the forecast error and the errors of all axes.
-fn rms(axes: &[AxisError<'_>], across: &[Vec<f64>], forecast_mm: &[f64]) -> Expected {
-    let mean_square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
-    let mut squares = [mean_square(forecast_mm); 3];
-    for (axis, across) in axes.iter().zip(across) {
-        let own = mean_square(across);
-        for (square, multiple) in squares.iter_mut().zip(axis.spread.multiples()) {
-            *square += own * multiple * multiple;
-        }
-    }
-    let [low, middle, high] = squares.map(f64::sqrt);
-    Expected { low, middle, high }
-}
-
-/// Expected largest error, from the peaks of every axis in each segment of `samples` samples.
-fn max(axes: &[AxisError<'_>], across: &[Vec<f64>], forecast_mm: &[f64], samples: usize) -> Expected {
-    let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
-    let segment = |from: usize| {
-        let range = from..(from + samples).min(forecast_mm.len());
-        let peaks = axes.iter().zip(across).map(|(axis, of)| (largest(&of[range.clone()]), axis.spread));
-        Segment { forecast_mm: largest(&forecast_mm[range.clone()]), axes: peaks.collect() }
-    };
-    let segments: Vec<Segment<'_>> = (0..forecast_mm.len()).step_by(samples).map(segment).collect();
-    Expected {
-        low: quantile(&segments, 0.05, |spread| spread.multiples()[0]),
-        middle: quantile(&segments, 0.5, |_| 1.0),
-        high: quantile(&segments, 0.95, Spread::upper),
-    }
 }
 
 /// Expected error of every axis perpendicular to the path at the samples that count, mm.
@@ -136,37 +208,21 @@ fn across(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> V
 }
 
 /// Half a second of a run.
-struct Segment<'a> {
+#[derive(Debug)]
+struct Segment {
     /// Largest error of the forecast, mm.
     forecast_mm: f64,
     /// Largest expected RMS of every axis's model error perpendicular to the path, mm.
-    axes: Vec<(f64, &'a Spread)>,
+    axes_mm: Vec<f64>,
 }
 
-/// Quantile of the largest error, mm: the bound that a share `share` of the runs does not exceed. `times` scales the
-/// expected errors. The peaks of different axes and segments are independent.
-fn quantile(segments: &[Segment<'_>], share: f64, times: impl Fn(&Spread) -> f64) -> f64 {
-    let below = |max_mm: f64| -> f64 {
-        let one = |segment: &Segment<'_>| {
-            let square = max_mm * max_mm - segment.forecast_mm * segment.forecast_mm;
-            if square < 0.0 {
-                return 0.0;
-            }
-            let axis = |(rms_mm, spread): &(f64, &Spread)| {
-                if *rms_mm > 0.0 { spread.below(square.sqrt() / (rms_mm * times(spread))) } else { 1.0 }
-            };
-            segment.axes.iter().map(axis).product::<f64>()
-        };
-        segments.iter().map(one).product()
+/// Segments of `samples` samples.
+fn segments(across: &[Vec<f64>], forecast_mm: &[f64], samples: usize) -> Vec<Segment> {
+    let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+    let segment = |from: usize| {
+        let range = from..(from + samples).min(forecast_mm.len());
+        let axes_mm = across.iter().map(|of| largest(&of[range.clone()])).collect();
+        Segment { forecast_mm: largest(&forecast_mm[range]), axes_mm }
     };
-    let mut high = segments.iter().map(|segment| segment.forecast_mm).fold(1e-6, f64::max);
-    while below(high) < share && high < 1e6 {
-        high *= 2.0;
-    }
-    let mut low = 0.0;
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if below(middle) < share { low = middle } else { high = middle }
-    }
-    high
+    (0..forecast_mm.len()).step_by(samples).map(segment).collect()
 }

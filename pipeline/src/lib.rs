@@ -24,6 +24,7 @@ pub mod statistics;
 pub mod training;
 pub mod travel;
 pub mod units;
+pub mod windows;
 
 pub use error::{Error, ProgramFault, Result, VerifyError};
 pub use expectation::{Expectation, Expected};

@@ -105,8 +105,13 @@ impl OutputSettings {
 
     /// Sets [`Part::states_path`]: whether compensated segments state a path mode of their own, as on LinuxCNC.
     pub fn prepare(&self, part: &mut Part) {
-        let stated = self.program().and_then(|settings| settings.path_tolerance_mm);
-        part.states_path = stated.is_some() && part.has_path_tolerance();
+        part.states_path = self.states_path() && part.has_path_tolerance();
+    }
+
+    /// Whether segments state a path mode where the program's dialect has one.
+    #[must_use]
+    pub fn states_path(&self) -> bool {
+        self.program().is_some_and(|settings| settings.path_tolerance_mm.is_some())
     }
 
     /// Settings of a setpoint table of this kind for a reference with this sampling period, s.

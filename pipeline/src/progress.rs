@@ -41,6 +41,8 @@ pub enum Job {
     TuningIlc,
     /// Comparison; one step for each path and noise seed.
     Comparing,
+    /// Compensation of a long program; one step for each window.
+    Windows,
     /// Comparison of programs; one step for each program and noise seed.
     ComparingPrograms,
 }

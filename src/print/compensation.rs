@@ -1,9 +1,14 @@
 //! What a compensation came to.
 
-use gcode::{Dialect, Language};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use gcode::{Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
+use motion::contour::ContourSummary;
 use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
+use pipeline::refit::RefitSettings;
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
@@ -17,12 +22,12 @@ const TRUSTED_PATH_MM: f64 = 2e-3;
 const TRUSTED_CYCLE: f64 = 0.02;
 
 /// The dialect that was found in the program, where no option and no profile states one.
-pub fn show_dialect(printer: &Printer, part: &Part) {
-    if part.program.language() == Language::Dialogue {
+pub fn show_dialect(printer: &Printer, program: &Program, options: &Options) {
+    if program.language() == Language::Dialogue {
         return;
     }
-    let (name, dialect) = (dialect_name(part), part.options.dialect);
-    printer.line(if dialect.is_certain(&part.program) {
+    let (name, dialect) = (dialect_name(program, options), options.dialect);
+    printer.line(if dialect.is_certain(program) {
         format!("dialect: {name}, found in the program or its name")
     } else {
         format!("dialect: {name}, a guess, since the program holds no code that decides; --dialect or --controller states it")
@@ -30,8 +35,8 @@ pub fn show_dialect(printer: &Printer, part: &Part) {
 }
 
 /// The dialect in which a program was read, as `--dialect` calls it.
-fn dialect_name(part: &Part) -> &'static str {
-    match (part.program.language(), part.options.dialect) {
+pub fn dialect_name(program: &Program, options: &Options) -> &'static str {
+    match (program.language(), options.dialect) {
         (Language::Dialogue, _) => "heidenhain",
         (_, Dialect::Fanuc) => "fanuc",
         (_, Dialect::LinuxCnc) => "linuxcnc",
@@ -84,14 +89,14 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
         show_expectation(printer, expected);
     }
     show_orientation(printer, outcome);
-    if let Some((before_s, after_s)) = outcome.cycle_s {
-        printer
-            .line(format!("expected cycle time: {before_s:.2} → {after_s:.2} s ({:+.1} %)", 100.0 * (after_s / before_s - 1.0)));
+    if let Some(cycle_s) = outcome.cycle_s {
+        printer.line(cycle(cycle_s));
     }
-    if let Some(left) = input.part().filter(|_| outcome.gained).and_then(left_alone) {
+    let of_part = |part: &Part| left_alone(&part.fixed_moves(), part.fixed_share());
+    if let Some(left) = input.part().filter(|_| outcome.gained).and_then(of_part) {
         printer.line(left);
     }
-    if let Some(line) = without_gain(outcome) {
+    if let Some(line) = without_gain(&outcome.without_gain) {
         printer.line(line);
     }
     if !outcome.gained {
@@ -100,16 +105,31 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
 }
 
 fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
-    printer.line(format!(
-        "predicted contour error{}: {} → {} µm RMS, {} → {} µm MAX ({} updates on the model{})",
-        if input.part().is_some() { " over feed moves" } else { "" },
-        um(outcome.before.tip.rms_mm),
-        um(outcome.after.tip.rms_mm),
-        um(outcome.before.tip.max_mm),
-        um(outcome.after.tip.max_mm),
-        outcome.updates,
-        outcome.ended.map_or(String::new(), |ended| format!("; {ended}"))
-    ));
+    let over = if input.part().is_some() { " over feed moves" } else { "" };
+    let how =
+        format!("{} updates on the model{}", outcome.updates, outcome.ended.map_or(String::new(), |ended| format!("; {ended}")));
+    printer.line(forecast(over, &outcome.before.tip, &outcome.after.tip, &how));
+}
+
+/// The forecast without and with compensation.
+pub fn forecast(over: &str, before: &ContourSummary, after: &ContourSummary, how: &str) -> String {
+    format!(
+        "predicted contour error{over}: {} → {} µm RMS, {} → {} µm MAX ({how})",
+        um(before.rms_mm),
+        um(after.rms_mm),
+        um(before.max_mm),
+        um(after.max_mm)
+    )
+}
+
+/// The cycle time without and with compensation, s.
+pub fn cycle((before_s, after_s): (f64, f64)) -> String {
+    format!("expected cycle time: {before_s:.2} → {after_s:.2} s ({:+.1} %)", 100.0 * (after_s / before_s - 1.0))
+}
+
+/// A correction that reaches its bound, mm.
+pub fn cut_off(max_shift: f64) -> String {
+    format!("warning: the correction is cut off at its bound of {max_shift} mm; with a larger --max-shift more may be gained")
 }
 
 /// What a run is expected to come to.
@@ -205,9 +225,9 @@ pub fn setpoints_json(written: &SetpointsWritten) -> Value {
 }
 
 /// Which moves of a program stay as they are, if any do.
-pub fn left_alone(part: &Part) -> Option<String> {
-    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
-    let share = 100.0 * part.fixed_share();
+pub fn left_alone(fixed: &BTreeMap<&'static str, usize>, share: f64) -> Option<String> {
+    let fixed: Vec<String> = fixed.iter().map(|(why, count)| format!("{count} {why}")).collect();
+    let share = 100.0 * share;
     (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
 }
 
@@ -215,8 +235,7 @@ pub fn left_alone(part: &Part) -> Option<String> {
 const SEGMENTS_NAMED: usize = 5;
 
 /// Segments that are not changed because the forecast gains nothing by it, the longest ones by their lines.
-fn without_gain(outcome: &Outcome) -> Option<String> {
-    let left = &outcome.without_gain;
+pub fn without_gain(left: &[WithoutGain]) -> Option<String> {
     let mut longest: Vec<&WithoutGain> = left.iter().collect();
     longest.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
     let named: Vec<String> = longest.iter().take(SEGMENTS_NAMED).map(|segment| segment_without_gain(segment)).collect();
@@ -231,22 +250,27 @@ fn segment_without_gain(of: &WithoutGain) -> String {
     format!("{lines} ({} → {} µm RMS, {} → {} µm MAX)", um(before.0), um(after.0), um(before.1), um(after.1))
 }
 
-/// What became of the feed length of a program, and how it grew.
-pub fn summary(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> String {
-    let without = part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum());
-    let fixed = part.fixed_share();
-    let compensated = if outcome.gained { (1.0 - without - fixed).max(0.0) } else { 0.0 };
-    let points = outcome.written.filter(|written| written.spacing_s.is_finite()).map_or(String::new(), |written| {
-        let (spacing_ms, chord_um) = (written.spacing_s * 1e3, written.chord_tolerance_mm * 1e3);
+/// Shares of the feed length of a program, 0…1; the rest is compensated.
+pub struct Shares {
+    pub without_gain: f64,
+    pub left_alone: f64,
+}
+
+/// What became of the feed length of a program, and how it grew. `points` are its finest and coarsest ones.
+pub fn summary(shares: &Shares, points: Option<(RefitSettings, RefitSettings)>, lines: (usize, usize)) -> String {
+    let points = points.filter(|(finest, _)| finest.spacing_s.is_finite()).map_or(String::new(), |(finest, coarsest)| {
+        let both = |a: f64, b: f64| if a == b { a.to_string() } else { format!("{a} to {b}") };
+        let spacing_ms = both(finest.spacing_s * 1e3, coarsest.spacing_s * 1e3);
+        let chord_um = both(finest.chord_tolerance_mm * 1e3, coarsest.chord_tolerance_mm * 1e3);
         format!(", with points at least {spacing_ms} ms apart and lines within {chord_um} µm of the corrected curve")
     });
     let share = |share: f64| format!("{:.1} %", 100.0 * share);
-    let unchanged = if outcome.gained { without } else { 1.0 - fixed };
+    let Shares { without_gain, left_alone } = shares;
     format!(
         "feed length: {} compensated, {} without gain, {} left alone; {} lines in, {} out{points}",
-        share(compensated),
-        share(unchanged),
-        share(fixed),
+        share((1.0 - without_gain - left_alone).max(0.0)),
+        share(*without_gain),
+        share(*left_alone),
         lines.0,
         lines.1
     )
@@ -254,32 +278,50 @@ pub fn summary(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> String 
 
 /// The same as JSON.
 pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Value {
-    let without_gain = outcome.without_gain.iter().map(|left| {
-        json!({
-            "lines": [left.lines.0, left.lines.1],
-            "length_mm": left.length_mm,
-            "before_um": { "rms": left.before_mm.0 * 1e3, "max": left.before_mm.1 * 1e3 },
-            "after_um": { "rms": left.after_mm.0 * 1e3, "max": left.after_mm.1 * 1e3 },
-        })
-    });
     json!({
-        "dialect": dialect_name(part),
+        "dialect": dialect_name(&part.program, &part.options),
         "lines_in": lines.0,
         "lines_out": lines.1,
-        "without_gain": without_gain.collect::<Vec<Value>>(),
+        "without_gain": without_gain_json(&outcome.without_gain),
         "without_gain_share": part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum()),
         "spacing_ms": outcome.written.map(|written| written.spacing_s * 1e3),
         "chord_tolerance_um": outcome.written.map(|written| written.chord_tolerance_mm * 1e3),
     })
 }
 
+/// Segments without gain as JSON.
+pub fn without_gain_json(left: &[WithoutGain]) -> Value {
+    let one = |left: &WithoutGain| {
+        json!({
+            "lines": [left.lines.0, left.lines.1],
+            "length_mm": left.length_mm,
+            "before_um": { "rms": left.before_mm.0 * 1e3, "max": left.before_mm.1 * 1e3 },
+            "after_um": { "rms": left.after_mm.0 * 1e3, "max": left.after_mm.1 * 1e3 },
+        })
+    };
+    left.iter().map(one).collect()
+}
+
+pub const NO_GAIN: &str = "the model predicts no gain worth having";
+
+pub const LIMITS_FROM_LOG: &str =
+    "note: the machine's limits were taken from what the training log reached; give --machine to state them";
+
+/// Why nothing is changed where the cycle would take longer by this share whatever the points.
+pub fn too_slow(slowdown: f64) -> String {
+    format!("the cycle would take at least {:.2} % longer, which --cycle-limit does not allow", 100.0 * slowdown)
+}
+
+/// What was written.
+pub fn written(largest_shift_mm: f64, out: &Path) -> String {
+    format!("largest shift {} µm; written to {}", um(largest_shift_mm), out.display())
+}
+
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
 fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
     if let Some(slowdown) = outcome.too_slow {
-        let percent = 100.0 * slowdown;
-        return format!("the cycle would take at least {percent:.2} % longer, which --cycle-limit does not allow");
+        return too_slow(slowdown);
     }
-    const NO_GAIN: &str = "the model predicts no gain worth having";
     let Some(part) = part else { return NO_GAIN.to_owned() };
     let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();
     let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
@@ -340,18 +382,21 @@ pub fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
                 (Some(first), Some(last)) => format!("lines {first} to {last}"),
                 _ => format!("t = {:.3} to {:.3} s", range.first as f64 * period, range.last as f64 * period),
             };
-            if range.reason == Outside::Unplaced {
-                let axis = &range.axis;
-                return format!("the predictor of axis {axis} needs its position, which is not known without --work-offset; nothing is corrected");
-            }
-            let effect = match range.reason {
-                Outside::Position if !range.fades => "what depends on the place is corrected less and less there",
-                _ => "the correction fades there",
-            };
-            format!(
-                "{place}: {} of axis {} lies outside what the model was trained on ({} samples); {effect}",
-                range.reason, range.axis, range.samples
-            )
+            outside(&place, &range.axis, range.reason, range.samples, range.fades)
         })
         .collect()
+}
+
+/// A place outside of what the model was trained on.
+pub fn outside(place: &str, axis: &str, reason: Outside, samples: usize, fades: bool) -> String {
+    if reason == Outside::Unplaced {
+        return format!(
+            "the predictor of axis {axis} needs its position, which is not known without --work-offset; nothing is corrected"
+        );
+    }
+    let effect = match reason {
+        Outside::Position if !fades => "what depends on the place is corrected less and less there",
+        _ => "the correction fades there",
+    };
+    format!("{place}: {reason} of axis {axis} lies outside what the model was trained on ({samples} samples); {effect}")
 }

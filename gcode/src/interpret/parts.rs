@@ -85,6 +85,12 @@ impl<'a> Reader<'a> {
         Some(Toolpath { moves, modals, warnings: Vec::new() })
     }
 
+    /// The state before the first block.
+    #[must_use]
+    pub fn start(program: &'a Program, options: &'a Options) -> Resume {
+        resume_of(&Interpreter::new(program, options, assumed_centres(options)))
+    }
+
     /// What the next blocks depend on. `None` where that is more than modal codes and a known position: in canned cycles, corners, open
     /// sections, transformed coordinates, and after blocks that may be skipped.
     #[must_use]
@@ -101,19 +107,7 @@ impl<'a> Reader<'a> {
             || at.rounds_corners
             || at.unsettled.contains(&true);
         let plain = !self.is_done && at.ran == Ran::Once && !at.shared_since && at.position.xyz_mm().is_some();
-        (plain && feed_known && !unclear && !open).then(|| Resume {
-            modal: at.modal,
-            motion: at.motion,
-            position: at.position,
-            idle: at.idle,
-            shifts: at.shifts,
-            feed: at.feed,
-            units_stated: at.units_stated,
-            arc_distance_stated: at.arc_distance_stated,
-            tool_offset_stated: at.tool_offset_stated,
-            is_guessed: at.is_guessed,
-            content_seen: at.content_seen,
-        })
+        (plain && feed_known && !unclear && !open).then(|| resume_of(at))
     }
 
     /// The warnings of the blocks read. `None` where arcs fit no circle unless their centres are absolute, which only the whole program can
@@ -126,6 +120,22 @@ impl<'a> Reader<'a> {
             return Ok(None);
         }
         self.interpreter.finish().map(|read| Some(read.warnings))
+    }
+}
+
+fn resume_of(at: &Interpreter<'_>) -> Resume {
+    Resume {
+        modal: at.modal,
+        motion: at.motion,
+        position: at.position,
+        idle: at.idle,
+        shifts: at.shifts,
+        feed: at.feed,
+        units_stated: at.units_stated,
+        arc_distance_stated: at.arc_distance_stated,
+        tool_offset_stated: at.tool_offset_stated,
+        is_guessed: at.is_guessed,
+        content_seen: at.content_seen,
     }
 }
 

@@ -1,6 +1,5 @@
 //! Replanning of a compensated program by a control: a new feed profile for the moved points.
 
-use gcode::edit;
 use motion::contour::follow;
 use motion::{MotionError, Trajectory};
 
@@ -26,7 +25,7 @@ impl<'a> Replanned<'a> {
     /// # Errors
     /// When the program cannot be written or planned, or leaves the path.
     pub fn new(part: &'a Part, reference: &Trajectory, written: &RefitSettings) -> Result<Self> {
-        let planned = part.replanned(edit(&part.program, &refit(part, reference, written)?.edits)?)?;
+        let planned = part.replanned(part.edited(&refit(part, reference, written)?.edits)?)?;
         let path_positions = follow(&planned.plan.desired.tips(), &part.plan.desired.tips())?;
         let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
         Ok(Self { original: part, command, path_positions })

@@ -35,7 +35,7 @@ pub use gain::WithoutGain;
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
 pub use outcome::Outcome;
 pub use outside::OutsideRange;
-pub use settings::{LawName, Settings, shift_bound};
+pub use settings::{FewerPoints, LawName, Settings, shift_bound};
 
 /// Least relative decrease of the forecast by an update on the reference for which the iteration continues.
 const LEAST_DECREASE: f64 = 0.02;
@@ -237,12 +237,14 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + SAME_MAX_MM);
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
+    let uncompensated = first.actual.clone();
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
     let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
     let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {
         reference,
         forecast,
+        uncompensated,
         max_shift,
         before,
         after,

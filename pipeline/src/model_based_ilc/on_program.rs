@@ -7,7 +7,7 @@ use motion::Trajectory;
 
 use super::acceptance::{SAME_FORECAST, cost};
 use super::laws::spatial;
-use super::settings::{LawName, Settings};
+use super::settings::{FewerPoints, LawName, Settings};
 use super::task::{Runs, Task};
 use crate::control::ControlledMachine;
 use crate::error::Result;
@@ -122,13 +122,16 @@ impl Search<'_, '_, '_> {
     fn points(&mut self, written: RefitSettings) -> Result<Tried> {
         let mut best = self.learn(written, None, f64::INFINITY)?;
         let mut least = measure_of(&best);
-        let changes = self.settings.fewer_points && written.spacing_s.is_finite();
+        let fewer = if written.spacing_s.is_finite() { self.settings.fewer_points } else { FewerPoints::Never };
         let finer = |at: RefitSettings| RefitSettings { spacing_s: 2.0 * at.spacing_s, ..at };
         let looser = |at: RefitSettings| RefitSettings { chord_tolerance_mm: 2.0 * at.chord_tolerance_mm, ..at };
         let steps: [&dyn Fn(RefitSettings) -> RefitSettings; 2] = [&finer, &looser];
         let mut at = written;
-        for step in steps.into_iter().filter(|_| changes) {
+        for step in steps.into_iter().filter(|_| fewer != FewerPoints::Never) {
             for _ in 0..DOUBLINGS {
+                if fewer == FewerPoints::WhereTooSlow && matches!(best, Tried::Runs(_)) {
+                    break;
+                }
                 let (start, allowed) = match &best {
                     Tried::Runs(best) => (Some(best.run.0.reference.clone()), allowed(least)),
                     Tried::TooSlow(_) => (None, f64::INFINITY),

@@ -20,6 +20,8 @@ pub struct Outcome {
     pub reference: Trajectory,
     /// Predicted actual positions for `reference`.
     pub forecast: Trajectory,
+    /// Predicted actual positions without compensation.
+    pub uncompensated: Trajectory,
     /// Bound of the correction of the tool tip, mm.
     pub max_shift: f64,
     /// Predicted figures without compensation.

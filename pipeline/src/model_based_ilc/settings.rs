@@ -21,6 +21,17 @@ pub enum LawName {
     CrossCoupled,
 }
 
+/// When a program gets fewer points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FewerPoints {
+    /// Never.
+    Never,
+    /// Where its cycle would be too long otherwise.
+    WhereTooSlow,
+    /// Also where its forecast stays as good.
+    WhereForecastAllows,
+}
+
 /// Settings of model-based ILC.
 ///
 /// Defaults: law [`LawName::ModelBased`], 4 iterations, gain 0.9 and low-pass 100 Hz (used by the papers' laws only), bound of shifts from the
@@ -47,8 +58,8 @@ pub struct Settings {
     /// Largest relative increase of the cycle time of a replanned program. Points are further apart, and have no times of their own, where
     /// that keeps within it; otherwise nothing is changed.
     pub cycle_limit: f64,
-    /// Whether a program gets fewer points than `written` says where its forecast allows it.
-    pub fewer_points: bool,
+    /// When a program gets fewer points than `written` says.
+    pub fewer_points: FewerPoints,
 }
 
 /// Default limit of the relative increase of the cycle time.
@@ -65,7 +76,7 @@ impl Default for Settings {
             max_rotation_rad: CorrectionLimits::MAX_ROTATION_DEG.to_radians(),
             written: None,
             cycle_limit: CYCLE_LIMIT,
-            fewer_points: true,
+            fewer_points: FewerPoints::WhereForecastAllows,
         }
     }
 }

@@ -45,6 +45,21 @@ impl Part {
         chunks.filter_map(segment).collect()
     }
 
+    /// What of a segment belongs to the moves with these indices; `None` where nothing does.
+    pub(crate) fn within(&self, of: PathSegment, moves: &Range<usize>) -> Option<PathSegment> {
+        let belongs = |piece: &usize| self.owners[*piece].is_some_and(|owner| moves.contains(&owner));
+        if belongs(&of.pieces.start) && belongs(&(of.pieces.end - 1)) {
+            return Some(of);
+        }
+        // The moves of a segment follow one another.
+        let start = of.pieces.clone().find(belongs)?;
+        let end = of.pieces.clone().rfind(belongs)? + 1;
+        let at = |piece: usize| {
+            of.samples.start + self.plan.samples[of.samples.clone()].partition_point(|sample| sample.piece < piece)
+        };
+        Some(PathSegment { pieces: start..end, samples: at(start)..at(end) })
+    }
+
     /// Whether the correction is zero behind each path piece: beside moves that are left alone, at dwells, and where anything between two
     /// moves depends on the position, such as G92, a work offset, homing, or a call.
     #[must_use]

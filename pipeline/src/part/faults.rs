@@ -19,7 +19,7 @@ pub(super) fn on_line(error: MotionError, owners: &[Option<usize>], toolpath: &T
 }
 
 /// The errors of a program that is refused, as text with its lines.
-pub(super) fn refused(error: GcodeError, program: &Program, name: &str) -> Error {
+pub(crate) fn refused(error: GcodeError, program: &Program, name: &str) -> Error {
     match error {
         GcodeError::Refused { diagnostics } => {
             let text = render(&diagnostics, program, name);

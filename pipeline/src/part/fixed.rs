@@ -1,6 +1,7 @@
 //! Moves that are not compensated, and the reasons.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use gcode::{Diagnostic, Fixed, Move, MoveKind, Severity, Shiftable};
 
@@ -13,8 +14,13 @@ impl Part {
     /// counted.
     #[must_use]
     pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
+        self.fixed_moves_of(&(0..self.toolpath.moves.len()))
+    }
+
+    /// The same among the moves with these indices.
+    pub(crate) fn fixed_moves_of(&self, moves: &Range<usize>) -> BTreeMap<&'static str, usize> {
         let mut counts = BTreeMap::new();
-        let fixed = self.toolpath.moves.iter().filter(|of| !self.is_shiftable(of));
+        let fixed = self.toolpath.moves[moves.clone()].iter().filter(|of| !self.is_shiftable(of));
         let reason = |of: &Move| match (of.shiftable, of.kind) {
             (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
                 Some("arcs at whose points the control would stop (G9, G61, G64 P0)")

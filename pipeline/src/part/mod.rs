@@ -7,15 +7,17 @@ mod borders;
 mod faults;
 mod fixed;
 mod offsets;
+mod section;
 mod subprograms;
 mod taper;
 mod tool_path;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use gcode::{
-    DecimalPoint, Dialect, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program, Shiftable,
-    ToolLength, Toolpath,
+    DecimalPoint, Dialect, Edits, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program,
+    Shiftable, ToolLength, Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -23,12 +25,14 @@ use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6
 use crate::error::{Error, Result};
 use crate::setup::Setup;
 
-use faults::{on_line, on_move, refused};
+pub(crate) use faults::refused;
+use faults::{on_line, on_move};
 use tool_path::{offset_of, pieces, words_of};
 
 pub use borders::PathSegment;
 pub use faults::render;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
+pub use section::{Section, Whole};
 pub use subprograms::Subprograms;
 pub use taper::taper;
 pub use tool_path::{POINT_MM, coordinates, stated};
@@ -86,7 +90,9 @@ pub struct Part {
     /// File name, for messages.
     pub name: String,
     /// Bytes, blocks and words of the program.
-    pub program: Program,
+    pub program: Arc<Program>,
+    /// The section that the part holds of it; `None` for the whole.
+    pub section: Option<Section>,
     /// Options of the interpreter.
     pub options: Options,
     /// Moves of the program.
@@ -117,6 +123,27 @@ pub struct Part {
     pub is_recorded: bool,
 }
 
+/// What was read of a program, before it is planned.
+struct Read {
+    program: Arc<Program>,
+    section: Option<Section>,
+    options: Options,
+    toolpath: Toolpath,
+    placement: Placement,
+}
+
+fn named_axes(program: &Program) -> [bool; 6] {
+    b"XYZABC".map(|letter| program.words().iter().any(|word| word.is(letter)))
+}
+
+impl ReadSettings {
+    /// Work offsets for a program on this setup.
+    fn offsets(&self, setup: &Setup) -> WorkOffsets {
+        let given = WorkOffsets::new(&self.work_offsets, &setup.work_offsets, self.tool_length_mm);
+        if self.at_zero { given.or_zero() } else { given }
+    }
+}
+
 /// Length of the taper of a correction beside moves that are not compensated, s.
 pub const TAPER_S: f64 = 0.03;
 
@@ -140,20 +167,8 @@ impl Part {
     /// # Errors
     /// As [`Part::read`].
     pub fn of(name: &str, program: Program, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
-        if setup.kinematics.has_rotary_axes() && settings.tool_length_mm != 0.0 {
-            return Err(Error::ToolLengthOfTurningMachine);
-        }
-        let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(&program));
-        let dialect = settings.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(&program));
-        let stated = settings.decimal_point.or(setup.decimal_point);
-        let decimal_point = stated.unwrap_or_default();
-        let options = Options { passive: settings.passive, block_delete: settings.block_delete, decimal_point, ..dialect.into() };
-        if let (None, Some(open)) = (stated, gcode::undecided_point(&program, &options)) {
-            let diagnostics = vec![open];
-            return Err(Error::Program { text: render(&diagnostics, &program, name), diagnostics });
-        }
-        let given = WorkOffsets::new(&settings.work_offsets, &setup.work_offsets, settings.tool_length_mm);
-        let offsets = if settings.at_zero { given.or_zero() } else { given };
+        let options = Self::options_of(name, &program, setup, settings)?;
+        let offsets = settings.offsets(setup);
         let plan = setup.program_plan(settings.corner_tolerance_mm);
         let files = |file: &str| settings.subprograms.read(file);
         // What is no program is named by what reads it.
@@ -164,6 +179,26 @@ impl Part {
         let changed = flat != program.bytes();
         let shown = if changed { format!("{name} (expanded)") } else { name.to_owned() };
         Self::evaluated(&shown, gcode::parse(flat), options, &files, &offsets, setup, &plan)
+    }
+
+    /// Options of the interpreter for a program.
+    ///
+    /// # Errors
+    /// [`Error::ToolLengthOfTurningMachine`], and [`Error::Program`] where coordinates without a decimal point can be read in two ways.
+    fn options_of(name: &str, program: &Program, setup: &Setup, settings: &ReadSettings) -> Result<Options> {
+        if setup.kinematics.has_rotary_axes() && settings.tool_length_mm != 0.0 {
+            return Err(Error::ToolLengthOfTurningMachine);
+        }
+        let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(program));
+        let dialect = settings.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
+        let stated = settings.decimal_point.or(setup.decimal_point);
+        let decimal_point = stated.unwrap_or_default();
+        let options = Options { passive: settings.passive, block_delete: settings.block_delete, decimal_point, ..dialect.into() };
+        if let (None, Some(open)) = (stated, gcode::undecided_point(program, &options)) {
+            let diagnostics = vec![open];
+            return Err(Error::Program { text: render(&diagnostics, program, name), diagnostics });
+        }
+        Ok(options)
     }
 
     /// Interprets and plans a program with explicit options, work offsets and planner settings.
@@ -197,9 +232,17 @@ impl Part {
         gcode::evaluate(&mut program, &options, files).map_err(|error| refused(error, &program, name))?;
         let toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
         let placement = offsets.placement(&toolpath);
+        let read = Read { program: Arc::new(program), section: None, options, toolpath, placement };
+        Self::on_path(name, read, setup, settings)
+    }
+
+    /// Plans the moves of a program, or of a section of it.
+    fn on_path(name: &str, read: Read, setup: &Setup, settings: &PlanSettings) -> Result<Self> {
+        let Read { program, section, options, toolpath, placement } = read;
         let feed_factors = vec![1.0; toolpath.moves.len()];
         let (kinematics, words) = (&setup.kinematics, setup.words);
-        let (path, owners) = pieces(&toolpath, &placement, &feed_factors, kinematics.as_ref(), words)?;
+        let before = section.as_ref().and_then(|section| section.before);
+        let (path, owners) = pieces(&toolpath, &placement, &feed_factors, kinematics.as_ref(), words, before)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             return Err(Error::NoFeedMove { name: name.to_owned() });
         }
@@ -217,6 +260,7 @@ impl Part {
         Ok(Self {
             name: name.to_owned(),
             program,
+            section,
             options,
             toolpath,
             path,
@@ -233,13 +277,24 @@ impl Part {
         })
     }
 
+    /// Bytes of the program with these edits; those of its section where it is one.
+    ///
+    /// # Errors
+    /// As [`gcode::edit`].
+    pub(crate) fn edited(&self, edits: &Edits) -> Result<Vec<u8>> {
+        Ok(match &self.section {
+            Some(section) => gcode::edit_blocks(&self.program, section.blocks.clone(), edits)?,
+            None => gcode::edit(&self.program, edits)?,
+        })
+    }
+
     /// Plans another version of the program, given as bytes, with the settings of this part: for instance the output of
     /// [`Outcome::write`](crate::model_based_ilc::Outcome::write), to run it on a machine and measure the run against this part. The name stays.
+    /// Of a section it is another version of the section.
     ///
     /// # Errors
     /// As [`Part::read`].
     pub fn replanned(&self, bytes: Vec<u8>) -> Result<Self> {
-        let program = gcode::parse(bytes);
         let setup = Setup {
             name: String::new(),
             kinematics: self.plan.desired.kinematics().clone(),
@@ -254,6 +309,11 @@ impl Part {
             travel: Vec::new(),
             work_offsets: BTreeMap::new(),
         };
+        if let Some(section) = &self.section {
+            let read = section.reread(self, bytes)?;
+            return Self::on_path(&self.name, read, &setup, &self.settings);
+        }
+        let program = gcode::parse(bytes);
         let (offsets, files) = (self.placement.offsets(), |file: &str| self.subprogram(file));
         Self::evaluated(&self.name, program, self.options, &files, offsets, &setup, &self.settings)
     }
@@ -275,7 +335,8 @@ impl Part {
     /// When the program cannot be planned.
     pub fn with_feeds(self, factors: Vec<f64>) -> Result<Self> {
         let kinematics = self.plan.desired.kinematics();
-        let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words)?;
+        let before = self.section.as_ref().and_then(|section| section.before);
+        let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words, before)?;
         let mut plan = motion::plan(&path, kinematics, &self.limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
         let command = plan.command.take();
@@ -358,7 +419,7 @@ impl Part {
     /// block may state them.
     #[must_use]
     pub fn named_axes(&self) -> [bool; 6] {
-        b"XYZABC".map(|letter| self.program.words().iter().any(|word| word.is(letter)))
+        self.section.as_ref().map_or_else(|| named_axes(&self.program), |section| section.whole.named_axes)
     }
 
     /// Whether a sample of the plan belongs to a feed move. A sample index beyond the end counts as the last sample.

@@ -45,7 +45,12 @@ impl WorkOffsets {
     #[must_use]
     pub fn placement(&self, toolpath: &Toolpath) -> Placement {
         let cuts = toolpath.moves.iter().filter(|step| step.is_feed());
-        let systems: Vec<WorkOffset> = cuts.map(|step| toolpath.modal(step).work_offset).collect();
+        self.placement_of(&cuts.map(|step| toolpath.modal(step).work_offset).collect::<Vec<WorkOffset>>())
+    }
+
+    /// The same for coordinate systems in which feed moves are.
+    #[must_use]
+    pub fn placement_of(&self, systems: &[WorkOffset]) -> Placement {
         let known = !systems.is_empty() && systems.iter().all(|system| self.of(*system).is_some());
         let mut placement = Placement { offsets: if known { self.clone() } else { Self::default() }, known, several: false };
         placement.several = systems.windows(2).any(|pair| placement.of(pair[0]) != placement.of(pair[1]));

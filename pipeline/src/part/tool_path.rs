@@ -25,17 +25,19 @@ pub fn coordinates(of: &Position) -> Vec6 {
     Vec6::new(x, y, z, a, b, c)
 }
 
-/// Path pieces in machine coordinates, with the index of the move of each piece.
+/// Path pieces in machine coordinates, with the index of the move of each piece. The machine comes from `before`, machine coordinates in mm
+/// and rad, where that is given.
 pub(super) fn pieces(
     toolpath: &Toolpath,
     placement: &Placement,
     feed_factors: &[f64],
     kinematics: &dyn Kinematics,
     usual: ProgramWords,
+    before: Option<Vec6>,
 ) -> Result<(ToolPath, Vec<Option<usize>>)> {
     let count = toolpath.moves.len();
     let (path, owners) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut builder = Builder { path, owners, at: None, words: usual, kinematics };
+    let mut builder = Builder { path, owners, at: before, words: usual, kinematics };
     for (index, step) in toolpath.moves.iter().enumerate() {
         let offset = offset_of(placement, toolpath, step);
         builder.set_words(words_of(toolpath, step, usual))?;

@@ -25,7 +25,8 @@ pub(super) const INCREMENT_DECIMALS: usize = 3;
 
 /// Whether lines state whole increments, without a decimal point, as all coordinates of the program do.
 pub(super) fn counts_increments(part: &Part) -> bool {
-    part.options.decimal_point == DecimalPoint::LeastIncrement && is_integer_program(&part.program)
+    part.options.decimal_point == DecimalPoint::LeastIncrement
+        && part.section.as_ref().map_or_else(|| is_integer_program(&part.program), |section| section.whole.is_integer)
 }
 
 /// Appends a word whose `value` is a whole number of increments. Returns the value that a control reads from it.

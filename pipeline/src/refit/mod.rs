@@ -15,13 +15,14 @@ mod settings;
 mod verify;
 
 use std::collections::HashSet;
+use std::ops::Range;
 
-use gcode::{Language, edit};
+use gcode::{Edits, Language, Program, edit};
 use motion::{SHARE, Trajectory, Vec6};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::part::{Part, PathSegment, stated};
+use crate::part::{Part, PathSegment, Section, stated};
 
 use block_writer::{INCREMENT_DECIMALS, counts_increments, stated_axes};
 use modes::rounds_less;
@@ -40,6 +41,11 @@ pub use verify::verify;
 /// # Errors
 /// When a block cannot be split into several lines, or the program cannot have this time encoding.
 pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> Result<Refitted> {
+    refit_moves(part, reference, settings, &(0..part.toolpath.moves.len()))
+}
+
+/// Same as [`refit`], for the moves with these indices; the others keep their bytes.
+fn refit_moves(part: &Part, reference: &Trajectory, settings: &RefitSettings, moves: &Range<usize>) -> Result<Refitted> {
     let settings = &settings.suited_to(part)?;
     let named = Vec6::from(part.named_axes().map(|named| f64::from(u8::from(named))));
     let shifts: Vec<Vec6> = shifts(part, reference)?.into_iter().map(|shift| shift.component_mul(&named)).collect();
@@ -47,7 +53,8 @@ pub fn refit(part: &Part, reference: &Trajectory, settings: &RefitSettings) -> R
     let tips = part.plan.desired.tips_of(reference)?;
     let mut out = Refitted::default();
     let borders = part.borders();
-    let runs: Vec<PathSegment> = part.segments().into_iter().filter(|run| is_changed(part, &shifts, run)).collect();
+    let within = part.segments().into_iter().filter_map(|run| part.within(run, moves));
+    let runs: Vec<PathSegment> = within.filter(|run| is_changed(part, &shifts, run)).collect();
     let rewritten: HashSet<usize> =
         runs.iter().flat_map(|run| run.pieces.clone()).filter_map(|piece| part.owners[piece]).collect();
     let axes = stated_axes(part);
@@ -130,7 +137,64 @@ pub fn write_program(
     if part.program.language() == Language::Dialogue && !refitted.edits.is_empty() {
         bytes = gcode::renumber(&gcode::parse(bytes))?;
     }
-    let decimals = if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals };
-    verify(part, &refitted, bytes.clone(), &part.options, max_shift_mm, decimals)?;
+    let mut written = gcode::parse(bytes.clone());
+    gcode::evaluate(&mut written, &part.options, &|name| part.subprogram(name))?;
+    let toolpath = gcode::interpret(&written, &part.options)?;
+    verify(part, &(0..part.toolpath.moves.len()), &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
     Ok((bytes, refitted.largest_shift_mm))
+}
+
+/// The first blocks of a program with `edits` and the comment `mark`.
+///
+/// # Errors
+/// As [`gcode::edit_blocks`].
+pub fn write_head(
+    program: &Program,
+    blocks: Range<usize>,
+    mut edits: Edits,
+    mark: &Mark,
+    largest_shift_mm: f64,
+) -> Result<Vec<u8>> {
+    mark.write(program, largest_shift_mm, &mut edits)?;
+    Ok(gcode::edit_blocks(program, blocks, &edits)?)
+}
+
+/// Decimals of written coordinates in mm.
+fn decimals(part: &Part, settings: &RefitSettings) -> usize {
+    if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals }
+}
+
+/// The written core of a section.
+#[derive(Debug)]
+pub struct WrittenSection {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// The edits of the program that lead to them.
+    pub edits: Edits,
+    /// Largest correction of a point, mm.
+    pub largest_shift_mm: f64,
+}
+
+/// The core of a section with the points of `reference`, or as it is without one; read back and verified.
+///
+/// # Errors
+/// When it cannot be written, or fails verification.
+pub fn write_section(
+    part: &Part,
+    section: &Section,
+    reference: Option<&Trajectory>,
+    settings: &RefitSettings,
+    max_shift_mm: f64,
+) -> Result<WrittenSection> {
+    let settings = &settings.suited_to(part)?;
+    let moves = section.core_moves(part);
+    let refitted = match reference {
+        Some(reference) => refit_moves(part, reference, settings, &moves)?,
+        None => Refitted::default(),
+    };
+    let bytes = gcode::edit_blocks(&part.program, section.core.clone(), &refitted.edits)?;
+    let toolpath = section.read_core(part, bytes.clone())?;
+    verify(part, &moves, &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
+    let Refitted { edits, largest_shift_mm, .. } = refitted;
+    Ok(WrittenSection { bytes, edits, largest_shift_mm })
 }

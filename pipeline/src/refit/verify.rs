@@ -1,6 +1,8 @@
 //! Verification of a compensated program, which is read back before it is written.
 
-use gcode::{Move, MoveKind, Options, PathMode};
+use std::ops::Range;
+
+use gcode::{Move, MoveKind, PathMode, Toolpath};
 use machine::ProgramWords;
 use motion::Vec3;
 
@@ -20,28 +22,25 @@ fn rounding_mm(decimals: usize) -> f64 {
     ROUNDING_MM.max(1.3 * 0.1_f64.powi(i32::try_from(decimals).unwrap_or(i32::MAX)))
 }
 
-/// Reads the compensated program `bytes` and compares every move with its intended end. Moves without compensation keep
-/// their ends, compensated moves lead through their targets, and no target lies further than `max_shift_mm` from the
-/// original curve.
+/// Compares every move of the compensated program, or of a section of it, as it is read again, with its intended end. `moves` are the indices
+/// of the original moves in its place. Moves without compensation keep their ends, compensated moves lead through their targets, and no
+/// target lies further than `max_shift_mm` from the original curve.
 ///
 /// # Errors
 /// Names the line at which the output differs. Such output must not be written.
 pub fn verify(
     part: &Part,
+    moves: &Range<usize>,
     refitted: &Refitted,
-    bytes: Vec<u8>,
-    options: &Options,
+    toolpath: &Toolpath,
     max_shift_mm: f64,
     decimals: usize,
 ) -> Result<(), VerifyError> {
     let rounding_mm = rounding_mm(decimals);
-    let mut program = gcode::parse(bytes);
-    gcode::evaluate(&mut program, options, &|name| part.subprogram(name))?;
-    let toolpath = gcode::interpret(&program, options)?;
     let mut written = toolpath.moves.iter();
     let mut targets = refitted.targets.iter().peekable();
     let has_rotary_axes = part.plan.desired.kinematics().has_rotary_axes();
-    for (index, original) in part.toolpath.moves.iter().enumerate() {
+    for (index, original) in moves.clone().map(|index| (index, &part.toolpath.moves[index])) {
         let line = original.block as usize + 1;
         let Some((_, elements)) = targets.next_if(|(owner, _)| *owner == index) else {
             let Some(same) = written.next() else { return Err(VerifyError::Missing { line }) };

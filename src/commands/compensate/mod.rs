@@ -1,26 +1,25 @@
 //! `precomp compensate`: the main job.
 
+mod long;
+
 use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
 use compensation::CorrectionLimits;
-use machine::{Machine, MachineSpec};
+use machine::MachineSpec;
 use models::Bundle;
 use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
-use pipeline::units::um;
-use pipeline::{
-    Expectation, Input, Output, OutputFormat, OutputSettings, PositionTerms, as_recorded, machine_for, model_based_ilc,
-};
+use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
 use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, parse_length, parse_not_negative};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
-use crate::print::compensation as print;
+use crate::print::compensation::{self as print, Shares};
 use crate::print::figures::{contour_json, orientation_json};
 use crate::print::measurement::{readback, readback_json};
 use crate::progress::Shown;
@@ -112,6 +111,9 @@ impl Compensate {
         let (model, source) = (model?, source?);
         let setup = self.output.setup(&self.machine(&model)?)?;
         let format = self.output.settings(&setup);
+        if let Some(long) = self.long(&source, &setup, &format)? {
+            return self.compensate_long(&long, &model, &setup, &format, &printer);
+        }
         let input = source.on(&setup, &self.program.settings(), self.program.feed)?;
         output_format::check(&format, &input, &self.out)?;
         if let Some(part) = input.part().filter(|_| self.strict) {
@@ -119,7 +121,7 @@ impl Compensate {
         }
         let (input, readback) = self.recorded(input, &format, &printer)?;
         if let Some(part) = input.part().filter(|_| self.program.dialect.is_none() && setup.dialect.is_none()) {
-            print::show_dialect(&printer, part);
+            print::show_dialect(&printer, &part.program, &part.options);
         }
         let terms = PositionTerms::of(&model, &input)?;
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
@@ -127,8 +129,7 @@ impl Compensate {
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
         if model.manifest.limits_from_log {
-            printer
-                .line("note: the machine's limits were taken from what the training log reached; give --machine to state them");
+            printer.line(print::LIMITS_FROM_LOG);
         }
         if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none() && self.plans(&input)) {
             printer.line(print::control_fidelity(control));
@@ -140,13 +141,13 @@ impl Compensate {
         self.show_output(&output, &outcome, &printer);
         let lines = input.part().map(|part| (line_count(part.program.bytes()), line_count(&output.content)));
         if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
-            printer.line(print::summary(part, &outcome, lines));
+            printer.line(print::summary(&shares(part, &outcome), outcome.written.map(|points| (points, points)), lines));
         }
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
         outputs.add(&self.out, output.content);
         if let Some(report) = &self.report {
-            let page = report_page(&format!("Forecast for {}", input.name()), &[forecast(&input, &model, &outcome)?])?;
+            let page = report_page(&format!("Forecast for {}", input.name()), &[forecast(&input, &outcome)?])?;
             outputs.add(report, page);
             printer.line(format!("report in {}", report.display()));
         }
@@ -200,16 +201,19 @@ impl Compensate {
         Ok((recorded.input, Some(recorded.readback)))
     }
 
-    /// Learns the reference; with --tolerance the feeds too.
-    fn learn(&self, input: Input, model: &Bundle, format: &OutputSettings, printer: &Printer) -> Result<Learned> {
-        let settings = Settings {
+    fn settings(&self) -> Settings {
+        Settings {
             law: self.law.into(),
             iterations: self.iterations,
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
-            written: format.program().filter(|_| input.part().is_some()),
             ..self.output.learning(self.cycle_limit)
-        };
+        }
+    }
+
+    /// Learns the reference; with --tolerance the feeds too.
+    fn learn(&self, input: Input, model: &Bundle, format: &OutputSettings, printer: &Printer) -> Result<Learned> {
+        let settings = Settings { written: format.program().filter(|_| input.part().is_some()), ..self.settings() };
         let shown = Shown::default();
         let progress = |event: pipeline::Event<'_>| shown.event(event);
         let Some(tolerance_mm) = self.tolerance else {
@@ -229,12 +233,9 @@ impl Compensate {
     }
 
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
-        printer.line(format!("largest shift {} µm; written to {}", um(output.largest_shift_mm), self.out.display()));
+        printer.line(print::written(output.largest_shift_mm, &self.out));
         if outcome.gained && output.largest_shift_mm > AT_BOUND * outcome.max_shift {
-            printer.line(format!(
-                "warning: the correction is cut off at its bound of {} mm; with a larger --max-shift more may be gained",
-                outcome.max_shift
-            ));
+            printer.line(print::cut_off(outcome.max_shift));
         }
         output.setpoints.iter().flat_map(print::setpoints).for_each(|line| printer.line(line));
     }
@@ -287,6 +288,13 @@ struct Learned {
     feeds: Value,
 }
 
+/// What became of the feed length of a program.
+fn shares(part: &Part, outcome: &Outcome) -> Shares {
+    let without = part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum());
+    let left_alone = part.fixed_share();
+    Shares { without_gain: if outcome.gained { without } else { 1.0 - left_alone }, left_alone }
+}
+
 fn line_count(bytes: &[u8]) -> usize {
     bytes.split_inclusive(|byte| *byte == b'\n').count()
 }
@@ -302,10 +310,9 @@ pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
 /// Share of its bound from which on a correction counts as cut off by it.
 const AT_BOUND: f64 = 0.99;
 
-fn forecast(input: &Input, model: &Bundle, outcome: &Outcome) -> Result<PathReport> {
-    let before = machine_for(model, input.part())?.run(input.command())?;
+fn forecast(input: &Input, outcome: &Outcome) -> Result<PathReport> {
     let series = vec![
-        Series::of("uncompensated (forecast)", input, &before)?,
+        Series::of("uncompensated (forecast)", input, &outcome.uncompensated)?,
         Series::of("compensated (forecast)", input, &outcome.forecast)?,
     ];
     Ok(PathReport::new(input.name(), input.desired(), series))

@@ -1,0 +1,142 @@
+//! Long programs: compensated in windows.
+
+use anyhow::Result;
+use models::Bundle;
+use pipeline::model_based_ilc::LawName;
+use pipeline::part::ReadSettings;
+use pipeline::refit::Mark;
+use pipeline::windows::{Joined, LongProgram, OutsideLines};
+use pipeline::{OutputSettings, Setup};
+use serde_json::{Value, json};
+
+use super::{AT_BOUND, Compensate, line_count};
+use crate::output::{Outputs, Printer};
+use crate::print::compensation::{self as print, Shares};
+use crate::print::figures::contour_json;
+use crate::progress::Shown;
+use crate::read::Source;
+
+impl Compensate {
+    /// The program, where it is compensated in windows. What needs all of it at once is done without them: a picture of the forecast, other
+    /// feeds, a recorded command, setpoints, the papers' laws.
+    pub(super) fn long(
+        &self,
+        source: &Source,
+        setup: &Setup,
+        format: &OutputSettings,
+    ) -> Result<Option<(LongProgram, ReadSettings)>> {
+        let whole = self.report.is_some() || self.tolerance.is_some() || self.reference.is_some() || self.strict;
+        if whole || format.program().is_none() || LawName::from(self.law) != LawName::ModelBased {
+            return Ok(None);
+        }
+        source.long(setup, &self.program.settings())
+    }
+
+    pub(super) fn compensate_long(
+        &self,
+        (long, read): &(LongProgram, ReadSettings),
+        model: &Bundle,
+        setup: &Setup,
+        format: &OutputSettings,
+        printer: &Printer,
+    ) -> Result<()> {
+        let whole = long.whole();
+        if self.program.dialect.is_none() && setup.dialect.is_none() {
+            print::show_dialect(printer, &whole.program, &whole.options);
+        }
+        if model.manifest.limits_from_log && self.machine.is_none() {
+            printer.line(print::LIMITS_FROM_LOG);
+        }
+        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none()) {
+            printer.line(print::control_fidelity(control));
+        }
+        let settings = pipeline::model_based_ilc::Settings { written: format.program(), ..self.settings() };
+        let mark = format.clone().marked(Mark::of_model(model)?).mark.unwrap_or(Mark::of_model(model)?);
+        let shown = Shown::default();
+        let progress = |event: pipeline::Event<'_>| shown.event(event);
+        let joined = long.compensate(model, setup, read, &settings, format.states_path(), &mark, &progress)?;
+        drop(shown);
+        self.show_joined(long, &joined, printer)?;
+        let lines = (line_count(whole.program.bytes()), line_count(&joined.content));
+        printer.line(print::summary(&shares(&joined), joined.points, lines));
+        let figures = self.joined_json(long, &joined, lines)?;
+        let mut outputs = Outputs::default();
+        outputs.add(&self.out, joined.content);
+        outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    fn show_joined(&self, long: &LongProgram, joined: &Joined<'_>, printer: &Printer) -> Result<()> {
+        let whole = long.whole();
+        for warning in long.warnings() {
+            printer.line(warning.render(&whole.program, &whole.name));
+        }
+        if !joined.is_placed {
+            printer.line("note: the work offset is not known: terms that depend on position are left out, and travel is compared with the extent of the part alone. Give --work-offset X,Y,Z");
+        }
+        for range in &joined.outside {
+            printer.line(format!("warning: {}", outside(range)));
+        }
+        let how = format!("{} windows, up to {} updates on the model", joined.windows(), joined.updates);
+        printer.line(print::forecast(" over feed moves", &joined.before()?, &joined.after()?, &how));
+        if let Some(expected) = joined.expectation() {
+            print::show_expectation(printer, &expected);
+        }
+        printer.line(print::cycle(joined.cycle_s));
+        if let Some(left) = print::left_alone(&joined.fixed, share(joined.fixed_mm, joined)) {
+            printer.line(left);
+        }
+        if let Some(line) = print::without_gain(&joined.without_gain) {
+            printer.line(line);
+        }
+        if !joined.gained {
+            let why = joined.too_slow.map_or(print::NO_GAIN.to_owned(), print::too_slow);
+            printer.line(format!("{why}: what is written is the input, unchanged"));
+        }
+        printer.line(print::written(joined.largest_shift_mm, &self.out));
+        if joined.gained && joined.largest_shift_mm > AT_BOUND * joined.max_shift {
+            printer.line(print::cut_off(joined.max_shift));
+        }
+        Ok(())
+    }
+
+    fn joined_json(&self, long: &LongProgram, joined: &Joined<'_>, lines: (usize, usize)) -> Result<Value> {
+        let whole = long.whole();
+        Ok(json!({
+            "changed": joined.gained,
+            "law": LawName::from(self.law),
+            "windows": joined.windows(),
+            "updates": joined.updates,
+            "largest_shift_um": joined.largest_shift_mm * 1e3,
+            "predicted_contour_um": { "before": contour_json(&joined.before()?), "after": contour_json(&joined.after()?) },
+            "expected_contour_um": joined.expectation().as_ref().map(print::expectation_json),
+            "left_alone": json!({ "moves": joined.fixed, "feed_length_share": share(joined.fixed_mm, joined) }),
+            "cycle_s": json!({ "before": joined.cycle_s.0, "after": joined.cycle_s.1 }),
+            "format": joined.points.map(|(finest, _)| finest.encoding),
+            "warnings": joined.outside.iter().map(outside).collect::<Vec<String>>(),
+            "program": json!({
+                "dialect": print::dialect_name(&whole.program, &whole.options),
+                "lines_in": lines.0,
+                "lines_out": lines.1,
+                "without_gain": print::without_gain_json(&joined.without_gain),
+                "without_gain_share": shares(joined).without_gain,
+                "spacing_ms": joined.points.map(|(finest, _)| finest.spacing_s * 1e3),
+                "chord_tolerance_um": joined.points.map(|(finest, _)| finest.chord_tolerance_mm * 1e3),
+            }),
+        }))
+    }
+}
+
+fn shares(joined: &Joined<'_>) -> Shares {
+    Shares { without_gain: share(joined.without_gain_mm, joined), left_alone: share(joined.fixed_mm, joined) }
+}
+
+/// Share of a length in that of all feed moves.
+fn share(length_mm: f64, joined: &Joined<'_>) -> f64 {
+    if joined.feed_mm > 0.0 { length_mm / joined.feed_mm } else { 0.0 }
+}
+
+fn outside(range: &OutsideLines) -> String {
+    let (first, last) = range.lines;
+    let place = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
+    print::outside(&place, &range.axis, range.reason, range.samples, range.fades)
+}
