@@ -14,7 +14,8 @@ use pipeline::refit::TimeEncoding;
 use pipeline::setpoints::SetpointKind;
 use pipeline::{OutputFormat, OutputSettings, ReadSettings, Setup};
 
-use crate::read;
+pub use crate::numbers::{length_mm as parse_length, not_negative as parse_not_negative};
+use crate::{numbers, read};
 
 /// Options that every command has.
 #[derive(Debug, Clone, Args)]
@@ -59,14 +60,14 @@ pub struct ProgramArgs {
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
     pub work_offset: Vec<GivenOffset>,
     /// Length of the tool, mm, where the offset's Z is without it: added to Z
-    #[arg(long, value_name = "MM", value_parser = parse_finite, default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "MM", value_parser = numbers::tool_length_mm, default_value_t = 0.0, allow_hyphen_values = true)]
     pub tool_length: f64,
     /// How far the control may round corners off where the program does not say so itself (G64 P), mm; 0 plans a stop at every corner. When left out, that of
     /// the machine file or of the model decides, else 0.002
-    #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
+    #[arg(long, value_name = "MM", value_parser = numbers::corner_tolerance_mm)]
     pub corner_tolerance: Option<f64>,
     /// Feed of built-in test curves (`curve:crown`), mm/s
-    #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = parse_positive)]
+    #[arg(long, value_name = "MM/S", default_value_t = 80.0, value_parser = numbers::feed_mm_s)]
     pub feed: f64,
 }
 
@@ -112,7 +113,7 @@ pub struct LogArgs {
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// Sampling period of logs without time stamps, ms
-    #[arg(long, value_name = "MS", value_parser = parse_positive)]
+    #[arg(long, value_name = "MS", value_parser = numbers::period_ms)]
     pub period: Option<f64>,
 }
 
@@ -176,7 +177,7 @@ pub struct OutputArgs {
     #[arg(long, value_parser = parse_decimals)]
     pub decimals: Option<usize>,
     /// Least time between points within one move, or the time between setpoints, ms
-    #[arg(long, value_name = "MS", value_parser = parse_spacing)]
+    #[arg(long, value_name = "MS", value_parser = numbers::spacing_ms)]
     pub spacing: Option<f64>,
 }
 
@@ -264,55 +265,12 @@ impl From<LawArg> for LawName {
     }
 }
 
-/// A positive, finite number.
-pub fn parse_positive(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("`{text}` is not a positive number")),
-    }
-}
-
-/// Time between points, ms, within the range of a controller profile's.
-fn parse_spacing(text: &str) -> Result<f64, String> {
-    let value = parse_positive(text)?;
-    if (0.01..=1e4).contains(&value) { Ok(value) } else { Err(format!("`{text}` is not within 0.01 to 10000 ms")) }
-}
-
 fn parse_decimals(text: &str) -> Result<usize, String> {
     text.trim()
         .parse()
         .ok()
         .filter(|decimals| *decimals <= 12)
         .ok_or_else(|| format!("`{text}` is not a whole number from 0 to 12"))
-}
-
-/// A finite number, zero or more.
-pub fn parse_not_negative(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err(format!("`{text}` is not a number of zero or more")),
-    }
-}
-
-/// A length with its unit, in mm: `2um`, `2µm`, `0.002mm`, `0.0001in`.
-pub fn parse_length(text: &str) -> Result<f64, String> {
-    let units = [("µm", 1e-3), ("um", 1e-3), ("mm", 1.0), ("in", 25.4)];
-    let (number, scale) = units
-        .iter()
-        .find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, scale)))
-        .ok_or_else(|| format!("`{text}` needs a unit: um, mm or in, as in 2um"))?;
-    match number.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value * scale),
-        _ => Err(format!("`{text}` is not a positive length")),
-    }
-}
-
-/// A finite number.
-pub fn parse_finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("`{text}` is not a number")),
-    }
 }
 
 fn parse_m_code(text: &str) -> Result<u16, String> {
@@ -328,7 +286,7 @@ fn parse_offset(text: &str) -> Result<GivenOffset, String> {
         }
         None => (None, text),
     };
-    let values: Vec<f64> = numbers.split(',').map(parse_finite).collect::<Result<_, _>>()?;
+    let values: Vec<f64> = numbers.split(',').map(numbers::offset_mm).collect::<Result<_, _>>()?;
     let offset = values.try_into().map_err(|_| "three numbers separated by commas are wanted: X,Y,Z".to_owned())?;
     Ok((system, offset))
 }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands;
 use crate::files::Files;
@@ -68,7 +68,9 @@ impl Command {
 #[must_use]
 pub fn main() -> ExitCode {
     models::keep_memory();
-    let cli = match Cli::try_parse() {
+    // A value such as `-1` is no option: it is refused with the option's range.
+    let command = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let cli = match command.try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => {
             let code = if error.use_stderr() { 2 } else { 0 };

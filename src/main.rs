@@ -4,6 +4,7 @@ mod args;
 mod cli;
 mod commands;
 mod files;
+mod numbers;
 mod output;
 mod output_format;
 mod print;

@@ -1,6 +1,7 @@
 //! What the commands print and write.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -95,6 +96,14 @@ fn check_figures(value: &Value, key: &str) -> Result<(), AbsurdFigure> {
 /// Reads a file; a missing one is an error in use.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|error| Usage(format!("cannot read {}: {error}", path.display())).into())
+}
+
+/// Reads at most `most` bytes of a file, and one more where it is longer; a missing one is an error in use.
+pub fn read_file_up_to(path: &Path, most: usize) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(most as u64 + 1).read_to_end(&mut bytes));
+    read.map_err(|error| Usage(format!("cannot read {}: {error}", path.display())))?;
+    Ok(bytes)
 }
 
 /// Writes the figures of a command that has no other output.

@@ -15,7 +15,7 @@ use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
-use crate::output::{Printer, Refusal, Usage, read_file};
+use crate::output::{Printer, Refusal, Usage, read_file, read_file_up_to};
 
 /// The prefix of built-in test curves.
 pub const CURVE: &str = "curve:";
@@ -256,6 +256,6 @@ pub fn log_to_measure(path: &Path, options: &ReadOptions, printer: &Printer) -> 
 /// # Errors
 /// When the file cannot be read, is damaged, or of another format.
 pub fn model(path: &Path) -> Result<Bundle> {
-    let bytes = read_file(path)?;
+    let bytes = read_file_up_to(path, models::LARGEST_BYTES)?;
     Bundle::from_bytes(&bytes).map_err(|error| Refusal(format!("{}: {error}", path.display())).into())
 }

@@ -14,6 +14,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::hex::hex;
+use crate::ranges::{DELAY_S, LENGTH, MOST_AXES, PERIOD_S, RATIO, at_most, within};
 use crate::{
     Array, ArrayData, AxisPredictor, LearnedMachine, ModelError, OperatingRange, PredictionInterval, SavedPredictor,
     load_predictor,
@@ -23,6 +24,11 @@ use crate::{
 pub const FORMAT: u32 = 1;
 /// Hexadecimal digits of the checksum.
 const CHECKSUM: usize = 64;
+/// Largest bundle that is read, bytes: ten times the paper's networks for a machine of six axes.
+pub const LARGEST_BYTES: usize = 256 << 20;
+/// Largest manifest that is read, bytes: sixteen times that of a three-axis machine with the default
+/// recipe. In memory a number takes up to sixteen times its digits.
+const LARGEST_MANIFEST: usize = 16 << 20;
 
 /// Errors of an axis's prediction on runs that training never saw, mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -119,6 +125,46 @@ pub struct Bundle {
     predictors: Vec<SavedPredictor>,
 }
 
+impl HeldOut {
+    fn check(&self) -> Result<(), String> {
+        for (key, value) in [("rms", self.rms), ("max", self.max), ("linear_rms", self.linear_rms), ("raw_rms", self.raw_rms)] {
+            within(key, value, LENGTH)?;
+        }
+        within("band_held", self.band_held, RATIO)?;
+        within("worst_window", self.worst_window, RATIO)
+    }
+}
+
+impl ControlFidelity {
+    fn check(&self) -> Result<(), String> {
+        within("path_rms_mm", self.path_rms_mm, LENGTH)?;
+        within("path_max_mm", self.path_max_mm, LENGTH)?;
+        within("cycle_share", self.cycle_share, RATIO)
+    }
+}
+
+impl Manifest {
+    /// Refuses numbers out of range.
+    fn check(&self) -> Result<(), ModelError> {
+        let out_of_range = |why: String| malformed("manifest", &why);
+        within("period_s", self.period_s, PERIOD_S).map_err(out_of_range)?;
+        within("common_delay_s", self.common_delay_s, DELAY_S).map_err(out_of_range)?;
+        self.control.as_ref().map_or(Ok(()), ControlFidelity::check).map_err(|why| malformed("control", &why))?;
+        at_most("number of axes", self.axes.len(), MOST_AXES).map_err(out_of_range)?;
+        for (index, axis) in self.axes.iter().enumerate() {
+            if self.axes[..index].iter().any(|other| other.name == axis.name) {
+                return Err(out_of_range(format!("axis `{}` is listed twice", axis.name)));
+            }
+            for (part, checked) in
+                [("held_out", axis.held_out.check()), ("coverage", axis.coverage.check()), ("band", axis.band.check())]
+            {
+                checked.map_err(|why| malformed(&format!("{part} of axis {}", axis.name), &why))?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Bundle {
     /// A bundle of one predictor per axis of the manifest. Sets the predictor fields of the
     /// manifest.
@@ -198,6 +244,9 @@ impl Bundle {
     /// message names it.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelError> {
         let damaged = |why: &str| ModelError::Damaged(why.into());
+        if bytes.len() > LARGEST_BYTES {
+            return Err(damaged(&format!("it is longer than the {LARGEST_BYTES} bytes that a model may have")));
+        }
         let (body, checksum) = bytes
             .len()
             .checked_sub(CHECKSUM)
@@ -209,11 +258,19 @@ impl Bundle {
         }
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| ModelError::Damaged(error.to_string()))?;
         let mut entry = |name: &str| -> Result<Vec<u8>, ModelError> {
+            let entry = archive.by_name(name).map_err(|_| damaged(&format!("`{name}` is missing")))?;
+            // A part is stored as it is, so that no declared size exceeds the file's own.
+            if entry.compression() != CompressionMethod::Stored || entry.size() > bytes.len() as u64 {
+                return Err(damaged(&format!("`{name}` is compressed, or larger than the file")));
+            }
             let mut content = Vec::new();
-            archive.by_name(name).map_err(|_| damaged(&format!("`{name}` is missing")))?.read_to_end(&mut content)?;
+            entry.take(bytes.len() as u64).read_to_end(&mut content)?;
             Ok(content)
         };
         let (manifest, weights) = (entry(MANIFEST)?, entry(WEIGHTS)?);
+        if manifest.len() > LARGEST_MANIFEST {
+            return Err(damaged(&format!("`{MANIFEST}` has {} bytes, at most {LARGEST_MANIFEST} are read", manifest.len())));
+        }
         #[derive(Deserialize)]
         struct Versioned {
             format: u32,
@@ -223,6 +280,7 @@ impl Bundle {
             return Err(ModelError::Format { found: format, expected: FORMAT });
         }
         let manifest: Manifest = serde_json::from_slice(&manifest).map_err(|error| malformed("manifest", &error))?;
+        manifest.check()?;
         let predictors = arrays(&weights, &manifest)?;
         let bundle = Self { manifest, predictors };
         bundle.predictors()?;

@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// A saved predictor lacks an array or a setting, or one has the wrong shape.
-    #[error("the model's {part} is not usable: {why}")]
+    #[error("the model's {part} is not usable: {why}; train the model anew")]
     Malformed {
         /// Name of the part.
         part: String,
@@ -16,6 +16,19 @@ pub enum ModelError {
     /// The input does not fit the model (axes, sampling period, length).
     #[error("the input does not fit the model: {0}")]
     Misfit(String),
+    /// A predicted tracking error that no axis can have.
+    #[error(
+        "at t = {time_s:.3} s the model predicts a tracking error of {error:e} (mm or rad) for axis {axis}; \
+         mend the input if it jumps there, else train the model anew"
+    )]
+    Implausible {
+        /// Name of the axis.
+        axis: String,
+        /// Time since the first sample, s.
+        time_s: f64,
+        /// The tracking error, mm or rad.
+        error: f64,
+    },
     /// The bundle's bytes do not match its checksum.
     #[error("the model file is damaged: {0}; copy it again or train anew")]
     Damaged(String),

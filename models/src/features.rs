@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::AxisSignal;
+use crate::ranges::{ACCELERATION, MOST_SAMPLES, at_most, within};
 
 /// Feature set of a network (Paper D, table II).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,6 +44,12 @@ pub struct FeatureSpec {
 }
 
 impl FeatureSpec {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        at_most("backlash_window", self.backlash_window, MOST_SAMPLES)?;
+        at_most("start_window", self.start_window, MOST_SAMPLES)?;
+        within("acceleration_max", self.acceleration_max, ACCELERATION)
+    }
+
     /// Number of features.
     #[must_use]
     pub fn width(&self) -> usize {

@@ -6,6 +6,9 @@ use rayon::prelude::*;
 
 use crate::{AxisPredictor, AxisSignal, ModelError};
 
+/// Largest plausible tracking error, mm or rad: a metre. The supervision of a drive stops it long before.
+const LARGEST_ERROR: f64 = 1e3;
+
 /// A machine whose axes are predicted: `actual = reference − predicted tracking error`.
 #[derive(Debug)]
 pub struct LearnedMachine {
@@ -98,7 +101,21 @@ impl LearnedMachine {
                 placed: self.is_placed(axis),
             })
         };
-        Ok((0..self.axes.len()).into_par_iter().map(of_axis).collect())
+        let errors: Vec<Vec<f64>> = (0..self.axes.len()).into_par_iter().map(of_axis).collect();
+        self.check_errors(&errors)?;
+        Ok(errors)
+    }
+
+    /// Refuses predictions that no axis can have.
+    fn check_errors(&self, errors: &[Vec<f64>]) -> Result<(), ModelError> {
+        for (axis, errors) in self.axes.iter().zip(errors) {
+            // A value that is no number is not within the bound either.
+            if let Some(sample) = errors.iter().position(|error| !(-LARGEST_ERROR..=LARGEST_ERROR).contains(error)) {
+                let time_s = sample as f64 * self.period_s;
+                return Err(ModelError::Implausible { axis: axis.name.clone(), time_s, error: errors[sample] });
+            }
+        }
+        Ok(())
     }
 }
 

@@ -15,13 +15,14 @@ mod operating_range;
 mod prediction_interval;
 mod predictor;
 mod quantile;
+mod ranges;
 pub mod recurrent;
 mod scaler;
 mod spread;
 pub mod stacked;
 pub mod staged;
 
-pub use bundle::{AxisManifest, Bundle, ControlFidelity, FORMAT, HeldOut, Manifest};
+pub use bundle::{AxisManifest, Bundle, ControlFidelity, FORMAT, HeldOut, LARGEST_BYTES, Manifest};
 pub use error::ModelError;
 pub use features::{FeatureSet, FeatureSpec};
 pub use hex::hex;

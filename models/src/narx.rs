@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::network::{SETTLING_S, samples, with_standstill_before};
+use crate::ranges::{DIVISOR, WEIGHT, singles_within, within};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, FeatureSpec, ModelError, SavedPredictor, Scaler};
 
 /// Name of this kind of predictor.
@@ -64,7 +65,7 @@ impl NarxPredictor {
     /// When sizes do not match, or a number is not finite.
     pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, bound: f32, layers: Vec<Dense>) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
-        inputs.check(spec.width()).and_then(|()| targets.check(1)).map_err(malformed)?;
+        spec.check().and_then(|()| inputs.check(spec.width())).and_then(|()| targets.check(1)).map_err(malformed)?;
         let mut width = spec.width() + PAST_ERRORS;
         for (index, layer) in layers.iter().enumerate() {
             if layer.bias.is_empty() || layer.weight.len() != width * layer.bias.len() {
@@ -79,9 +80,9 @@ impl NarxPredictor {
         if layers.is_empty() || width != 1 {
             return Err(malformed(format!("{} layers end in {width} outputs", layers.len())));
         }
-        let mut numbers = layers.iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias));
-        if !(bound > 0.0 && bound.is_finite()) || numbers.any(|number| !number.is_finite()) {
-            return Err(malformed("a weight is not finite, or the bound not positive".into()));
+        within("bound", f64::from(bound), DIVISOR).map_err(malformed)?;
+        for Dense { weight, bias } in &layers {
+            singles_within("weight", weight, WEIGHT).and_then(|()| singles_within("bias", bias, WEIGHT)).map_err(malformed)?;
         }
         Ok(Self { spec, inputs, targets, bound, layers })
     }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ranges::{WEIGHT, singles_within};
 use crate::recurrent::{Kind, Recurrent};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, FeatureSpec, ModelError, SavedPredictor, Scaler};
 
@@ -45,9 +46,7 @@ impl ScaledNetwork {
             )));
         }
         inputs.check(width).and_then(|()| targets.check(1)).map_err(malformed)?;
-        if network.to_tensors().iter().any(|(_, _, values)| values.iter().any(|value| !value.is_finite())) {
-            return Err(malformed("a weight is not finite".into()));
-        }
+        network.to_tensors().iter().try_for_each(|(name, _, values)| singles_within(name, values, WEIGHT)).map_err(malformed)?;
         Ok(Self { inputs, targets, network })
     }
 
@@ -138,6 +137,7 @@ impl NetworkPredictor {
     /// When the network does not have one input per feature and one output, a scaler does not
     /// match, or a weight is not finite.
     pub fn new(spec: FeatureSpec, inputs: Scaler, targets: Scaler, network: Recurrent) -> Result<Self, ModelError> {
+        spec.check().map_err(|why| ModelError::Malformed { part: "network".into(), why })?;
         Ok(Self { spec, network: ScaledNetwork::new(spec.width(), inputs, targets, network)? })
     }
 
@@ -153,6 +153,7 @@ impl NetworkPredictor {
             other => return Err(malformed(format!("`{other}` is no recurrent network"))),
         };
         let settings = Settings::deserialize(&saved.settings).map_err(|error| malformed(format!("settings: {error}")))?;
+        settings.features.check().map_err(malformed)?;
         let arrays = saved.arrays.iter().map(|(name, array)| (name.as_str(), array));
         let network = ScaledNetwork::from_arrays(kind, settings.features.width(), settings.inputs, settings.targets, arrays)?;
         Ok(Self { spec: settings.features, network })

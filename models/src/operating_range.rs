@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::LearnedMachine;
 use crate::features::{EventKind, events, velocity};
+use crate::ranges::{ACCELERATION, JERK, POSITION, RATIO, VELOCITY, all_within, within};
 
 /// The motions of one axis in the training data, in mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -91,6 +92,18 @@ impl OperatingRange {
     }
 
     /// The same range without bounds on the position.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let (low, high) = self.position;
+        all_within("position", &[low, high], POSITION)?;
+        if low > high {
+            return Err(format!("`position` is from {low} to {high}; the lower bound comes first"));
+        }
+        within("velocity", self.velocity, VELOCITY)?;
+        within("acceleration", self.acceleration, ACCELERATION)?;
+        within("jerk", self.jerk, JERK)?;
+        within("dwell_s", self.dwell_s, RATIO)
+    }
+
     fn anywhere(self) -> Self {
         Self { position: (f64::NEG_INFINITY, f64::INFINITY), ..self }
     }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::AxisSignal;
 use crate::features::{events, velocity};
 use crate::quantile::quantile;
+use crate::ranges::{LENGTH, VELOCITY, all_within, within};
 use crate::spread::Spread;
 
 /// Duration after a reversal or a start in which friction settles, s.
@@ -29,6 +30,12 @@ pub struct PredictionInterval {
 }
 
 impl PredictionInterval {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        all_within("half_widths", &self.half_widths, LENGTH)?;
+        within("top_speed", self.top_speed, VELOCITY)?;
+        self.spread.as_ref().map_or(Ok(()), Spread::check)
+    }
+
     /// The interval from held-out `runs`: signals with the absolute errors of their prediction.
     #[must_use]
     pub fn fit(runs: &[(AxisSignal<'_>, Vec<f64>)], top_speed: f64) -> Self {

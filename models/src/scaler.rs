@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ranges::{DEVIATION, WEIGHT, singles_within};
+
 /// Mean and standard deviation of every column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,8 +47,8 @@ impl Scaler {
         if self.mean.len() != width || self.deviation.len() != width {
             return Err(format!("a scaler of {} and {} columns for {width}", self.mean.len(), self.deviation.len()));
         }
-        let usable = self.mean.iter().all(|m| m.is_finite()) && self.deviation.iter().all(|d| d.is_finite() && *d > 0.0);
-        if usable { Ok(()) } else { Err("a scaler with a number that is not finite, or a deviation of zero".into()) }
+        singles_within("mean", &self.mean, WEIGHT)?;
+        singles_within("deviation", &self.deviation, DEVIATION)
     }
 
     /// Scales rows in place.

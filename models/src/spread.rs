@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::AxisSignal;
 use crate::features::{events, velocity};
 use crate::quantile::quantile;
+use crate::ranges::{LENGTH, RATIO, VELOCITY, all_within, within};
 
 /// Length of the windows whose RMS errors show the scatter between segments of motion, s.
 const WINDOW_S: f64 = 2.0;
@@ -52,6 +53,19 @@ pub struct Spread {
 }
 
 impl Spread {
+    pub(crate) fn check(&self) -> Result<(), String> {
+        all_within("spread.rms", &self.rms, LENGTH)?;
+        within("spread.top_speed", self.top_speed, VELOCITY)?;
+        within("spread.upper", self.upper, RATIO)?;
+        all_within("spread.windows", &self.windows, RATIO)?;
+        all_within("spread.peaks", &self.peaks, RATIO)?;
+        if self.peaks.len() == STEPS + 1 && self.peaks.is_sorted() {
+            Ok(())
+        } else {
+            Err(format!("`spread.peaks` has {} values; {} in ascending order are needed", self.peaks.len(), STEPS + 1))
+        }
+    }
+
     /// The distribution of the errors of `runs`, scaled to `expected`, with the upper bound
     /// `upper`: RMS, mm or rad. `None` if the runs are too short.
     #[must_use]

@@ -5,6 +5,7 @@ use std::io::{Cursor, Read, Write};
 
 use models::narx::{Dense, PAST_ERRORS};
 use models::recurrent::{Head, Kind, LayerWeights, Recurrent};
+use models::staged::{self, FeatureGroup, LagBasis, MotionFactor, Pass, Scales, StagedPredictor};
 use models::{
     AxisManifest, AxisPredictor, AxisSignal, Bundle, FORMAT, FeatureSet, FeatureSpec, HeldOut, Manifest, ModelError,
     NarxPredictor, NetworkPredictor, OperatingRange, PredictionInterval, Scaler,
@@ -98,6 +99,10 @@ fn packed(parts: &[(&str, &[u8])]) -> Vec<u8> {
         archive.start_file(*name, stored).expect("a part");
         archive.write_all(content).expect("written");
     }
+    with_checksum(archive)
+}
+
+fn with_checksum(mut archive: zip::ZipWriter<Cursor<Vec<u8>>>) -> Vec<u8> {
     archive.set_comment("0".repeat(64)).expect("a short comment");
     let mut bytes = archive.finish().expect("an archive").into_inner();
     let body = bytes.len() - 64;
@@ -161,6 +166,77 @@ fn another_format_is_refused_by_its_number() {
     let other = manifest.replacen(&format!("\"format\": {FORMAT}"), "\"format\": 99", 1);
     let other = packed(&[("manifest.json", other.as_bytes()), ("weights.safetensors", &weights)]);
     assert!(matches!(Bundle::from_bytes(&other), Err(ModelError::Format { found: 99, expected: FORMAT })));
+}
+
+/// A staged predictor of one pass: the velocity now.
+fn staged() -> StagedPredictor {
+    let group = FeatureGroup { basis: LagBasis::now(), channels: vec![MotionFactor::Velocity.into()] };
+    let features = staged::FeatureSet { scales: Scales::linear(), groups: vec![group] };
+    StagedPredictor::new(PERIOD_S, vec![Pass { features, weights: vec![0.01] }]).expect("sizes fit")
+}
+
+#[test]
+fn numbers_that_overflow_or_take_gigabytes_are_refused_by_name() {
+    let one: Vec<Box<dyn AxisPredictor>> = vec![Box::new(staged())];
+    let mut of_one = manifest();
+    of_one.axes.truncate(1);
+    let of_one = Bundle::new(of_one, &one).and_then(|bundle| bundle.to_bytes()).expect("a sound bundle");
+    for (sound, key, value) in [
+        (bytes(), "start_window", "18446744073709551615"),
+        (bytes(), "backlash_window", "9007199254740993"),
+        (bytes(), "acceleration_max", "-1"),
+        (bytes(), "period_s", "1e-300"),
+        (bytes(), "common_delay_s", "1e300"),
+        (bytes(), "raw_rms", "1e308"),
+        (bytes(), "velocity", "-1"),
+        (bytes(), "bound", "1e300"),
+        (of_one.clone(), "first_lag", "-9223372036854775808"),
+        (of_one.clone(), "first_lag", "100000000"),
+        (of_one.clone(), "half_travel", "1e300"),
+    ] {
+        let (manifest, weights) = parts(&sound);
+        let at = manifest.find(&format!("\"{key}\": ")).expect(key) + key.len() + 4;
+        let end = at + manifest[at..].find([',', '\n']).expect("a value");
+        let mutated = [&manifest[..at], value, &manifest[end..]].concat();
+        let error = refusal(&packed(&[("manifest.json", mutated.as_bytes()), ("weights.safetensors", &weights)]));
+        assert!(error.contains(key) && error.contains("train the model anew"), "{key} = {value}: {error}");
+    }
+}
+
+#[test]
+fn tensors_of_declared_sizes_are_refused() {
+    let (manifest, weights) = parts(&bytes());
+    // No value, and sizes whose product overflows.
+    for shape in ["[0,4611686018427387904]", "[4611686018427387904,0]", "[144000000000,1]"] {
+        let header_length = u64::from_le_bytes(*weights.first_chunk().expect("a length")) as usize;
+        let mut header: serde_json::Value = serde_json::from_slice(&weights[8..8 + header_length]).expect("a header");
+        let tensor = &mut header["x/layers.0.weight_hh"];
+        tensor["shape"] = serde_json::from_str(shape).expect("a shape");
+        let header = serde_json::to_vec(&header).expect("a header");
+        let weights = [&(header.len() as u64).to_le_bytes()[..], &header, &weights[8 + header_length..]].concat();
+        refusal(&packed(&[("manifest.json", manifest.as_bytes()), ("weights.safetensors", &weights)]));
+    }
+    let empty = LayerWeights {
+        kind: Kind::Gru,
+        input: usize::MAX / 2,
+        hidden: usize::MAX / 3,
+        weight_ih: Vec::new(),
+        weight_hh: Vec::new(),
+        bias: Vec::new(),
+    };
+    assert!(empty.check().is_err());
+}
+
+#[test]
+fn compressed_parts_are_refused() {
+    let (manifest, weights) = parts(&bytes());
+    let deflated = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, content) in [("manifest.json", manifest.as_bytes()), ("weights.safetensors", &weights)] {
+        archive.start_file(name, deflated).expect("a part");
+        archive.write_all(content).expect("written");
+    }
+    assert!(refusal(&with_checksum(archive)).contains("compressed"));
 }
 
 #[test]

@@ -10,8 +10,9 @@ use pipeline::model_based_ilc::Settings;
 use pipeline::{Event, Input, Setup};
 
 use super::simulate::SensorName;
-use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, parse_positive};
+use crate::args::{Common, LawArg, MachineArgs, ProgramArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::print::comparison as print;
 use crate::progress::Shown;
@@ -42,16 +43,16 @@ pub struct Compare {
     #[arg(long, value_name = "MODEL", conflicts_with = "machine")]
     on: Option<PathBuf>,
     /// Fresh noise seeds over which figures are averaged
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
     /// Learning runs of every ILC, the last of which counts
-    #[arg(long, default_value_t = CompareSettings::default().ilc_runs)]
+    #[arg(long, default_value_t = CompareSettings::default().ilc_runs, value_parser = numbers::iterations)]
     runs: usize,
     /// Learning gain of every ILC with a constant one; tuned on the machine when left out
-    #[arg(long, value_name = "Q", value_parser = parse_positive)]
+    #[arg(long, value_name = "Q", value_parser = numbers::gain)]
     gain: Option<f64>,
     /// Cut-off of ILC's zero-phase low-pass, Hz; tuned on the machine when left out. With --gain nothing is tuned
-    #[arg(long, value_name = "HZ", value_parser = parse_positive)]
+    #[arg(long, value_name = "HZ", value_parser = numbers::low_pass_hz)]
     low_pass: Option<f64>,
     /// How the first run is learned on the model
     #[arg(long, value_enum, default_value = "model-based")]
@@ -60,13 +61,13 @@ pub struct Compare {
     #[arg(long)]
     programs: bool,
     /// Updates of model-based ILC
-    #[arg(long, default_value_t = 4)]
+    #[arg(long, default_value_t = 4, value_parser = numbers::iterations)]
     iterations: usize,
     /// Where positions are measured [default: the machine's own]
     #[arg(long, value_enum)]
     sensor: Option<SensorName>,
     /// Factor on run-to-run noise
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = numbers::noise)]
     noise: f64,
     /// Write pictures and table as a page
     #[arg(long, value_name = "HTML")]

@@ -16,6 +16,7 @@ use serde_json::json;
 use super::compare::{report_of, unseen};
 use crate::args::{Common, MachineArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::print;
 use crate::progress::Shown;
@@ -37,10 +38,10 @@ pub struct Demo {
     #[arg(long, value_name = "NAME|TOML", default_value = "staged")]
     predictor: String,
     /// Seconds of excitation
-    #[arg(long, default_value_t = 120.0)]
+    #[arg(long, default_value_t = 120.0, value_parser = numbers::excitation_s)]
     seconds: f64,
     /// Noise seeds over which figures are averaged
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
 }
 

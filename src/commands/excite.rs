@@ -12,8 +12,9 @@ use pipeline::excitation::{ControlProgram, Style, control_test, in_program_words
 use pipeline::units::in_programs;
 use serde_json::{Map, Value, json};
 
-use crate::args::{Common, MachineArgs, OutputArgs, parse_positive};
+use crate::args::{Common, MachineArgs, OutputArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::read;
 
@@ -40,13 +41,13 @@ pub struct Excite {
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Seconds of motion in all, up to 4000
-    #[arg(long, default_value_t = 60.0, value_parser = parse_positive)]
+    #[arg(long, default_value_t = 60.0, value_parser = numbers::excitation_s)]
     seconds: f64,
     /// Linear axes keep within ± this range, mm, and within their own travel
-    #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = parse_positive)]
+    #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = numbers::travel_mm)]
     travel: f64,
     /// Rotary axes keep within ± this range, degrees, and within their own travel
-    #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = parse_positive)]
+    #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = numbers::rotation_deg)]
     rotation: f64,
     #[command(flatten)]
     output: OutputArgs,

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use crate::args::{Common, MachineArgs, ProgramArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
@@ -41,7 +42,7 @@ pub struct Simulate {
     #[arg(long, value_enum)]
     sensor: Option<SensorName>,
     /// Factor on run-to-run noise; 0 repeats every run exactly
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = numbers::noise)]
     noise: f64,
 }
 

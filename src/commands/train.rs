@@ -13,6 +13,7 @@ use pipeline::training::{self, TrainSettings, Trained};
 
 use crate::args::{Common, LogArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::print::{identification, training as print};
 use crate::progress::Shown;
@@ -52,7 +53,7 @@ pub struct Train {
     #[command(flatten)]
     columns: LogArgs,
     /// Share of the samples that is held out, as whole runs
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = 0.2, value_parser = numbers::held_out)]
     held_out: f64,
     /// Adapt this model with a short new log instead of training a new one: another machine of its kind, another day
     #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "checkpoints", "machine", "programs"])]

@@ -53,9 +53,10 @@ impl LayerWeights {
     /// # Errors
     /// When they do not, or a size is zero.
     pub fn check(&self) -> Result<(), ModelError> {
-        let rows = self.kind.gates() * self.hidden;
+        // Sizes from a file may be of any magnitude: saturated, they fit no weights.
+        let rows = self.kind.gates().saturating_mul(self.hidden);
         let found = [self.weight_ih.len(), self.weight_hh.len(), self.bias.len()];
-        let wanted = [rows * self.input, rows * self.hidden, 4 * self.hidden];
+        let wanted = [rows.saturating_mul(self.input), rows.saturating_mul(self.hidden), self.hidden.saturating_mul(4)];
         if self.input == 0 || self.hidden == 0 || found != wanted {
             return Err(malformed(format!(
                 "a {:?} layer of {} inputs and {} units wants {wanted:?} weights and biases, not {found:?}",

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
-use super::fir::LagBasis;
+use super::fir::{Fir, LagBasis};
 use super::regressor::{Harmonics, MotionFactor, Regressor};
 use super::signals::{Scales, Signals};
+use crate::ranges::{MOST_PRODUCTS, MOST_REGRESSORS, at_most};
 
 /// Regressors that share a basis; one column for each regressor and response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -62,14 +63,17 @@ impl FeatureSet {
     pub(super) fn check(&self) -> Result<(), String> {
         self.scales.check()?;
         for group in &self.groups {
-            if group.basis.filters().iter().any(|fir| fir.taps.is_empty() || fir.taps.iter().any(|tap| !tap.is_finite())) {
-                return Err("a response without usable taps".into());
-            }
+            group.basis.filters().iter().try_for_each(Fir::check)?;
             if let Some(regressor) = group.channels.iter().find(|c| !c.fits(&self.scales)) {
                 return Err(format!("{regressor:?} refers to what is not there"));
             }
         }
-        Ok(())
+        let products = |group: &FeatureGroup| {
+            let (first, last) = group.basis.span();
+            (last.abs_diff(first) + 1).saturating_mul(group.channels.len())
+        };
+        at_most("products per sample", self.groups.iter().map(products).fold(0, usize::saturating_add), MOST_PRODUCTS)?;
+        at_most("number of regressors", self.groups.iter().map(|group| group.channels.len()).sum(), MOST_REGRESSORS)
     }
 
     /// Values per sample of [`Self::plain_rows`].

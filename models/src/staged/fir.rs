@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::taps::{Tap, add_taps};
+use crate::ranges::{MOST_SAMPLES, WEIGHT, all_within, at_most};
 
 /// Second differences below this share of the largest tap are rounding.
 const ROUNDING: f64 = 1e-11;
@@ -23,6 +24,15 @@ impl Fir {
     #[must_use]
     pub fn shift(lag: isize) -> Self {
         Self { first_lag: lag, taps: vec![1.0] }
+    }
+
+    pub(super) fn check(&self) -> Result<(), String> {
+        if self.taps.is_empty() {
+            return Err("a response without taps".into());
+        }
+        at_most("first_lag without its sign", self.first_lag.unsigned_abs(), MOST_SAMPLES)?;
+        at_most("number of taps", self.taps.len(), MOST_SAMPLES)?;
+        all_within("taps", &self.taps, WEIGHT)
     }
 
     /// Lag of the last tap, samples.

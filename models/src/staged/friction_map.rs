@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ranges::{DIVISOR, POSITION, WEIGHT, all_within, within};
+
 /// Least level: friction never helps.
 const LEAST: f64 = 0.05;
 
@@ -44,13 +46,13 @@ impl FrictionMap {
 
     /// Checks that there is a position and all numbers are valid.
     pub(super) fn check(&self) -> Result<(), String> {
-        let levels = || self.forwards.iter().chain(&self.backwards);
-        let usable = self.first.is_finite() && self.spacing.is_finite() && self.spacing > 0.0;
-        if usable && self.forwards.len() == self.backwards.len() && levels().all(|level| level.is_finite()) {
-            Ok(())
-        } else {
-            Err("a friction map whose directions differ in length, or with a number that is none".into())
+        if self.forwards.len() != self.backwards.len() {
+            return Err("a friction map whose directions differ in length".into());
         }
+        within("friction_map.first", self.first, POSITION)?;
+        within("friction_map.spacing", self.spacing, DIVISOR)?;
+        all_within("friction_map.forwards", &self.forwards, WEIGHT)?;
+        all_within("friction_map.backwards", &self.backwards, WEIGHT)
     }
 }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::features::FeatureSet;
 use super::signals::Signals;
+use crate::ranges::{MOST_PASSES, PERIOD_S, WEIGHT, all_within, at_most, within};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, ModelError, SavedPredictor};
 
 /// Kind name of this predictor.
@@ -67,9 +68,8 @@ impl StagedPredictor {
     /// does not have, or a number is not finite.
     pub fn new(period_s: f64, passes: Vec<Pass>) -> Result<Self, ModelError> {
         let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
-        if !(period_s.is_finite() && period_s > 0.0) {
-            return Err(malformed(format!("sampling period {period_s} s")));
-        }
+        within("period_s", period_s, PERIOD_S).map_err(malformed)?;
+        at_most("number of passes", passes.len(), MOST_PASSES).map_err(malformed)?;
         if passes.is_empty() {
             return Err(malformed("no pass".into()));
         }
@@ -82,9 +82,7 @@ impl StagedPredictor {
                     pass.features.columns()
                 )));
             }
-            if pass.weights.iter().any(|w| !w.is_finite()) {
-                return Err(malformed(format!("pass {index}: a weight is not finite")));
-            }
+            all_within("weights", &pass.weights, WEIGHT).map_err(|why| malformed(format!("pass {index}: {why}")))?;
         }
         Ok(Self { period_s, passes })
     }

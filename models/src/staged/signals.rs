@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::friction_map::{FrictionMap, Levels};
 use super::stop::run_stops;
+use crate::ranges::{DIVISOR, LENGTH, MOST_SIGNALS, POSITION, all_within, at_most, within};
 
 /// Half-widths, scales and thresholds of one axis, all in its own unit (mm or rad) and seconds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,18 +54,17 @@ impl Scales {
         if let Some(map) = &self.friction_map {
             map.check()?;
         }
-        let positive = |values: &[f64]| values.iter().all(|v| v.is_finite() && *v > 0.0);
-        if positive(&self.stop_half_widths)
-            && positive(&self.slow_speeds)
-            && positive(&self.drag_speeds)
-            && positive(&self.lines)
-            && self.centre.is_finite()
-            && self.half_travel.is_finite()
-        {
-            Ok(())
-        } else {
-            Err("a width, speed or line is not a positive number, or the travel is not a number".into())
+        for (key, values) in [
+            ("stop_half_widths", &self.stop_half_widths),
+            ("slow_speeds", &self.slow_speeds),
+            ("drag_speeds", &self.drag_speeds),
+            ("lines", &self.lines),
+        ] {
+            at_most(&format!("number of {key}"), values.len(), MOST_SIGNALS)?;
+            all_within(key, values, DIVISOR)?;
         }
+        within("centre", self.centre, POSITION)?;
+        within("half_travel", self.half_travel, LENGTH)
     }
 }
 

@@ -16,9 +16,10 @@ use pipeline::units::um;
 use pipeline::{Input, Output, OutputSettings, Setup};
 use serde_json::{Value, json};
 
-use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, parse_not_negative};
+use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs};
 use crate::commands::compensate::merged;
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::output_format;
 use crate::print::compensation::{setpoints, setpoints_json};
@@ -64,16 +65,16 @@ pub struct Refine {
     #[arg(long, value_enum)]
     law: Option<LawArg>,
     /// Learning gain of the laws without a model; 1/RUN when left out, which averages the noise of the runs away
-    #[arg(long, value_name = "Q")]
+    #[arg(long, value_name = "Q", value_parser = numbers::gain)]
     gain: Option<f64>,
     /// Which run the last log is of, the first being 1; the number of logs when left out
-    #[arg(long, value_name = "RUN", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "RUN", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     run: Option<u32>,
     /// Cut-off of the zero-phase low-pass on the update of the laws without a model, Hz [default: 100]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = numbers::low_pass_hz)]
     low_pass: Option<f64>,
     /// Largest shift of the tool tip, mm: the length of the vector. When left out: from the largest error, from 0.1 to 1 mm
-    #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
+    #[arg(long, value_name = "MM", value_parser = numbers::max_shift_mm)]
     max_shift: Option<f64>,
     #[command(flatten)]
     columns: LogArgs,

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::args::{Common, MachineArgs};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Printer, write_json};
 
 /// Print the papers' tables beside what this build measures
@@ -35,10 +36,10 @@ pub struct Reproduce {
     #[arg(long)]
     paper: bool,
     /// Seeds of data, training and noise over which figures are averaged
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
     /// Seconds of excitation that models are trained on
-    #[arg(long, default_value_t = 120.0)]
+    #[arg(long, default_value_t = 120.0, value_parser = numbers::excitation_s)]
     seconds: f64,
 }
 

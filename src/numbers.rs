@@ -1,0 +1,125 @@
+//! Ranges of all numbers on the command line.
+//!
+//! Each range holds every sensible use with a wide margin. It excludes typing errors, wrong units,
+//! and numbers with which a command would take hours or gigabytes.
+
+use std::fmt::Display;
+use std::str::FromStr;
+
+/// Learning gain of an ILC. An update of more than the whole error diverges from 2 on.
+pub fn gain(text: &str) -> Result<f64, String> {
+    within(text, 1e-3, 2.0)
+}
+
+/// Cut-off of a low-pass, Hz.
+pub fn low_pass_hz(text: &str) -> Result<f64, String> {
+    within(text, 0.1, 1e5)
+}
+
+/// Feed of a test curve, mm/s.
+pub fn feed_mm_s(text: &str) -> Result<f64, String> {
+    within(text, 0.1, 1e4)
+}
+
+/// Sampling period of a log, ms: the range of logs with time stamps.
+pub fn period_ms(text: &str) -> Result<f64, String> {
+    within(text, 1e-3, 1e4)
+}
+
+/// Time between points, ms: the range of a controller profile.
+pub fn spacing_ms(text: &str) -> Result<f64, String> {
+    within(text, 1e-2, 1e4)
+}
+
+/// Tolerance of corners, mm: the range of a machine file.
+pub fn corner_tolerance_mm(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 10.0)
+}
+
+/// Length of a tool, mm.
+pub fn tool_length_mm(text: &str) -> Result<f64, String> {
+    within(text, -1e4, 1e4)
+}
+
+/// Coordinate of a work offset, mm: the range of a machine file.
+pub fn offset_mm(text: &str) -> Result<f64, String> {
+    within(text, -1e6, 1e6)
+}
+
+/// Largest shift of a point, mm.
+pub fn max_shift_mm(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 100.0)
+}
+
+/// Travel of an excitation, mm on either side.
+pub fn travel_mm(text: &str) -> Result<f64, String> {
+    within(text, 1e-2, 1e5)
+}
+
+/// Rotation in an excitation, degrees on either side.
+pub fn rotation_deg(text: &str) -> Result<f64, String> {
+    within(text, 1e-2, 1e5)
+}
+
+/// Duration of an excitation, s.
+pub fn excitation_s(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 1e5)
+}
+
+/// Factor on the noise of a simulated machine.
+pub fn noise(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 100.0)
+}
+
+/// Share of the samples that is held out.
+pub fn held_out(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 0.9)
+}
+
+/// Number of seeds, runs or programs.
+pub fn count(text: &str) -> Result<u64, String> {
+    within(text, 1, 1000)
+}
+
+/// Number of iterations; zero for the first forecast alone.
+pub fn iterations(text: &str) -> Result<usize, String> {
+    within(text, 0, 1000)
+}
+
+/// Zero or more, of any unit.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 1e6)
+}
+
+/// A length with its unit, in mm: `2um`, `2µm`, `0.002mm`, `0.0001in`.
+pub fn length_mm(text: &str) -> Result<f64, String> {
+    let units = [("µm", 1e-3), ("um", 1e-3), ("mm", 1.0), ("in", 25.4)];
+    let (number, scale) = units
+        .iter()
+        .find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, scale)))
+        .ok_or_else(|| format!("`{text}` needs a unit: um, mm or in, as in 2um"))?;
+    Ok(scale * within(number, 1e-6, 1e5)?)
+}
+
+fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    match text.trim().parse::<T>() {
+        // A value that is no number is in no range.
+        Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
+        _ => Err(format!("it must be a number from {low} to {high}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_out_of_range_are_refused_with_the_range() {
+        for text in ["1e-300", "-1", "0", "nan", "inf", "1e308", "x", ""] {
+            assert_eq!(gain(text).unwrap_err(), "it must be a number from 0.001 to 2");
+        }
+        assert_eq!((gain("2"), offset_mm(" -12.5 "), count("7")), (Ok(2.0), Ok(-12.5), Ok(7)));
+        assert!(count("0").is_err() && count("1.5").is_err() && iterations("18446744073709551616").is_err());
+        assert!(length_mm("1e300um").is_err() && length_mm("2").unwrap_err().contains("unit"));
+    }
+}
