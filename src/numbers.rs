@@ -53,12 +53,12 @@ pub fn max_shift_mm(text: &str) -> Result<f64, String> {
 
 /// Travel of an excitation, mm on either side.
 pub fn travel_mm(text: &str) -> Result<f64, String> {
-    within(text, 1e-2, 1e5)
+    within(text, 1e-2, 1e4)
 }
 
 /// Rotation in an excitation, degrees on either side.
 pub fn rotation_deg(text: &str) -> Result<f64, String> {
-    within(text, 1e-2, 1e5)
+    within(text, 1e-2, 1e4)
 }
 
 /// Duration of an excitation, s.

@@ -2,6 +2,8 @@
 
 use crate::DatasetError;
 
+/// Shortest run, s: a motion between the standstills of a tenth of a second.
+const SHORTEST_S: f64 = 0.3;
 /// The longest run, s: variety improves a model more than length.
 const LONGEST_S: f64 = 400.0;
 
@@ -65,8 +67,8 @@ impl RunPlan {
             (
                 "seconds of a run",
                 self.seconds,
-                self.seconds > 0.0 && self.seconds <= LONGEST_S,
-                "it must be above 0 and at most 400; more excitations of other seeds teach more than a longer one",
+                (SHORTEST_S..=LONGEST_S).contains(&self.seconds),
+                "it must be at least 0.3 and at most 400; more excitations of other seeds teach more than a longer one",
             ),
             ("sigma_mm", self.sigma_mm, self.sigma_mm > 0.0, positive),
             (

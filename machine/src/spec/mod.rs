@@ -63,6 +63,10 @@ pub struct MachineSpec {
     pub axes: Vec<AxisSpec>,
 }
 
+/// Longest window over which a plan is smoothed, sampling periods. The time of planning grows with
+/// it. Controls smooth over a few hundred.
+const LONGEST_WINDOW: f64 = 5000.0;
+
 /// Names of the work coordinate systems, in numerical order.
 pub const WORK_SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
@@ -266,6 +270,21 @@ impl MachineSpec {
         }
     }
 
+    /// Refuses smoothing over more samples than a plan can be averaged over.
+    fn check_windows(&self) -> Result<(), MachineError> {
+        let PathSpec { acceleration_mm_s2, jerk_mm_s3, smoothing_ms, .. } = self.path;
+        let longest_ms = LONGEST_WINDOW * self.sampling_period_ms;
+        let least_jerk = 2.0 * acceleration_mm_s2 / (longest_ms * 1e-3);
+        let remedy =
+            format!("at least {least_jerk:.3}, so that this acceleration builds up within {LONGEST_WINDOW} sampling periods");
+        within("path.jerk_mm_s3", jerk_mm_s3, jerk_mm_s3 >= least_jerk, &remedy)?;
+        let remedy = format!("at most {longest_ms}, {LONGEST_WINDOW} sampling periods");
+        within("path.smoothing_ms", smoothing_ms, smoothing_ms <= longest_ms, &remedy)?;
+        let filters_ms = self.control.map_or([0.0; 2], |control| control.filters_ms);
+        let fits = |filter_ms: &f64| within("control.filters_ms", *filter_ms, *filter_ms <= longest_ms, &remedy);
+        filters_ms.iter().try_for_each(fits)
+    }
+
     /// Refuses values out of range.
     ///
     /// # Errors
@@ -287,6 +306,7 @@ impl MachineSpec {
         if let Some(control) = &self.control {
             control.check()?;
         }
+        self.check_windows()?;
         if let Some(controller) = &self.controller {
             controller.check()?;
         }

@@ -70,6 +70,7 @@ pub fn plan(
 ) -> Result<Plan, MotionError> {
     check(settings, limits, kinematics.as_ref())?;
     let period = settings.period_s;
+    check_duration(path, period)?;
     let standstill = (settings.rest_s / period).round() as usize;
     let filters = settings.filters_s.map(|filter_s| (filter_s / period).round().max(1.0) as usize);
     let is_filtered = filters != [1, 1];
@@ -130,8 +131,23 @@ pub fn plan(
     Ok(Plan { desired, samples, piece_ends_mm, command })
 }
 
-/// Maximum samples of a plan: 28 h at 2 ms, some ten GB.
-const MAX_SAMPLES: usize = 50_000_000;
+/// Maximum samples of a plan: 11 h at 2 ms, some three GB.
+const MAX_SAMPLES: usize = 20_000_000;
+
+/// Refuses a path that takes more samples at its feeds alone, before anything is planned.
+fn check_duration(path: &ToolPath, period_s: f64) -> Result<(), MotionError> {
+    let (mut left_s, mut position_mm) = (MAX_SAMPLES as f64 * period_s, 0.0);
+    for (index, piece) in path.pieces().iter().enumerate() {
+        let length_mm = piece.least_length_mm();
+        let reached_mm = length_mm.min(left_s * piece.feed_mm_s);
+        left_s -= length_mm / piece.feed_mm_s + piece.dwell_s;
+        position_mm += reached_mm;
+        if left_s < 0.0 {
+            return Err(too_long(index, position_mm, period_s));
+        }
+    }
+    Ok(())
+}
 
 fn too_long(piece: usize, position_mm: f64, period_s: f64) -> MotionError {
     MotionError::TooLong { piece, position_mm, hours: MAX_SAMPLES as f64 * period_s / 3600.0, most: MAX_SAMPLES }

@@ -126,6 +126,13 @@ impl Piece {
         Self { turning, ..self }
     }
 
+    /// Length over both halves as straight lines, mm: not above the length of the piece.
+    pub(super) fn least_length_mm(&self) -> f64 {
+        let (from, to) = self.range;
+        let [start, middle, end] = [from, f64::midpoint(from, to), to].map(|u| self.coordinates(u));
+        (middle - start).norm() + (end - middle).norm()
+    }
+
     pub(super) fn stops(&self) -> bool {
         self.stop_after || self.dwell_s > 0.0
     }
