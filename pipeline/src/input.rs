@@ -12,6 +12,22 @@ use crate::refit::marked_line;
 use crate::setup::Setup;
 use crate::statistics::{self, Figures};
 
+/// Ratio to the speed limit of an axis above which a reference is refused: references may exceed the limits of a machine file,
+/// but a jump has no forecast.
+pub(crate) const LARGEST_SPEED_RATIO: f64 = 10.0;
+
+fn check_speed(name: &str, reference: &Trajectory, limits: &Limits) -> Result<()> {
+    for ((axis, column), limits) in reference.axes().iter().zip(reference.columns()).zip(&limits.axes) {
+        let speed = |pair: &[f64]| (pair[1] - pair[0]).abs() / reference.period_s();
+        let limit = limits.velocity;
+        if let Some(sample) = column.windows(2).position(|pair| speed(pair) > LARGEST_SPEED_RATIO * limit) {
+            let (name, axis, speed) = (name.to_owned(), axis.name.clone(), speed(&column[sample..sample + 2]));
+            return Err(Error::TooFast { name, time_s: (sample + 1) as f64 * reference.period_s(), axis, speed, limit });
+        }
+    }
+    Ok(())
+}
+
 /// A path that a machine is to run.
 #[derive(Debug)]
 pub enum Input {
@@ -43,8 +59,12 @@ impl Input {
     /// otherwise every axis is a Cartesian coordinate.
     ///
     /// # Errors
-    /// When the axes do not define a tool tip position.
+    /// When the axes do not define a tool tip position, or one moves far above the setup's limits.
     pub fn reference(name: impl Into<String>, reference: Trajectory, setup: Option<&Setup>) -> Result<Self> {
+        let name = name.into();
+        if let Some(setup) = setup.filter(|setup| setup.kinematics.axes() == reference.axes()) {
+            check_speed(&name, &reference, &setup.limits)?;
+        }
         let kinematics: Arc<dyn Kinematics> = match setup {
             Some(setup) if setup.kinematics.axes() == reference.axes() => Arc::clone(&setup.kinematics),
             _ => Arc::new(Cartesian::new(reference.axes().to_vec())),

@@ -87,6 +87,24 @@ pub enum Error {
         /// Axis, position and limits.
         what: String,
     },
+    /// A reference moves an axis faster than any drive of this machine could follow.
+    #[error(
+        "{name}: at t = {time_s:.3} s axis {axis} moves at {speed:.1} per second, more than {} times its limit of {limit:.1}: \
+         mend the jump in the reference, or the limit in the machine file",
+        crate::input::LARGEST_SPEED_RATIO
+    )]
+    TooFast {
+        /// Name of the reference.
+        name: String,
+        /// Time since the first sample, s.
+        time_s: f64,
+        /// Name of the axis.
+        axis: String,
+        /// Speed, mm/s or rad/s.
+        speed: f64,
+        /// Speed limit of the axis, mm/s or rad/s.
+        limit: f64,
+    },
     /// No sample of the path is evaluated.
     #[error("the path has no samples")]
     NoSamples,
