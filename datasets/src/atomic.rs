@@ -1,8 +1,9 @@
 //! Atomic writes: a file is complete or unchanged.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
@@ -10,6 +11,8 @@ use crate::DatasetError;
 
 /// Beginning of the names of temporary files.
 const PREFIX: &str = ".precomp-";
+/// Age from which on a temporary file is of a run that was killed.
+const ABANDONED: Duration = Duration::from_secs(3600);
 
 /// Writes a file through a temporary one in the same folder: written, synced, then renamed.
 ///
@@ -91,9 +94,25 @@ fn write_temporary(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), Datas
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut temporary = builder.tempfile_in(folder_of(path)).map_err(failed)?;
+    remove_abandoned(&temporary, folder_of(path));
     fill(temporary.as_file_mut())?;
     temporary.as_file().sync_all().map_err(failed)?;
     Ok(Temporary { temporary, path: path.to_owned() })
+}
+
+/// Removes temporary files beside `new` that a killed run left behind. Those of runs that go on are younger: a file is written in
+/// seconds.
+fn remove_abandoned(new: &NamedTempFile, folder: &Path) {
+    let changed = |path: &Path| path.symlink_metadata().ok().filter(Metadata::is_file)?.modified().ok();
+    let Some(now) = changed(new.path()) else { return };
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let is_ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
+        let age = || now.duration_since(changed(&entry.path())?).ok();
+        if is_ours && age().is_some_and(|age| age > ABANDONED) {
+            // Whatever cannot be removed does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 impl Temporary {
@@ -149,6 +168,21 @@ mod tests {
         write_all(&[(at("new/a/one"), b"1".to_vec()), (at("file"), b"2".to_vec())]).unwrap();
         assert_eq!((std::fs::read(at("new/a/one")).unwrap(), std::fs::read(at("file")).unwrap()), (b"1".to_vec(), b"2".to_vec()));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn files_of_killed_runs_are_removed_and_those_of_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = [".precomp-killed", ".precomp-running", "part.nc"];
+        let old = File::open(folder.path()).unwrap().metadata().unwrap().modified().unwrap() - 2 * ABANDONED;
+        for name in names {
+            let file = File::create(folder.path().join(name)).unwrap();
+            if name != ".precomp-running" {
+                file.set_modified(old).unwrap();
+            }
+        }
+        write_all(&[(folder.path().join("out"), b"new".to_vec())]).unwrap();
+        assert_eq!(names.map(|name| folder.path().join(name).exists()), [false, true, true]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod expand;
 mod feeds;
 mod files;
 mod five_axis;
+mod interrupted;
 mod marked;
 mod measure;
 mod modes;
