@@ -105,7 +105,7 @@ fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Res
     match text.trim().parse::<T>() {
         // A value that is no number is in no range.
         Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
-        _ => Err(format!("it must be a number from {low} to {high}")),
+        _ => Err(format!("`{text}` is not a number from {low} to {high}")),
     }
 }
 
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn numbers_out_of_range_are_refused_with_the_range() {
         for text in ["1e-300", "-1", "0", "nan", "inf", "1e308", "x", ""] {
-            assert_eq!(gain(text).unwrap_err(), "it must be a number from 0.001 to 2");
+            assert_eq!(gain(text).unwrap_err(), format!("`{text}` is not a number from 0.001 to 2"));
         }
         assert_eq!((gain("2"), offset_mm(" -12.5 "), count("7")), (Ok(2.0), Ok(-12.5), Ok(7)));
         assert!(count("0").is_err() && count("1.5").is_err() && iterations("18446744073709551616").is_err());

@@ -29,6 +29,8 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     for words in [
         ["simulate", "curve:crown", "-o", "x.csv", "--feed", "nan"],
         ["simulate", "curve:crown", "-o", "x.csv", "--feed", "0"],
+        ["simulate", "curve:crown", "-o", "x.csv", "--feed", "1e-9"],
+        ["simulate", "curve:crown", "-o", "x.csv", "--noise", "-1"],
         ["simulate", "curve:crown", "-o", "x.csv", "--work-offset", "0,inf,0"],
         ["compensate", "part.nc", "-m", "m.model", "-oo.nc", "--max-shift=nan"],
         ["compensate", "part.nc", "-m", "m.model", "-oo.nc", "--max-shift=-1"],
@@ -36,9 +38,11 @@ fn errors_in_use_and_refusals_have_their_own_status() {
     ] {
         assert!(folder.fails(2, &words).contains("is not a"), "{words:?}");
     }
-    // A feed in the wrong unit ends in a message instead of in an endless plan.
-    let said = folder.fails(1, &["simulate", "curve:crown", "-o", "x.csv", "--feed", "1e-9"]);
-    assert!(said.contains("check the feed"), "{said}");
+    let filter = |text| ["refine", "part.nc", "--log", "run.csv", "-o", "out.nc", "--low-pass", text];
+    assert!(folder.fails(2, &filter("1e-300")).contains("is not a number from 0.1 to 100000"));
+    // A feed or dwell in the wrong unit ends in a message instead of in an endless plan.
+    std::fs::write(folder.path("slow.nc"), "G21 G90\nG1 X10 F0.0001\nX0\nM2\n").unwrap();
+    assert!(folder.fails(1, &["simulate", "slow.nc", "-o", "x.csv"]).contains("check the feed"));
     std::fs::write(folder.path("dwell.nc"), "G21 G90\nG1 X10 F600\nG4 P1000000000000\nG1 X0\nM2\n").unwrap();
     let said = folder.fails(1, &["simulate", "dwell.nc", "-o", "x.csv"]);
     assert!(said.contains("dwell.nc") && said.contains("samples"), "{said}");

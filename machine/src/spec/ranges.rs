@@ -1,17 +1,17 @@
 //! Ranges of all numbers of a machine file.
 //!
-//! Each range leaves a factor of ten to a hundred around machines from watchmaking to
+//! Each range leaves a factor of a hundred or more around machines from watchmaking to
 //! shipbuilding. It excludes typing errors, wrong units, and numbers with which planning or
 //! simulation would take hours or gigabytes.
 
 /// Lowest and highest value of every numeric key, by the end of its name. Integer keys such as
 /// `decimals` are not included.
 pub(super) const RANGES: [(&str, f64, f64); 82] = [
-    ("sampling_period_ms", 5e-2, 1e3),
-    ("path.velocity_mm_s", 1.0, 1e5),
-    ("path.acceleration_mm_s2", 10.0, 1e6),
-    ("path.jerk_mm_s3", 100.0, 1e12),
-    ("path.centripetal_mm_s2", 1.0, 1e6),
+    ("sampling_period_ms", 1e-2, 1e3),
+    ("path.velocity_mm_s", 1e-2, 1e5),
+    ("path.acceleration_mm_s2", 1e-2, 1e7),
+    ("path.jerk_mm_s3", 1e-2, 1e12),
+    ("path.centripetal_mm_s2", 1e-2, 1e7),
     ("path.smoothing_ms", 0.0, 1e3),
     ("control.corners.blend_mm", 0.0, 10.0),
     ("control.corners.speed_jump_mm_s", 0.0, 1e5),
@@ -22,13 +22,13 @@ pub(super) const RANGES: [(&str, f64, f64); 82] = [
     ("kinematics.tool_length_mm", 0.0, 1e4),
     ("direction", -1e6, 1e6),
     ("pivot_mm", -1e5, 1e5),
-    ("velocity_mm_s", 1.0, 1e5),
-    ("acceleration_mm_s2", 10.0, 1e6),
-    ("jerk_mm_s3", 100.0, 1e12),
+    ("velocity_mm_s", 1e-2, 1e5),
+    ("acceleration_mm_s2", 1e-2, 1e7),
+    ("jerk_mm_s3", 1e-2, 1e12),
     ("travel_mm", -1e6, 1e6),
-    ("velocity_rad_s", 1e-2, 1e4),
-    ("acceleration_rad_s2", 0.1, 1e6),
-    ("jerk_rad_s3", 1.0, 1e11),
+    ("velocity_rad_s", 1e-4, 1e4),
+    ("acceleration_rad_s2", 1e-4, 1e6),
+    ("jerk_rad_s3", 1e-4, 1e11),
     ("travel_deg", -1e6, 1e6),
     ("loops.position_gain_1_s", 1e-2, 1e5),
     ("loops.feed_forward", 0.0, 10.0),
