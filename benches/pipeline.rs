@@ -107,7 +107,8 @@ fn five_axes(c: &mut Criterion) {
         let part = input.program().expect("a program");
         let refitted = refit(part, reference, &written).expect("fits");
         let bytes = gcode::edit(&part.program, &refitted.edits).expect("edits");
-        verify(part, &refitted, bytes.clone(), &part.options, 0.1, written.decimals).expect("passes");
+        let toolpath = gcode::interpret(&gcode::parse(bytes.clone()), &part.options).expect("reads");
+        verify(part, &(0..part.toolpath.moves.len()), &refitted, &toolpath, 0.1, written.decimals).expect("passes");
         bytes
     };
     let logs = record(&spec, SECONDS, TRAVEL_MM, 1).expect("records");

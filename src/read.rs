@@ -86,14 +86,14 @@ impl Source {
         Ok(input)
     }
 
-    /// The program, where it is long enough for windows, with the settings it is read by.
+    /// The program, where it is long enough for windows.
     ///
     /// # Errors
     /// When the program is refused.
-    pub fn long(&self, setup: &Setup, settings: &ReadSettings) -> Result<Option<(LongProgram, ReadSettings)>> {
+    pub fn long(&self, setup: &Setup, settings: &ReadSettings) -> Result<Option<LongProgram>> {
         let Content::Program { program, .. } = &self.content else { return Ok(None) };
         let settings = ReadSettings { dialect: dialect_of(&self.name, program, setup, settings), ..settings.clone() };
-        Ok(LongProgram::new(&self.name, program, setup, &settings)?.map(|long| (long, settings)))
+        Ok(LongProgram::new(&self.name, program, setup, &settings)?)
     }
 
     /// The reference, where the content is one: it needs no planning.

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dialect::{DecimalPoint, Dialect, Options};
-use crate::interpret::interpret;
+use crate::interpret::{Reader, interpret};
 use crate::modal::Units;
 use crate::program::{Language, Program};
 use crate::word::Word;
@@ -58,6 +58,20 @@ pub fn is_integer_program(program: &Program) -> bool {
     coordinates(program).next().is_some() && !coordinates(program).any(|word| has_point(program, word))
 }
 
+/// Moves that are held at a time.
+const BLOCKS: usize = 4096;
+
+/// Whether a program has no fault that [`interpret`] reports. The moves of a long one are not held.
+fn is_read(program: &Program, options: &Options) -> bool {
+    let Some(mut reader) = Reader::new(program, options) else { return interpret(program, options).is_ok() };
+    while reader.read(BLOCKS).is_some() {}
+    match reader.finish() {
+        Ok(Some(_)) => true,
+        Ok(None) => interpret(program, options).is_ok(),
+        Err(_) => false,
+    }
+}
+
 /// The first coordinate without a decimal point, as an error, where nothing decides how the control reads it: the
 /// dialect knows both readings, and the arcs of the program fit both or neither.
 pub fn undecided_point(program: &Program, options: &Options) -> Option<Diagnostic> {
@@ -65,7 +79,7 @@ pub fn undecided_point(program: &Program, options: &Options) -> Option<Diagnosti
         return None;
     }
     let word = coordinates(program).find(|word| !has_point(program, word))?;
-    let is_read = |decimal_point| interpret(program, &Options { decimal_point, ..*options }).is_ok();
+    let is_read = |decimal_point| is_read(program, &Options { decimal_point, ..*options });
     if is_read(DecimalPoint::Unit) && !is_read(DecimalPoint::LeastIncrement) {
         return None;
     }

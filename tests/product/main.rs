@@ -13,6 +13,7 @@ mod feeds;
 mod files;
 mod five_axis;
 mod interrupted;
+mod long;
 mod marked;
 mod measure;
 mod modes;

@@ -144,18 +144,16 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
 /// # Errors
 /// As [`interpret`](crate::interpret).
 pub fn interpret_part(program: &Program, blocks: Range<usize>, options: &Options, from: &Resume) -> Result<Toolpath, GcodeError> {
-    let mut interpreter = Interpreter::new(program, options, from.modal.arc_distance);
+    let mut interpreter = Interpreter::with(program, options, from.modal.arc_distance, from.idle, from.is_guessed);
     let from = from.clone();
     interpreter.modal = from.modal;
     interpreter.motion = from.motion;
     interpreter.position = from.position;
-    interpreter.idle = from.idle;
     interpreter.shifts = from.shifts;
     interpreter.feed = from.feed;
     interpreter.units_stated = from.units_stated;
     interpreter.arc_distance_stated = from.arc_distance_stated;
     interpreter.tool_offset_stated = from.tool_offset_stated;
-    interpreter.is_guessed = from.is_guessed;
     interpreter.content_seen = from.content_seen;
     interpreter.block = blocks.start;
     let mut words = Gathered::default();

@@ -85,7 +85,12 @@ pub(super) enum FeedWord {
 
 impl<'a> Interpreter<'a> {
     pub fn new(program: &'a Program, options: &'a Options, arc_distance: Distance) -> Self {
-        let idle = idle_axes(program);
+        let is_guessed = options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program);
+        Self::with(program, options, arc_distance, idle_axes(program), is_guessed)
+    }
+
+    /// Same as [`Interpreter::new`], with what only all words of the program show.
+    pub fn with(program: &'a Program, options: &'a Options, arc_distance: Distance, idle: u8, is_guessed: bool) -> Self {
         let mut position = Position { nominal: [0.0; 6], known: idle };
         for (axis, value) in options.start_mm.iter().flatten().enumerate() {
             position.set(axis, *value);
@@ -118,7 +123,7 @@ impl<'a> Interpreter<'a> {
             optional_since_code: false,
             tool_offset_stated: false,
             cutter_before: modal.cutter,
-            is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
+            is_guessed,
             unsettled: [false; 6],
             in_corner: false,
             corner_moves: 0,

@@ -90,7 +90,10 @@ impl<'a> Weighted<'a> {
             self.bent.iter().map(of).sum()
         };
         let mut bends = vec![0.0; out.len().saturating_sub(2)];
-        add_taps(&self.bends, &inputs, &mut bends);
+        // A block of one row has no second difference, nor the inputs for one.
+        if !bends.is_empty() {
+            add_taps(&self.bends, &inputs, &mut bends);
+        }
         let second = if out.len() > 1 { at(1) } else { 0.0 };
         add_bent([at(0), second], &bends, out);
     }

@@ -161,8 +161,8 @@ impl<'a> Joined<'a> {
     }
 
     /// Puts the comment at the head of a changed program.
-    pub(super) fn finish(&mut self, whole: &Whole, first: &Section, mark: &Mark) -> Result<()> {
-        if self.gained {
+    pub(super) fn finish(&mut self, whole: &Whole, first: &Section, mark: Option<&Mark>) -> Result<()> {
+        if let Some(mark) = mark.filter(|_| self.gained) {
             let (length, edits) = std::mem::replace(&mut self.head, (0, Edits::new()));
             let head = write_head(&whole.program, first.core.clone(), edits, mark, self.largest_shift_mm)?;
             self.content.splice(..length, head);

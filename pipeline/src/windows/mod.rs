@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::model_based_ilc::{FewerPoints, Settings};
+use crate::output::OutputSettings;
 use crate::part::{ReadSettings, Section, Whole};
 use crate::progress::{Event, Job, Progress};
 use crate::refit::{Mark, marked_line};
@@ -38,6 +39,8 @@ const LONG_S: f64 = 120.0;
 #[derive(Debug)]
 pub struct LongProgram {
     whole: Arc<Whole>,
+    setup: Setup,
+    read: ReadSettings,
     cuts: Cuts,
 }
 
@@ -54,7 +57,8 @@ impl LongProgram {
         let whole = Whole::new(name, Arc::clone(program), setup, settings)?;
         let Some(cuts) = scan(&whole, &setup.limits)? else { return Ok(None) };
         let is_long = cuts.seconds() >= LONG_S && cuts.windows() > 1;
-        Ok(is_long.then(|| Self { whole: Arc::new(whole), cuts }))
+        let (setup, read) = (setup.clone(), settings.clone());
+        Ok(is_long.then(|| Self { whole: Arc::new(whole), setup, read, cuts }))
     }
 
     /// What is known of the whole program.
@@ -75,8 +79,7 @@ impl LongProgram {
         self.cuts.windows()
     }
 
-    /// Compensates all windows and joins them. `settings.written` has to be given; `states_path` as [`Part::states_path`](crate::Part::states_path).
-    /// `Window` events go to `progress`.
+    /// Compensates all windows and joins them, to be written in `format`. A `Step` event follows every window.
     ///
     /// # Errors
     /// As [`model_based_ilc`](crate::model_based_ilc()) and [`Outcome::write`](crate::model_based_ilc::Outcome::write), of the first window that
@@ -84,32 +87,23 @@ impl LongProgram {
     pub fn compensate<'a>(
         &self,
         model: &'a Bundle,
-        setup: &Setup,
-        read: &ReadSettings,
         settings: &Settings,
-        states_path: bool,
-        mark: &Mark,
+        format: &OutputSettings,
         progress: Progress<'_>,
     ) -> Result<Joined<'a>> {
         if let Some(line) = marked_line(&self.whole.program) {
             return Err(Error::AlreadyCompensated { name: self.whole.name.clone(), line });
         }
-        let placement = self.whole.placement(self.cuts.systems(), setup, read);
-        let mut joined = Joined::new(&self.whole, placement.known());
+        let placement = self.whole.placement(self.cuts.systems(), &self.setup, &self.read);
         let sections: Vec<Section> = self.cuts.sections(&self.whole, &placement);
         let window = |section: &Section, settings: &Settings| {
-            Window { section, placement: &placement, setup, model, settings, states_path }.compensate()
+            let states_path = format.states_path();
+            Window { section, placement: &placement, setup: &self.setup, model, settings, states_path }.compensate()
         };
-        let threads = rayon::current_num_threads().max(1);
-        let (first, others) = sections.split_at(1.min(sections.len()));
-        for some in std::iter::once(first).chain(others.chunks(threads)) {
-            // The search of points in the other windows begins with those that suit the first one.
-            let settings = match joined.points {
-                Some((points, _)) if settings.fewer_points != FewerPoints::Never => {
-                    Settings { written: Some(points), fewer_points: FewerPoints::WhereTooSlow, ..*settings }
-                }
-                _ => *settings,
-            };
+        let mut settings = Settings { written: format.program(), ..*settings };
+        let mut joined = Joined::new(&self.whole, placement.known());
+        let (first, others) = sections.split_at(1);
+        for some in std::iter::once(first).chain(others.chunks(rayon::current_num_threads().max(1))) {
             for done in some.par_iter().map(|section| window(section, &settings)).collect::<Vec<_>>() {
                 joined.add(done?);
                 let event = Event::Step { job: Job::Windows, done: joined.windows(), of: sections.len(), note: &joined.note() };
@@ -117,8 +111,15 @@ impl LongProgram {
                     return Err(Error::Cancelled);
                 }
             }
+            // The search of points in the other windows begins with those that suit the first one.
+            if let (1, Some((points, _))) = (joined.windows(), joined.points)
+                && settings.fewer_points != FewerPoints::Never
+            {
+                settings = Settings { written: Some(points), fewer_points: FewerPoints::WhereTooSlow, ..settings };
+            }
         }
-        joined.finish(&self.whole, &sections[0], mark)?;
+        let mark = format.clone().marked(Mark::of_model(model)?).mark;
+        joined.finish(&self.whole, &sections[0], mark.as_ref())?;
         Ok(joined)
     }
 }

@@ -3,8 +3,6 @@
 use anyhow::Result;
 use models::Bundle;
 use pipeline::model_based_ilc::LawName;
-use pipeline::part::ReadSettings;
-use pipeline::refit::Mark;
 use pipeline::windows::{Joined, LongProgram, OutsideLines};
 use pipeline::{OutputSettings, Setup};
 use serde_json::{Value, json};
@@ -19,12 +17,7 @@ use crate::read::Source;
 impl Compensate {
     /// The program, where it is compensated in windows. What needs all of it at once is done without them: a picture of the forecast, other
     /// feeds, a recorded command, setpoints, the papers' laws.
-    pub(super) fn long(
-        &self,
-        source: &Source,
-        setup: &Setup,
-        format: &OutputSettings,
-    ) -> Result<Option<(LongProgram, ReadSettings)>> {
+    pub(super) fn long(&self, source: &Source, setup: &Setup, format: &OutputSettings) -> Result<Option<LongProgram>> {
         let whole = self.report.is_some() || self.tolerance.is_some() || self.reference.is_some() || self.strict;
         if whole || format.program().is_none() || LawName::from(self.law) != LawName::ModelBased {
             return Ok(None);
@@ -34,7 +27,7 @@ impl Compensate {
 
     pub(super) fn compensate_long(
         &self,
-        (long, read): &(LongProgram, ReadSettings),
+        long: &LongProgram,
         model: &Bundle,
         setup: &Setup,
         format: &OutputSettings,
@@ -50,11 +43,8 @@ impl Compensate {
         if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none()) {
             printer.line(print::control_fidelity(control));
         }
-        let settings = pipeline::model_based_ilc::Settings { written: format.program(), ..self.settings() };
-        let mark = format.clone().marked(Mark::of_model(model)?).mark.unwrap_or(Mark::of_model(model)?);
         let shown = Shown::default();
-        let progress = |event: pipeline::Event<'_>| shown.event(event);
-        let joined = long.compensate(model, setup, read, &settings, format.states_path(), &mark, &progress)?;
+        let joined = long.compensate(model, &self.settings(), format, &|event| shown.event(event))?;
         drop(shown);
         self.show_joined(long, &joined, printer)?;
         let lines = (line_count(whole.program.bytes()), line_count(&joined.content));

@@ -5,7 +5,7 @@ mod long;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use compensation::CorrectionLimits;
 use machine::MachineSpec;
 use models::Bundle;
@@ -53,9 +53,12 @@ pub struct Compensate {
     /// How the reference is learned on the model
     #[arg(long, value_enum, default_value = "model-based")]
     law: LawArg,
-    /// Updates on the model. A replanned program gets up to three times as many more; a program of hours gets fewer
-    #[arg(long, default_value_t = 4)]
-    iterations: usize,
+    /// How much time the search may take
+    #[arg(long, value_enum, default_value = "normal")]
+    effort: Effort,
+    /// Updates on the model, instead of those of --effort. A replanned program gets up to three times as many more
+    #[arg(long, value_parser = crate::numbers::iterations, conflicts_with = "effort")]
+    iterations: Option<usize>,
     /// Largest shift of the tool tip, mm. When left out: twice the largest error of the uncompensated forecast, from 0.1 to 1 mm
     #[arg(long, value_name = "MM", value_parser = parse_not_negative)]
     max_shift: Option<f64>,
@@ -86,6 +89,28 @@ pub struct Compensate {
     /// Write the forecast before and after as a page
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
+}
+
+/// How much time the search may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Effort {
+    /// One update on the model, and three on the replanned program: about half the time
+    Fast,
+    /// Four updates on the model, and twelve on the replanned program
+    Normal,
+    /// Eight updates on the model, and 24 on the replanned program
+    Best,
+}
+
+impl Effort {
+    /// Updates on the model.
+    fn updates(self) -> usize {
+        match self {
+            Self::Fast => 1,
+            Self::Normal => 4,
+            Self::Best => 8,
+        }
+    }
 }
 
 impl Compensate {
@@ -204,7 +229,7 @@ impl Compensate {
     fn settings(&self) -> Settings {
         Settings {
             law: self.law.into(),
-            iterations: self.iterations,
+            iterations: self.iterations.unwrap_or(self.effort.updates()),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             ..self.output.learning(self.cycle_limit)
