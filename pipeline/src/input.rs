@@ -14,7 +14,7 @@ use crate::statistics::{self, Figures};
 
 /// Ratio to the speed limit of an axis above which a reference is refused: references may exceed the limits of a machine file,
 /// but a jump has no forecast.
-pub(crate) const LARGEST_SPEED_RATIO: f64 = 10.0;
+const LARGEST_SPEED_RATIO: f64 = 10.0;
 
 fn check_speed(name: &str, reference: &Trajectory, limits: &Limits) -> Result<()> {
     for ((axis, column), limits) in reference.axes().iter().zip(reference.columns()).zip(&limits.axes) {
@@ -22,7 +22,8 @@ fn check_speed(name: &str, reference: &Trajectory, limits: &Limits) -> Result<()
         let limit = limits.velocity;
         if let Some(sample) = column.windows(2).position(|pair| speed(pair) > LARGEST_SPEED_RATIO * limit) {
             let (name, axis, speed) = (name.to_owned(), axis.name.clone(), speed(&column[sample..sample + 2]));
-            return Err(Error::TooFast { name, time_s: (sample + 1) as f64 * reference.period_s(), axis, speed, limit });
+            let (time_s, times) = ((sample + 1) as f64 * reference.period_s(), LARGEST_SPEED_RATIO);
+            return Err(Error::TooFast { name, time_s, axis, speed, limit, times });
         }
     }
     Ok(())

@@ -89,9 +89,8 @@ pub enum Error {
     },
     /// A reference moves an axis faster than any drive of this machine could follow.
     #[error(
-        "{name}: at t = {time_s:.3} s axis {axis} moves at {speed:.1} per second, more than {} times its limit of {limit:.1}: \
-         mend the jump in the reference, or the limit in the machine file",
-        crate::input::LARGEST_SPEED_RATIO
+        "{name}: at t = {time_s:.3} s axis {axis} moves at {speed:.1} per second, more than {times} times its limit of {limit:.1}: \
+         mend the jump in the reference, or the limit in the machine file"
     )]
     TooFast {
         /// Name of the reference.
@@ -104,6 +103,8 @@ pub enum Error {
         speed: f64,
         /// Speed limit of the axis, mm/s or rad/s.
         limit: f64,
+        /// Multiple of the limit that is not exceeded.
+        times: f64,
     },
     /// No sample of the path is evaluated.
     #[error("the path has no samples")]

@@ -8,6 +8,7 @@ use motion::{Limits, Vec6};
 
 use crate::error::Result;
 use crate::part::{Placement, Section, Whole, coordinates, refused};
+use crate::setup::Setup;
 
 /// Estimated time between places at which the program can be cut, s.
 const APART_S: f64 = 0.5;
@@ -140,7 +141,7 @@ impl Cuts {
     }
 
     /// The windows, with their surroundings.
-    pub(super) fn sections(&self, whole: &Arc<Whole>, placement: &Placement) -> Vec<Section> {
+    pub(super) fn sections(&self, whole: &Arc<Whole>, placement: &Placement, setup: &Setup) -> Vec<Section> {
         let section = |window: usize| {
             let core = self.starts[window];
             let end = self.starts.get(window + 1).copied();
@@ -152,7 +153,13 @@ impl Cuts {
             let block_of = |cut: Option<&Cut>| cut.map_or(self.blocks, |cut| cut.block);
             let (core, end, first) = (&self.cuts[core], end.map(|end| &self.cuts[end]), &self.cuts[first]);
             let offset = placement.of(first.system);
-            let before = first.at + Vec6::new(offset.x, offset.y, offset.z, 0.0, 0.0, 0.0) - first.direction * APPROACH_MM;
+            let mut before = first.at + Vec6::new(offset.x, offset.y, offset.z, 0.0, 0.0, 0.0) - first.direction * APPROACH_MM;
+            // A part beside the end of the travel is approached from the end.
+            for (axis, travel) in setup.kinematics.axes().iter().zip(&setup.travel) {
+                if let (Some(slot), Some([low, high]), true) = (axis.slot(), travel, placement.known()) {
+                    before[slot] = before[slot].clamp(*low, *high);
+                }
+            }
             Section {
                 whole: Arc::clone(whole),
                 blocks: first.block..block_of(last),

@@ -95,7 +95,7 @@ impl LongProgram {
             return Err(Error::AlreadyCompensated { name: self.whole.name.clone(), line });
         }
         let placement = self.whole.placement(self.cuts.systems(), &self.setup, &self.read);
-        let sections: Vec<Section> = self.cuts.sections(&self.whole, &placement);
+        let sections: Vec<Section> = self.cuts.sections(&self.whole, &placement, &self.setup);
         let window = |section: &Section, settings: &Settings| {
             let states_path = format.states_path();
             Window { section, placement: &placement, setup: &self.setup, model, settings, states_path }.compensate()
