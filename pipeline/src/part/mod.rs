@@ -8,6 +8,7 @@ mod faults;
 mod fixed;
 mod offsets;
 mod section;
+mod settings;
 mod subprograms;
 mod taper;
 mod tool_path;
@@ -16,8 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gcode::{
-    DecimalPoint, Dialect, Edits, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PassiveCodes, PathMode, Program,
-    Shiftable, ToolLength, Toolpath,
+    Dialect, Edits, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PathMode, Program, Shiftable, ToolLength, Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -33,56 +33,10 @@ pub use borders::PathSegment;
 pub use faults::render;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
 pub use section::{Section, Whole};
+pub use settings::ReadSettings;
 pub use subprograms::Subprograms;
 pub use taper::taper;
 pub use tool_path::{POINT_MM, coordinates, stated};
-
-/// Settings for reading and planning a program.
-///
-/// Defaults: no work offset, `at_zero: false`, corner tolerance of the setup, dialect of the setup or found from the program. Without a work offset
-/// the forecast lacks the position-dependent terms; see [`PositionTerms::of`](crate::PositionTerms::of). On a simulated machine set `at_zero`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadSettings {
-    /// Dialect of the program; `None` takes that of the setup unless the program is plainly of another, else detects it.
-    pub dialect: Option<Dialect>,
-    /// M codes that change neither path nor coordinate system on this machine.
-    pub passive: PassiveCodes,
-    /// Whether the control skips blocks that begin with `/`. With `None` these blocks and all that depends on them are
-    /// not compensated.
-    pub block_delete: Option<bool>,
-    /// Whether a program is written without parameters, loops and subprograms first, one block for every executed one. Without it programs are
-    /// refused whose feed moves run several times.
-    pub expand: bool,
-    /// Files of subprograms.
-    pub subprograms: Subprograms,
-    /// Reading of coordinates without a decimal point; `None` takes that of the setup, else refuses a program that depends on it.
-    pub decimal_point: Option<DecimalPoint>,
-    /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
-    pub work_offsets: Vec<GivenOffset>,
-    /// Tool length, mm, where the Z offsets do not contain it.
-    pub tool_length_mm: f64,
-    /// Whether coordinate systems without an offset lie at 0,0,0, as on a simulated machine.
-    pub at_zero: bool,
-    /// Corner tolerance where the program states none, mm; 0 plans a stop at every corner. `None` takes that of the setup.
-    pub corner_tolerance_mm: Option<f64>,
-}
-
-impl Default for ReadSettings {
-    fn default() -> Self {
-        Self {
-            dialect: None,
-            passive: PassiveCodes::default(),
-            block_delete: None,
-            expand: false,
-            subprograms: Subprograms::default(),
-            decimal_point: None,
-            work_offsets: Vec::new(),
-            tool_length_mm: 0.0,
-            at_zero: false,
-            corner_tolerance_mm: None,
-        }
-    }
-}
 
 /// A part program, interpreted and planned.
 #[derive(Debug)]
@@ -136,14 +90,6 @@ fn named_axes(program: &Program) -> [bool; 6] {
     b"XYZABC".map(|letter| program.words().iter().any(|word| word.is(letter)))
 }
 
-impl ReadSettings {
-    /// Work offsets for a program on this setup.
-    fn offsets(&self, setup: &Setup) -> WorkOffsets {
-        let given = WorkOffsets::new(&self.work_offsets, &setup.work_offsets, self.tool_length_mm);
-        if self.at_zero { given.or_zero() } else { given }
-    }
-}
-
 /// Length of the taper of a correction beside moves that are not compensated, s.
 pub const TAPER_S: f64 = 0.03;
 
@@ -167,7 +113,7 @@ impl Part {
     /// # Errors
     /// As [`Part::read`].
     pub fn of(name: &str, program: Program, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
-        let options = Self::options_of(name, &program, setup, settings)?;
+        let options = settings.options(name, &program, setup)?;
         let offsets = settings.offsets(setup);
         let plan = setup.program_plan(settings.corner_tolerance_mm);
         let files = |file: &str| settings.subprograms.read(file);
@@ -179,26 +125,6 @@ impl Part {
         let changed = flat != program.bytes();
         let shown = if changed { format!("{name} (expanded)") } else { name.to_owned() };
         Self::evaluated(&shown, gcode::parse(flat), options, &files, &offsets, setup, &plan)
-    }
-
-    /// Options of the interpreter for a program.
-    ///
-    /// # Errors
-    /// [`Error::ToolLengthOfTurningMachine`], and [`Error::Program`] where coordinates without a decimal point can be read in two ways.
-    fn options_of(name: &str, program: &Program, setup: &Setup, settings: &ReadSettings) -> Result<Options> {
-        if setup.kinematics.has_rotary_axes() && settings.tool_length_mm != 0.0 {
-            return Err(Error::ToolLengthOfTurningMachine);
-        }
-        let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(program));
-        let dialect = settings.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
-        let stated = settings.decimal_point.or(setup.decimal_point);
-        let decimal_point = stated.unwrap_or_default();
-        let options = Options { passive: settings.passive, block_delete: settings.block_delete, decimal_point, ..dialect.into() };
-        if let (None, Some(open)) = (stated, gcode::undecided_point(program, &options)) {
-            let diagnostics = vec![open];
-            return Err(Error::Program { text: render(&diagnostics, program, name), diagnostics });
-        }
-        Ok(options)
     }
 
     /// Interprets and plans a program with explicit options, work offsets and planner settings.

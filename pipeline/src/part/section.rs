@@ -36,7 +36,7 @@ impl Whole {
     /// # Errors
     /// Where the settings do not fit, or coordinates can be read in two ways.
     pub fn new(name: &str, program: Arc<Program>, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
-        let options = Part::options_of(name, &program, setup, settings)?;
+        let options = settings.options(name, &program, setup)?;
         let (named_axes, is_integer) = (named_axes(&program), gcode::is_integer_program(&program));
         let settings = setup.program_plan(settings.corner_tolerance_mm);
         Ok(Self { name: name.to_owned(), program, options, settings, named_axes, is_integer })

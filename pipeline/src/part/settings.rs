@@ -1,0 +1,84 @@
+//! Settings for reading a program, and what they mean on a setup.
+
+use gcode::{DecimalPoint, Dialect, Options, PassiveCodes, Program};
+
+use super::faults::render;
+use super::offsets::{GivenOffset, WorkOffsets};
+use super::subprograms::Subprograms;
+use crate::error::{Error, Result};
+use crate::setup::Setup;
+
+/// Settings for reading and planning a program.
+///
+/// Defaults: no work offset, `at_zero: false`, corner tolerance of the setup, dialect of the setup or found from the program. Without a work offset
+/// the forecast lacks the position-dependent terms; see [`PositionTerms::of`](crate::PositionTerms::of). On a simulated machine set `at_zero`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadSettings {
+    /// Dialect of the program; `None` takes that of the setup unless the program is plainly of another, else detects it.
+    pub dialect: Option<Dialect>,
+    /// M codes that change neither path nor coordinate system on this machine.
+    pub passive: PassiveCodes,
+    /// Whether the control skips blocks that begin with `/`. With `None` these blocks and all that depends on them are
+    /// not compensated.
+    pub block_delete: Option<bool>,
+    /// Whether a program is written without parameters, loops and subprograms first, one block for every executed one. Without it programs are
+    /// refused whose feed moves run several times.
+    pub expand: bool,
+    /// Files of subprograms.
+    pub subprograms: Subprograms,
+    /// Reading of coordinates without a decimal point; `None` takes that of the setup, else refuses a program that depends on it.
+    pub decimal_point: Option<DecimalPoint>,
+    /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
+    pub work_offsets: Vec<GivenOffset>,
+    /// Tool length, mm, where the Z offsets do not contain it.
+    pub tool_length_mm: f64,
+    /// Whether coordinate systems without an offset lie at 0,0,0, as on a simulated machine.
+    pub at_zero: bool,
+    /// Corner tolerance where the program states none, mm; 0 plans a stop at every corner. `None` takes that of the setup.
+    pub corner_tolerance_mm: Option<f64>,
+}
+
+impl Default for ReadSettings {
+    fn default() -> Self {
+        Self {
+            dialect: None,
+            passive: PassiveCodes::default(),
+            block_delete: None,
+            expand: false,
+            subprograms: Subprograms::default(),
+            decimal_point: None,
+            work_offsets: Vec::new(),
+            tool_length_mm: 0.0,
+            at_zero: false,
+            corner_tolerance_mm: None,
+        }
+    }
+}
+
+impl ReadSettings {
+    /// Work offsets for a program on this setup.
+    pub(super) fn offsets(&self, setup: &Setup) -> WorkOffsets {
+        let given = WorkOffsets::new(&self.work_offsets, &setup.work_offsets, self.tool_length_mm);
+        if self.at_zero { given.or_zero() } else { given }
+    }
+
+    /// Options of the interpreter for a program.
+    ///
+    /// # Errors
+    /// [`Error::ToolLengthOfTurningMachine`], and [`Error::Program`] where coordinates without a decimal point can be read in two ways.
+    pub(super) fn options(&self, name: &str, program: &Program, setup: &Setup) -> Result<Options> {
+        if setup.kinematics.has_rotary_axes() && self.tool_length_mm != 0.0 {
+            return Err(Error::ToolLengthOfTurningMachine);
+        }
+        let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(program));
+        let dialect = self.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
+        let stated = self.decimal_point.or(setup.decimal_point);
+        let decimal_point = stated.unwrap_or_default();
+        let options = Options { passive: self.passive, block_delete: self.block_delete, decimal_point, ..dialect.into() };
+        if let (None, Some(open)) = (stated, gcode::undecided_point(program, &options)) {
+            let diagnostics = vec![open];
+            return Err(Error::Program { text: render(&diagnostics, program, name), diagnostics });
+        }
+        Ok(options)
+    }
+}
