@@ -159,7 +159,7 @@ impl Named {
     }
 
     fn check_folder(&self, folder: &Path) -> Result<()> {
-        datasets::try_folder(folder).map(drop).map_err(|error| {
+        datasets::try_folder(folder).map_err(|error| {
             let (option, path) = (&self.option, self.path.display());
             Usage(format!("{option} {path} cannot be written: {error}; name another place")).into()
         })
@@ -197,7 +197,7 @@ fn resolved(path: &Path) -> PathBuf {
 /// Whether two resolved paths, neither of which exists, will be one file: names may differ in case where the file system takes no notice.
 fn same_name(a: &Path, b: &Path) -> bool {
     let folded = |path: &Path| path.to_string_lossy().to_lowercase();
-    a == b || (folded(a) == folded(b) && datasets::try_folder(a.parent().unwrap_or(a)).unwrap_or(false))
+    a == b || (folded(a) == folded(b) && datasets::ignores_case(a.parent().unwrap_or(a)))
 }
 
 #[cfg(test)]

@@ -47,19 +47,41 @@ pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), DatasetError> {
     Ok(())
 }
 
-/// Checks that files can be made in the folder `at`, or in the nearest existing folder above it.
-/// Returns whether names there are case-insensitive.
+/// Checks that files can be made in the folder `at`, or in the nearest existing folder above it. Where the file system can, the
+/// file of the trial never has a name, so that a run that is stopped leaves none.
 ///
 /// # Errors
 /// When they cannot be made; no file remains either way.
-pub fn try_folder(at: &Path) -> std::io::Result<bool> {
-    let there = at.ancestors().map(named).find(|folder| folder.symlink_metadata().is_ok()).unwrap_or(Path::new("."));
+pub fn try_folder(at: &Path) -> std::io::Result<()> {
+    let there = existing(at);
     if !there.metadata()?.is_dir() {
         return Err(std::io::Error::new(std::io::ErrorKind::NotADirectory, format!("{} is not a folder", there.display())));
     }
-    let temporary = tempfile::Builder::new().prefix(PREFIX).suffix(".a").tempfile_in(there)?;
-    let name = temporary.path().file_name().unwrap_or_default().to_ascii_uppercase();
-    Ok(temporary.path().with_file_name(name).exists())
+    tempfile::tempfile_in(there).map(drop)
+}
+
+/// Whether names in the folder `at`, or in the nearest existing folder above it, are one name whatever their case: found by
+/// a name that is there, without making a file.
+pub fn ignores_case(at: &Path) -> bool {
+    let there = existing(at).canonicalize();
+    let same_in_other_case = |path: &Path| {
+        let name = path.file_name()?.to_str()?;
+        let other: String =
+            name.chars().map(|c| if c.is_ascii_lowercase() { c.to_ascii_uppercase() } else { c.to_ascii_lowercase() }).collect();
+        let own = path.canonicalize().ok()?;
+        (other != name).then(|| path.with_file_name(other).canonicalize().is_ok_and(|other| other == own))
+    };
+    // What lies in the folder tells; where it is empty, its own name does.
+    let answer = |folder: PathBuf| {
+        let inside = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+        inside.map(|entry| entry.path()).chain([folder.clone()]).find_map(|path| same_in_other_case(&path))
+    };
+    there.ok().and_then(answer).unwrap_or(false)
+}
+
+/// The nearest folder above `at` that is there, or `at` itself.
+fn existing(at: &Path) -> &Path {
+    at.ancestors().map(named).find(|folder| folder.symlink_metadata().is_ok()).unwrap_or(Path::new("."))
 }
 
 /// The parent folder of a path.
@@ -191,6 +213,9 @@ mod tests {
         std::fs::write(folder.path().join("file"), b"").unwrap();
         assert!(try_folder(&folder.path().join("not/yet/there")).is_ok());
         assert!(try_folder(&folder.path().join("file/below")).is_err());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        // As the file system of this machine answers for a file of its own.
+        std::fs::write(folder.path().join("Name"), b"").unwrap();
+        assert_eq!(ignores_case(&folder.path().join("not/yet/there")), folder.path().join("nAME").exists());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 }

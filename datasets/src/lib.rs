@@ -25,7 +25,7 @@ mod table;
 mod timing;
 mod write;
 
-pub use atomic::{try_folder, write_all, write_atomically};
+pub use atomic::{ignores_case, try_folder, write_all, write_atomically};
 pub use columns::{ColumnMap, Source};
 pub use error::DatasetError;
 pub use excitation::{ExcitationPlan, RunPlan, Shape, excite};
