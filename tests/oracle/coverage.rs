@@ -3,6 +3,8 @@
 //! ```sh
 //! cargo test --release --test oracle coverage -- --nocapture
 //! ```
+//!
+//! `ORACLE_FOLDER=linuxcnc/tests/interp` counts the programs of another folder.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -97,12 +99,13 @@ fn has_feed_code(program: &[u8]) -> bool {
 
 #[test]
 fn coverage_of_the_programs_of_linuxcnc() {
-    let files = crate::programs(Path::new(crate::SAMPLES));
+    let folder = std::env::var("ORACLE_FOLDER").unwrap_or(crate::SAMPLES.into());
+    let files = crate::programs(Path::new(&folder));
     if crate::is_skipped() {
         return;
     }
     if files.is_empty() {
-        println!("skipped: no programs in {}", crate::SAMPLES);
+        println!("skipped: no programs in {folder}");
         return;
     }
     let mut coverage = Coverage::default();

@@ -140,6 +140,18 @@ impl Cuts {
         &self.systems
     }
 
+    /// Number of places at which the program can be cut, its start included.
+    #[cfg(test)]
+    pub(super) fn places(&self) -> usize {
+        self.cuts.len()
+    }
+
+    /// Lets windows begin at these of the places, the first of which is 0.
+    #[cfg(test)]
+    pub(super) fn begin_at(&mut self, places: Vec<usize>) {
+        self.starts = places;
+    }
+
     /// The windows, with their surroundings.
     pub(super) fn sections(&self, whole: &Arc<Whole>, placement: &Placement, setup: &Setup) -> Vec<Section> {
         let section = |window: usize| {

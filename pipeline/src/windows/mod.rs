@@ -9,6 +9,8 @@
 mod cuts;
 mod joined;
 mod tally;
+#[cfg(test)]
+mod tests;
 mod window;
 
 use std::ops::ControlFlow;
