@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::modal::{Plane, Units};
+use crate::modal::Plane;
 
 /// End points closer than this, in mm, coincide: the arc is a full circle.
 const SAME_POINT_MM: f64 = 1e-9;
@@ -37,17 +37,9 @@ pub struct ArcTolerance {
 }
 
 impl ArcTolerance {
-    /// LinuxCNC's rule: 0.5 mm, 0.005 mm, 0.1 % (0.05 in, 0.0005 in, 0.1 % under G20).
-    pub fn for_units(units: Units) -> Self {
-        match units {
-            Units::Mm => Self { coarse_mm: 0.5, fine_mm: 0.005, relative: 1e-3 },
-            Units::Inch => Self { coarse_mm: 1.27, fine_mm: 0.0127, relative: 1e-3 },
-        }
-    }
-
     fn accepts(&self, radius_start: f64, radius_end: f64) -> bool {
         let difference = (radius_start - radius_end).abs();
-        difference <= self.coarse_mm && (difference <= self.fine_mm || difference <= self.relative * radius_start)
+        difference <= self.coarse_mm && (difference <= self.fine_mm || difference <= self.relative * radius_start.max(radius_end))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Control dialects and the settings that the program text does not state.
 
+use std::f64::consts::SQRT_2;
+
 use crate::arc::ArcTolerance;
 use crate::modal::Units;
 use crate::passive::PassiveCodes;
@@ -76,7 +78,7 @@ pub struct Options {
     pub decimal_point: DecimalPoint,
     /// Position at the start of the program, mm, if known.
     pub start_mm: Option<[f64; 3]>,
-    /// Tolerance on arc radii. `None`: LinuxCNC's rule.
+    /// Tolerance on arc radii. `None`: that of the control, [`Dialect::arc_tolerance`].
     pub arc_tolerance: Option<ArcTolerance>,
     /// M codes of this machine that change neither path nor frame.
     pub passive: PassiveCodes,
@@ -103,7 +105,28 @@ impl From<Dialect> for Options {
     }
 }
 
+impl Options {
+    /// Tolerance on arc radii under `units`.
+    pub(crate) fn arc_tolerance_in(&self, units: Units) -> ArcTolerance {
+        self.arc_tolerance.unwrap_or_else(|| self.dialect.arc_tolerance(units))
+    }
+}
+
 impl Dialect {
+    /// Tolerance on arc radii. LinuxCNC's is that of its stand-alone interpreter (2.9), found by bisection over radii of 0.01 to 3000 mm
+    /// and in: 0.1 % of the larger radius, but at least 0.02·√2 and at most 2·√2 mm (0.002·√2 and 0.2·√2 in under G20). That of the others
+    /// is a setting that no program states: for them the rule that LinuxCNC documents, 0.1 % from 0.005 to 0.5 mm (0.0005 to 0.05 in).
+    #[must_use]
+    pub fn arc_tolerance(self, units: Units) -> ArcTolerance {
+        let [coarse, fine] = match (self, units) {
+            (Self::LinuxCnc, Units::Mm) => [2.0 * SQRT_2, 0.02 * SQRT_2],
+            (Self::LinuxCnc, Units::Inch) => [0.2 * SQRT_2, 0.002 * SQRT_2],
+            (_, Units::Mm) => [0.5, 0.005],
+            (_, Units::Inch) => [0.05, 0.0005],
+        };
+        ArcTolerance { coarse_mm: coarse * units.mm(), fine_mm: fine * units.mm(), relative: 1e-3 }
+    }
+
     /// The program, split as this control reads it. [`parse`](crate::parse) goes by the codes that it finds; SINUMERIK reads brackets, names
     /// and blanks in another way than the others. Programs of dialogue stay as they are.
     #[must_use]

@@ -98,9 +98,18 @@ fn delete_end(line: &[u8], at: usize) -> usize {
     at + 1 + usize::from(line.get(at + 1).is_some_and(u8::is_ascii_digit))
 }
 
-/// A statement extends to the next comment or to the end of the line.
+/// A statement extends to the next comment behind which no bracket goes on with it, or to the end of the line.
 fn statement_end(line: &[u8], at: usize) -> usize {
-    let mut end = line[at..].iter().position(|b| matches!(b, b'(' | b';')).map_or(line.len(), |length| at + length);
+    let mut end = at;
+    loop {
+        end += line[end..].iter().position(|b| matches!(b, b'(' | b';')).unwrap_or(line.len() - end);
+        let past = comment_end(line, end);
+        let goes_on = line.get(end) == Some(&b'(') && line.get(skip_blanks(line, past)) == Some(&b'[');
+        if !goes_on {
+            break;
+        }
+        end = past;
+    }
     while end > at + 1 && is_blank(line[end - 1]) {
         end -= 1;
     }

@@ -120,6 +120,13 @@ fn fanuc_calls_pass_their_arguments() {
 }
 
 #[test]
+fn a_comment_may_stand_between_the_arguments_of_a_call() {
+    let text = "G21 G90 G0 X0 Y0 Z0 F100\no<to> sub\nG0 X#1 Y#2\no<to> endsub\no<to> call [1] (X) [2] (Y) ; both\nG1 X5\nM2\n";
+    let (_, toolpath) = evaluated(Dialect::LinuxCnc, text);
+    assert_eq!(ends(&toolpath), [[0.0, 0.0], [1.0, 2.0], [5.0, 2.0]]);
+}
+
+#[test]
 fn a_subprogram_that_is_not_found_leaves_everything_open() {
     let text = "G21 G90 G0 X0 Y0 Z0 F100\n#101=1\nM98 P900\nG1 X#101\nX1 Y1\nG0 X0 Y0 Z0\nG1 X1\nM30\n";
     let (_, toolpath) = evaluated(Dialect::Fanuc, text);

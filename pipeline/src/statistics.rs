@@ -217,6 +217,6 @@ pub fn summary_of_feed_moves(part: Option<&Part>, errors: impl Iterator<Item = (
 /// Root mean square and largest magnitude; zeros for an empty slice.
 #[must_use]
 pub fn rms_max(values: &[f64]) -> (f64, f64) {
-    let squares: f64 = values.iter().map(|v| v * v).sum();
+    let squares = values.iter().fold(0.0, |sum, v| sum + v * v);
     ((squares / values.len().max(1) as f64).sqrt(), values.iter().fold(0.0, |top, v| top.max(v.abs())))
 }

@@ -79,7 +79,9 @@ pub fn write(mut part: Part, way: &Way, seed: u64) -> Result<Compensated, Error>
 /// Length of all feed moves, and of those that may be shifted, mm.
 pub fn lengths_mm(part: &Part) -> [f64; 2] {
     let feeds = || part.toolpath.moves.iter().filter(|step| step.is_feed());
-    let length = |moves: &mut dyn Iterator<Item = &gcode::Move>| moves.filter_map(gcode::Move::length_mm).sum::<f64>();
+    let length = |moves: &mut dyn Iterator<Item = &gcode::Move>| {
+        moves.filter_map(gcode::Move::length_mm).fold(0.0, |sum, length| sum + length)
+    };
     [length(&mut feeds()), length(&mut feeds().filter(|step| part.is_shiftable(step)))]
 }
 

@@ -85,6 +85,30 @@ fn generated_programs_keep_their_calls() {
 }
 
 /// The programs below a folder.
+#[test]
+fn arcs_whose_radii_differ_are_accepted_as_by_the_interpreter() {
+    if is_skipped() {
+        return;
+    }
+    let mut random = random::Random(5);
+    let mut accepted = 0;
+    for case in 0..100 {
+        let is_inch = case % 3 == 0;
+        // Around the tolerance: 0.1 % between a least and a largest difference.
+        let radius = 10_f64.powf(random.between(-1.0, 3.5));
+        let limit = (0.001 * radius).clamp(0.02, 2.0) * random.between(0.3, 2.5) * if random.chance(0.5) { 1.0 } else { -1.0 };
+        let end = (2.0 * radius + limit).max(0.001);
+        let units = if is_inch { "G20" } else { "G21" };
+        let program = format!("{units} G17 G90 G94 F100\nG0 X0 Y0 Z0\nG2 X{end:.6} Y0 I{radius:.6} J0\nG1 X0 Y1\nM2\n");
+        let is_accepted = rs274::run(program.as_bytes(), false).is_ok();
+        let read = gcode::interpret(&gcode::parse(program.clone()), &gcode::Dialect::LinuxCnc.into());
+        assert_eq!(read.is_ok(), is_accepted, "{program}");
+        accepted += usize::from(is_accepted);
+    }
+    println!("{accepted} of 100 arcs are accepted");
+    assert!((20..80).contains(&accepted), "{accepted}");
+}
+
 fn programs(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();

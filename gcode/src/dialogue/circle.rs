@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::path::{Function, Step};
 use super::state::Interpreter;
-use crate::arc::{Arc, ArcEnds, ArcFault, ArcTolerance};
+use crate::arc::{Arc, ArcEnds, ArcFault};
 use crate::toolpath::MoveKind;
 
 /// Angles that differ by less, rad, are the same: a tenth of the control's increment.
@@ -35,7 +35,7 @@ impl Interpreter<'_> {
             return None;
         };
         let plane = self.modal.plane;
-        let tolerance = self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units));
+        let tolerance = self.options.arc_tolerance_in(self.modal.units);
         let ends = |counter_clockwise: bool| ArcEnds { plane, start, end: stop, counter_clockwise, turns: 1, tolerance };
         let turn = step.words.direction.map(|direction| direction > 0.0);
         // A circle lies in the plane, CP may be a helix.

@@ -11,9 +11,19 @@ const DEEPEST: usize = 64;
 /// Distance from a whole number within which a parameter number is accepted, as on LinuxCNC.
 const WHOLE: f64 = 1e-4;
 
-/// A text in upper case without blanks. Blanks have no meaning, names are the same in either case.
+/// A text in upper case without blanks and comments. Blanks have no meaning, names are the same in either case.
 pub(crate) fn packed(text: &[u8]) -> Vec<u8> {
-    text.iter().filter(|byte| !is_blank(**byte)).map(u8::to_ascii_uppercase).collect()
+    let mut out = Vec::with_capacity(text.len());
+    let mut in_comment = false;
+    for byte in text {
+        match byte {
+            b'(' => in_comment = true,
+            b')' if in_comment => in_comment = false,
+            _ if in_comment || is_blank(*byte) => {}
+            _ => out.push(byte.to_ascii_uppercase()),
+        }
+    }
+    out
 }
 
 /// The value of a term, as behind an address letter: `#1`, `[#1+2]`, `-SIN[30]`, `1.5`.

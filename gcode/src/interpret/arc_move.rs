@@ -2,7 +2,7 @@
 
 use super::gather::Gathered;
 use super::state::Interpreter;
-use crate::arc::{Arc, ArcEnds, ArcFault, ArcTolerance};
+use crate::arc::{Arc, ArcEnds, ArcFault};
 use crate::dialect::Dialect;
 use crate::modal::Distance;
 use crate::position::{AXIS_LETTERS, Position};
@@ -46,7 +46,7 @@ impl Interpreter<'_> {
             end: [end.nominal[first], end.nominal[second]],
             counter_clockwise,
             turns: self.turns(words, at)?,
-            tolerance: self.options.arc_tolerance.unwrap_or_else(|| ArcTolerance::for_units(self.modal.units)),
+            tolerance: self.options.arc_tolerance_in(self.modal.units),
         };
         match (words.index(b'R'), centre_word) {
             (Some(index), Some(_)) => {

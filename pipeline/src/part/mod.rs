@@ -172,10 +172,17 @@ impl Part {
         if !toolpath.moves.iter().any(Move::is_feed) {
             return Err(Error::NoFeedMove { name: name.to_owned() });
         }
-        let unknown = toolpath.moves.iter().position(|of| of.is_feed() && of.shiftable == Shiftable::No(Fixed::RunTime));
-        if let (true, Some(owner)) = (owners.is_empty(), unknown) {
-            let what = "only the running program knows where this move leads, and no other is planned".to_owned();
-            return Err(on_move(&toolpath, owner, &program, name, what));
+        let unknown = |of: &Move| match of.shiftable {
+            Shiftable::No(Fixed::RunTime) => Some("only the running program knows where this move leads"),
+            Shiftable::No(Fixed::NotUnderstood) => {
+                Some("a code before this move has an effect on path or frame that is not known")
+            }
+            _ => None,
+        };
+        let first_unknown =
+            || toolpath.moves.iter().enumerate().find_map(|(owner, of)| Some((owner, unknown(of).filter(|_| of.is_feed())?)));
+        if let (true, Some((owner, why))) = (owners.is_empty(), first_unknown()) {
+            return Err(on_move(&toolpath, owner, &program, name, format!("{why}, and no other is planned")));
         }
         if owners.is_empty() {
             let axes = kinematics.axes().iter().map(|axis| axis.name.clone()).collect();
