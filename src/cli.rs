@@ -20,6 +20,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(commands::demo::Demo),
+    Init(commands::init::Init),
     Excite(commands::excite::Excite),
     Simulate(commands::simulate::Simulate),
     Train(commands::train::Train),
@@ -36,6 +37,7 @@ impl Command {
     fn files(&self) -> Files {
         match self {
             Self::Demo(command) => command.files(),
+            Self::Init(command) => command.files(),
             Self::Excite(command) => command.files(),
             Self::Simulate(command) => command.files(),
             Self::Train(command) => command.files(),
@@ -51,6 +53,7 @@ impl Command {
     fn run(&self) -> Result<()> {
         match self {
             Self::Demo(command) => command.run(),
+            Self::Init(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
             Self::Train(command) => command.run(),

@@ -81,6 +81,11 @@ pub fn count(text: &str) -> Result<u64, String> {
     within(text, 1, 1000)
 }
 
+/// Number of samples of a training: from a minute at 100 Hz on.
+pub fn samples(text: &str) -> Result<usize, String> {
+    within(text, 6000, 1_000_000_000)
+}
+
 /// Number of iterations; zero for the first forecast alone.
 pub fn iterations(text: &str) -> Result<usize, String> {
     within(text, 0, 1000)
@@ -99,6 +104,46 @@ pub fn length_mm(text: &str) -> Result<f64, String> {
         .find_map(|(unit, scale)| Some((text.strip_suffix(unit)?, scale)))
         .ok_or_else(|| format!("`{text}` needs a unit: um, mm or in, as in 2um"))?;
     Ok(scale * within(number, 1e-6, 1e5)?)
+}
+
+/// Letters of axes, each once.
+pub fn axes(text: &str) -> Result<String, String> {
+    let letters: String =
+        text.chars().filter(|letter| !matches!(letter, ' ' | ',')).map(|letter| letter.to_ascii_lowercase()).collect();
+    let is_once = |letter: char| letters.matches(letter).count() == 1;
+    match letters.chars().all(|letter| "xyzabc".contains(letter) && is_once(letter)) && !letters.is_empty() {
+        true => Ok(letters),
+        false => Err(format!("`{text}` names no axes: letters out of x y z a b c, each once, as in xyz")),
+    }
+}
+
+/// Largest speed of an axis, mm/s or °/s.
+pub fn speed(text: &str) -> Result<f64, String> {
+    within(text, 0.01, 1e5)
+}
+
+/// Largest acceleration of an axis, mm/s² or °/s².
+pub fn acceleration(text: &str) -> Result<f64, String> {
+    within(text, 0.1, 1e7)
+}
+
+/// Travel of an axis, mm or degrees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Travel {
+    /// Name of the axis.
+    pub axis: String,
+    /// Lowest and highest position.
+    pub range: [f64; 2],
+}
+
+/// Travel of an axis: `x=-250..250`.
+pub fn axis_travel(text: &str) -> Result<Travel, String> {
+    let fault = || format!("`{text}` is no travel: write an axis and its lowest and highest position, as in x=-250..250");
+    let (axis, range) = text.split_once('=').ok_or_else(fault)?;
+    let (low, high) = range.split_once("..").ok_or_else(fault)?;
+    let range = [within(low, -1e6, 1e6)?, within(high, -1e6, 1e6)?];
+    let axis = axes(axis)?;
+    if axis.len() == 1 && range[0] < range[1] { Ok(Travel { axis, range }) } else { Err(fault()) }
 }
 
 fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Result<T, String> {

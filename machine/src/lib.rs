@@ -27,6 +27,7 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
+mod draft;
 mod drive;
 mod error;
 mod options;
@@ -34,6 +35,7 @@ mod random;
 mod simulated;
 mod spec;
 
+pub use draft::{AxisDraft, Draft, Known, Missing, MissingValue, draft};
 pub use error::MachineError;
 use motion::Trajectory;
 pub use options::{Interpolation, Sensor, SimulationOptions};

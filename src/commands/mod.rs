@@ -4,6 +4,7 @@ pub mod compare;
 pub mod compensate;
 pub mod demo;
 pub mod excite;
+pub mod init;
 pub mod measure;
 pub mod predict;
 pub mod refine;

@@ -9,7 +9,7 @@ use datasets::{Log, Severity};
 use machine::MachineSpec;
 use models::FeatureSet;
 use pipeline::identification::{Identified, KnownRun, identify};
-use pipeline::training::{self, TrainSettings, Trained};
+use pipeline::training::{self, MOST_SAMPLES, TrainSettings, Trained};
 
 use crate::args::{Common, LogArgs};
 use crate::files::Files;
@@ -55,8 +55,11 @@ pub struct Train {
     /// Share of the samples that is held out, as whole runs
     #[arg(long, default_value_t = 0.2, value_parser = numbers::held_out)]
     held_out: f64,
+    /// Largest number of samples to train on; of longer logs the stretches of 10 s that show most of their motion are taken
+    #[arg(long, value_name = "NUMBER", default_value_t = MOST_SAMPLES, value_parser = numbers::samples)]
+    most_samples: usize,
     /// Adapt this model with a short new log instead of training a new one: another machine of its kind, another day
-    #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "checkpoints", "machine", "programs"])]
+    #[arg(long, value_name = "MODEL", conflicts_with_all = ["predictor", "features", "held_out", "most_samples", "checkpoints", "machine", "programs"])]
     from: Option<PathBuf>,
     /// Folder for checkpoints of the networks; an interrupted training goes on from there
     #[arg(long, value_name = "DIR")]
@@ -177,6 +180,7 @@ impl Train {
         Ok(TrainSettings {
             recipe: read::recipe(&self.predictor)?.with_features(self.features.into()),
             held_out: self.held_out,
+            most_samples: self.most_samples,
             seed: self.common.seed,
             checkpoints: self.checkpoints.clone(),
         })
@@ -204,6 +208,7 @@ fn file_name(path: &Path) -> String {
 }
 
 fn show(printer: &Printer, trained: &Trained) {
+    print::stretches(trained).iter().for_each(|line| printer.line(line));
     printer.line(print::held_out(&trained.bundle));
     trained.notes.iter().for_each(|note| printer.line(note));
     if trained.bundle.manifest.limits_from_log {

@@ -1,7 +1,7 @@
 //! What a training found.
 
 use models::{Bundle, HeldOut};
-use pipeline::training::{Adapted, Trained};
+use pipeline::training::{Adapted, Stretches, Trained};
 use pipeline::units::ErrorUnit;
 use serde_json::{Map, Value, json};
 
@@ -52,7 +52,16 @@ pub fn json(trained: &Trained, seconds: f64) -> Value {
             (axis.name.clone(), figures)
         })
         .collect();
-    json!({ "seconds": seconds, "axes": axes, "common_lag_ms": trained.bundle.manifest.common_delay_s * 1e3, "left_out": trained.left_out, "notes": trained.notes })
+    json!({ "seconds": seconds, "axes": axes, "common_lag_ms": trained.bundle.manifest.common_delay_s * 1e3, "left_out": trained.left_out, "notes": trained.notes,
+        "samples": trained.stretches.map(|taken| json!({ "trained_on": taken.samples, "of": taken.of, "stretches": taken.runs })) })
+}
+
+/// What was taken of long logs.
+pub fn stretches(trained: &Trained) -> Option<String> {
+    let Stretches { runs, samples, of } = trained.stretches?;
+    let share = 100.0 * samples as f64 / of as f64;
+    let what = format!("trained on {samples} of {of} samples ({share:.0} %), in {runs} stretches that show most of the motion");
+    Some(format!("{what}; --most-samples takes more"))
 }
 
 /// How late every axis follows its command, and all together.

@@ -12,6 +12,7 @@ mod expand;
 mod feeds;
 mod files;
 mod five_axis;
+mod init;
 mod interrupted;
 mod long;
 mod marked;

@@ -12,6 +12,7 @@ mod limits_from_log;
 mod settings;
 
 use std::fmt;
+use std::ops::Range;
 
 use datasets::{Log, Purpose, Report, assess_runs, moving_axes};
 use machine::MachineSpec;
@@ -28,7 +29,7 @@ use crate::progress::{Job, Progress, Steps};
 use crate::units::ErrorUnit;
 
 pub use adaptation::{Adapted, AdaptedAxis, adapt};
-pub use settings::TrainSettings;
+pub use settings::{MOST_SAMPLES, TrainSettings};
 
 /// Total samples over which cross-fit folds run, and the largest number of folds. A short log gets three folds, since
 /// one part gives a poor estimate; a long log, whose fit takes a minute, gets one. The bound limits computing time.
@@ -46,6 +47,19 @@ pub struct Trained {
     pub left_out: Vec<String>,
     /// Lag of every axis of the model, s; `None` where it cannot be determined.
     pub lags_s: Vec<Option<f64>>,
+    /// Where not all samples of long logs were taken: runs and samples that were, and samples of the logs.
+    pub stretches: Option<Stretches>,
+}
+
+/// What was taken of long logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretches {
+    /// Number of runs.
+    pub runs: usize,
+    /// Samples in them.
+    pub samples: usize,
+    /// Samples of the logs.
+    pub of: usize,
 }
 
 /// Checks logs for training; the report lists their faults.
@@ -55,7 +69,7 @@ pub fn check(logs: &[Log]) -> Report {
 }
 
 /// Trains a model on `logs`. `spec` gives limits and kinematics; without it the limits are the largest speeds and
-/// accelerations in the logs. The README's figures are those of two minutes of motion; on them training takes less than a minute on two cores.
+/// accelerations in the logs. Of long logs it takes the stretches that show most of their motion. The README's figures are those of two minutes of motion; on them training takes less than a minute on two cores.
 ///
 /// Findings of [`check`] that do not refuse the logs are not repeated here.
 ///
@@ -69,7 +83,14 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
     let Some(first) = logs.first() else { return Err(Error::NoLog) };
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
-    let samples: usize = logs.iter().map(Log::len).sum();
+    let whole = logs;
+    let of = whole.iter().map(Log::len).sum();
+    let chosen = datasets::stretches(whole, settings.most_samples)?;
+    let chosen: Option<(Vec<Log>, Vec<Range<usize>>)> =
+        chosen.map(|chosen| chosen.into_iter().map(|stretch| (stretch.log, stretch.rows)).unzip());
+    let all: Vec<Range<usize>> = whole.iter().map(|log| 0..log.len()).collect();
+    let (logs, rows) = chosen.as_ref().map_or((whole, &all), |(logs, rows)| (logs.as_slice(), rows));
+    let samples: usize = rows.iter().map(ExactSizeIterator::len).sum();
     let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
     let folds = datasets::folds(logs, settings.held_out, most, settings.seed)?;
     let steps = Steps::new(progress, Job::Training, moving.len());
@@ -79,7 +100,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
             .map(|&axis| {
                 let (folds, name, steps) = (&folds, &axes[axis], &steps);
                 scope.spawn(move || {
-                    let fitted = fit_axis(&runs(logs, axis), folds, name, settings)?;
+                    let fitted = fit_axis(&runs(logs, rows, axis), folds, name, settings)?;
                     steps.step(&name.name)?;
                     Ok(fitted)
                 })
@@ -90,15 +111,15 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
     let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
     let spec_of_model = match spec {
         Some(spec) => spec.clone(),
-        None => limits_from_log::spec(&logs.iter().collect::<Vec<_>>(), &moving, period_s)?,
+        None => limits_from_log::spec(&whole.iter().collect::<Vec<_>>(), &moving, period_s)?,
     };
     let manifest = Manifest {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         period_s,
         seed: settings.seed,
-        data_sha256: data_hash(logs),
-        common_delay_s: common_delay_s(logs, &moving),
+        data_sha256: data_hash(whole),
+        common_delay_s: common_delay_s(whole, &moving),
         machine_toml: spec_of_model.to_toml()?,
         limits_from_log: spec.is_none(),
         control: None,
@@ -109,8 +130,9 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
     Ok(Trained {
         bundle: Bundle::new(manifest, &predictors)?,
         notes,
-        lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
+        lags_s: moving.iter().map(|&axis| axis_lag_s(whole, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
+        stretches: (samples < of).then_some(Stretches { runs: logs.len(), samples, of }),
     })
 }
 
@@ -118,17 +140,16 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
 ///
 /// # Errors
 /// When there is no log, or no axis moved.
-pub(crate) fn limits_of_logs(logs: &[&Log]) -> Result<MachineSpec> {
+pub fn limits_of_logs(logs: &[&Log]) -> Result<MachineSpec> {
     let first = logs.first().ok_or(Error::NoLog)?;
     let moving: Vec<usize> =
         (0..first.axes().len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
     limits_from_log::spec(logs, &moving, first.period_s())
 }
 
-fn runs(logs: &[Log], axis: usize) -> Vec<AxisRun> {
-    logs.iter()
-        .map(|log| AxisRun::new(log.reference.columns()[axis].clone(), log.actual.columns()[axis].clone(), log.period_s()))
-        .collect()
+fn runs(logs: &[Log], rows: &[Range<usize>], axis: usize) -> Vec<AxisRun> {
+    let run = |log: &Log| AxisRun::new(log.reference.columns()[axis].clone(), log.actual.columns()[axis].clone(), log.period_s());
+    logs.iter().zip(rows).map(|(log, rows)| run(log).only(std::slice::from_ref(rows))).collect()
 }
 
 fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {

@@ -1,0 +1,198 @@
+//! Stretches of long logs that show what the whole shows.
+
+use std::ops::Range;
+
+use crate::{DatasetError, Log};
+
+/// Length of a stretch, s: many times the memory of an axis, so that little of it is lost at its start.
+const STRETCH_S: f64 = 10.0;
+/// Classes of position within the range of an axis, of its speed below the largest (each half of the one above), and of its acceleration.
+const PLACES: usize = 16;
+const HALVINGS: usize = 8;
+/// Classes of one axis: position, speed in either direction, acceleration in either direction.
+const CLASSES: usize = PLACES + 4 * HALVINGS;
+
+/// Motion before a stretch, s: the memory of an axis and more.
+const LEAD_S: f64 = 2.0;
+
+/// A stretch of a long log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// The stretch, behind up to two seconds of what came before it.
+    pub log: Log,
+    /// Its own rows.
+    pub rows: Range<usize>,
+}
+
+/// A piece of a log with what it shows.
+struct Piece {
+    log: usize,
+    rows: Range<usize>,
+    /// Seconds of every class of every axis.
+    shown_s: Vec<f64>,
+}
+
+/// Stretches of `logs` of together at most about `most` samples, in their order; those beside each other are one. `None` where the logs hold
+/// no more than that.
+///
+/// Chosen one by one, each time the stretch that adds most to the sum of ln(1 + seconds) over classes of position, speed and
+/// acceleration of every axis, so that rare motion comes before more of the same.
+///
+/// # Errors
+/// Never for logs whose trajectories match.
+pub fn stretches(logs: &[Log], most: usize) -> Result<Option<Vec<Stretch>>, DatasetError> {
+    if logs.iter().map(Log::len).sum::<usize>() <= most {
+        return Ok(None);
+    }
+    let mut left = cut(logs);
+    let classes = left.first().map_or(0, |stretch| stretch.shown_s.len());
+    let (mut shown_s, mut samples) = (vec![0.0; classes], 0);
+    let mut chosen: Vec<Piece> = Vec::new();
+    while let Some(best) = best_of(&left, &shown_s) {
+        if samples + left[best].rows.len() > most && !chosen.is_empty() {
+            break;
+        }
+        let stretch = left.swap_remove(best);
+        samples += stretch.rows.len();
+        shown_s.iter_mut().zip(&stretch.shown_s).for_each(|(sum, own)| *sum += own);
+        chosen.push(stretch);
+    }
+    chosen.sort_by_key(|stretch| (stretch.log, stretch.rows.start));
+    let mut runs: Vec<(usize, Range<usize>)> = Vec::new();
+    for stretch in chosen {
+        match runs.last_mut() {
+            Some((log, rows)) if *log == stretch.log && rows.end == stretch.rows.start => rows.end = stretch.rows.end,
+            _ => runs.push((stretch.log, stretch.rows)),
+        }
+    }
+    let stretch = |(log, rows): &(usize, Range<usize>)| {
+        let from: &Log = &logs[*log];
+        let name = format!("{} from {:.0} s", from.name, from.start_s + rows.start as f64 * from.period_s());
+        let lead = rows.start.min((LEAD_S / from.period_s()).ceil() as usize);
+        Ok(Stretch { log: from.part(name, rows.start - lead, rows.end)?, rows: lead..lead + rows.len() })
+    };
+    runs.iter().map(stretch).collect::<Result<_, _>>().map(Some)
+}
+
+/// The piece that adds most; the first of equal ones in the logs.
+fn best_of(left: &[Piece], shown_s: &[f64]) -> Option<usize> {
+    let gain = |piece: &Piece| -> f64 {
+        let each = piece.shown_s.iter().zip(shown_s).filter(|(own, _)| **own > 0.0);
+        each.map(|(own, sum)| ((1.0 + sum + own) / (1.0 + sum)).ln()).sum::<f64>() / piece.rows.len() as f64
+    };
+    let order = |piece: &Piece| (piece.log, piece.rows.start);
+    let gains: Vec<f64> = left.iter().map(gain).collect();
+    (0..left.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(order(&left[*b]).cmp(&order(&left[*a]))))
+}
+
+/// All pieces of the logs.
+fn cut(logs: &[Log]) -> Vec<Piece> {
+    let axes = logs.first().map_or(0, |log| log.axes().len());
+    let scales: Vec<Scale> = (0..axes).map(|axis| Scale::of(logs, axis)).collect();
+    let mut out = Vec::new();
+    for (log, whole) in logs.iter().enumerate() {
+        let length = ((STRETCH_S / whole.period_s()).round() as usize).max(1);
+        for from in (0..whole.len()).step_by(length) {
+            let rows = from..(from + length).min(whole.len());
+            let mut shown_s = vec![0.0; axes * CLASSES];
+            for (scale, (column, shown_s)) in scales.iter().zip(whole.reference.columns().iter().zip(shown_s.chunks_mut(CLASSES)))
+            {
+                scale.note(&column[rows.clone()], whole.period_s(), shown_s);
+            }
+            out.push(Piece { log, rows, shown_s });
+        }
+    }
+    out
+}
+
+/// Range of an axis over all logs.
+struct Scale {
+    low: f64,
+    span: f64,
+    speed: f64,
+    acceleration: f64,
+}
+
+impl Scale {
+    fn of(logs: &[Log], axis: usize) -> Self {
+        let mut scale = Self { low: f64::INFINITY, span: 0.0, speed: 0.0, acceleration: 0.0 };
+        let mut high = f64::NEG_INFINITY;
+        for log in logs {
+            let (column, period_s) = (&log.reference.columns()[axis], log.period_s());
+            (scale.low, high) = column.iter().fold((scale.low, high), |(low, high), at| (low.min(*at), high.max(*at)));
+            for three in column.windows(3) {
+                let (speed, acceleration) = rates(three, period_s);
+                (scale.speed, scale.acceleration) = (scale.speed.max(speed.abs()), scale.acceleration.max(acceleration.abs()));
+            }
+        }
+        scale.span = (high - scale.low).max(0.0);
+        scale
+    }
+
+    /// Adds the seconds of every class.
+    fn note(&self, column: &[f64], period_s: f64, shown_s: &mut [f64]) {
+        let halving = |value: f64, largest: f64| {
+            let share = value.abs() / largest;
+            let half = if share > 0.0 { -share.log2() } else { f64::INFINITY };
+            (half < HALVINGS as f64).then_some(half.max(0.0) as usize + if value < 0.0 { HALVINGS } else { 0 })
+        };
+        for three in column.windows(3) {
+            let (speed, acceleration) = rates(three, period_s);
+            if self.span > 0.0 {
+                let place = ((three[1] - self.low) / self.span * PLACES as f64) as usize;
+                shown_s[place.min(PLACES - 1)] += period_s;
+            }
+            for (first, class) in
+                [(PLACES, halving(speed, self.speed)), (PLACES + 2 * HALVINGS, halving(acceleration, self.acceleration))]
+            {
+                if let Some(class) = class {
+                    shown_s[first + class] += period_s;
+                }
+            }
+        }
+    }
+}
+
+/// Speed and acceleration at the middle of three samples.
+fn rates(three: &[f64], period_s: f64) -> (f64, f64) {
+    ((three[2] - three[0]) / (2.0 * period_s), (three[2] - 2.0 * three[1] + three[0]) / (period_s * period_s))
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::{Axis, Trajectory};
+
+    use super::*;
+
+    /// Hundred seconds of a slow sine of 10 mm, in which the axis is once, for three seconds, at 40 mm.
+    fn log() -> Log {
+        let column: Vec<f64> = (0..10_000)
+            .map(|k| {
+                let t = 0.01 * f64::from(k);
+                let bump =
+                    if (63.0..66.0).contains(&t) { 15.0 * (1.0 - ((t - 63.0) * std::f64::consts::TAU / 3.0).cos()) } else { 0.0 };
+                10.0 * (0.7 * t).sin() + bump
+            })
+            .collect();
+        let trajectory = || Trajectory::new(0.01, vec![Axis::named("x")], vec![column.clone()]).unwrap();
+        Log::new("run", trajectory(), trajectory()).unwrap()
+    }
+
+    #[test]
+    fn rare_motion_is_among_the_stretches() {
+        let log = log();
+        assert_eq!(stretches(std::slice::from_ref(&log), 10_000).unwrap(), None);
+        let chosen = stretches(std::slice::from_ref(&log), 3000).unwrap().unwrap();
+        assert!(chosen.iter().map(|stretch| stretch.rows.len()).sum::<usize>() <= 3000);
+        let column = |stretch: &Stretch| stretch.log.reference.columns()[0].clone();
+        assert!(chosen.iter().any(|stretch| column(stretch)[stretch.rows.clone()].iter().any(|at| *at > 25.0)));
+        // Stretches are rows of the log behind what came before them, named by their time.
+        for stretch in &chosen {
+            let from = (stretch.log.start_s / 0.01).round() as usize;
+            assert_eq!(column(stretch), log.reference.columns()[0][from..from + stretch.log.len()]);
+            assert_eq!(stretch.rows, 200.min(from + stretch.rows.start)..stretch.log.len());
+            assert!(stretch.log.name.starts_with("run from "));
+        }
+        assert_eq!(stretches(std::slice::from_ref(&log), 3000).unwrap().unwrap(), chosen);
+    }
+}

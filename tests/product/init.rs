@@ -1,0 +1,95 @@
+//! Machine files from the settings of controls, from logs and from options.
+
+use crate::common::Folder;
+
+const INI: &str = "[EMC]\nMACHINE = Old mill\n[TRAJ]\nCOORDINATES = X Y Z A\nLINEAR_UNITS = inch\nMAX_LINEAR_VELOCITY = 2 # in/s\n\
+                   [EMCMOT]\nSERVO_PERIOD = 500000\n[AXIS_X]\nMAX_VELOCITY = 3\nMAX_ACCELERATION = 20\nMIN_LIMIT = -10\nMAX_LIMIT = 10\n\
+                   [JOINT_0]\nMAX_VELOCITY = 2\nMIN_LIMIT = -9\nMAX_LIMIT = 11\n[AXIS_Y]\nMAX_VELOCITY = 3\nMAX_ACCELERATION = 20\n\
+                   [AXIS_Z]\nMAX_VELOCITY = 1\nMAX_ACCELERATION = 10\n[AXIS_A]\nMAX_VELOCITY = 90\nMAX_ACCELERATION = 360\n";
+const GRBL: &str = "$11=0.02 (junction deviation, mm)\r\n$110=6000.000\r\n$111=6000.000\r\n$112=600.000\r\n$120=500.000\r\n$121=400.000\r\n\
+                    $122=100.000\r\n$130=300.000\r\n";
+const KLIPPER: &str = "[printer]\nkinematics: corexy\nmax_velocity: 300\nmax_accel: 3000\nmax_z_velocity: 15\nsquare_corner_velocity: 6\n\
+                       [stepper_x]\nposition_max: 235\n[input_shaper]\nshaper_freq_x: 50\n";
+
+/// Number at a dotted path of a machine file.
+fn number(file: &toml::Value, path: &str) -> f64 {
+    let at = path.split('.').fold(file, |value, key| match key.parse::<usize>() {
+        Ok(index) => &value[index],
+        Err(_) => &value[key],
+    });
+    at.as_float().or(at.as_integer().map(|whole| whole as f64)).unwrap()
+}
+
+fn machine_file(folder: &Folder, words: &[&str]) -> toml::Value {
+    let said = folder.prints(&[&["init"], words, &["-o", "m.toml"]].concat());
+    assert!(said.contains("machine file of "), "{said}");
+    let text = folder.read("m.toml");
+    assert!(text.starts_with("# Machine file, from ") && text.contains("docs/machine-file.md"), "{text}");
+    // What it wrote is a machine that can be used.
+    folder.figures(&["excite", "--machine", "m.toml", "--seconds", "5", "--travel", "5", "-o", "excitation"]);
+    toml::from_str(&text).unwrap()
+}
+
+#[test]
+fn settings_of_controls_become_machine_files() {
+    let folder = Folder::new();
+    folder.write("mill.ini", INI);
+    folder.write("grbl.txt", GRBL);
+    folder.write("printer.cfg", KLIPPER);
+    let mill = machine_file(&folder, &["mill.ini"]);
+    assert_eq!((mill["name"].as_str(), mill["controller"]["dialect"].as_str()), (Some("Old mill"), Some("linuxcnc")));
+    for (path, value) in [
+        ("sampling_period_ms", 0.5),
+        ("path.velocity_mm_s", 50.8),
+        ("path.acceleration_mm_s2", 254.0),
+        ("path.jerk_mm_s3", 508_000.0),
+        // The narrower of axis and joint.
+        ("axes.0.velocity_mm_s", 50.8),
+        ("axes.0.acceleration_mm_s2", 508.0),
+        ("axes.0.travel_mm.0", -228.6),
+        ("axes.0.travel_mm.1", 254.0),
+        ("axes.3.velocity_rad_s", std::f64::consts::FRAC_PI_2),
+    ] {
+        assert!((number(&mill, path) / value - 1.0).abs() < 1e-5, "{path}: {}", number(&mill, path));
+    }
+    let router = machine_file(&folder, &["grbl.txt", "--period", "2", "--travel", "z=-80..0"]);
+    for (path, value) in [
+        ("axes.0.velocity_mm_s", 100.0),
+        ("axes.1.acceleration_mm_s2", 400.0),
+        ("axes.0.travel_mm.0", -300.0),
+        ("axes.2.travel_mm.0", -80.0),
+        ("control.corners.junction_deviation_mm", 0.02),
+    ] {
+        assert!((number(&router, path) / value - 1.0).abs() < 1e-5, "{path}");
+    }
+    let printer = machine_file(&folder, &["printer.cfg", "--period", "1"]);
+    let expected = 36.0 * (std::f64::consts::SQRT_2 - 1.0) / 3000.0;
+    assert!((number(&printer, "control.corners.junction_deviation_mm") / expected - 1.0).abs() < 1e-5);
+    assert_eq!(number(&printer, "axes.2.velocity_mm_s"), 15.0);
+}
+
+#[test]
+fn logs_and_options_make_a_machine_file() {
+    let folder = Folder::with_model();
+    folder.figures(&["simulate", "curve:crown", "--machine", "ballscrew", "-o", "run.csv"]);
+    let of_log = machine_file(&folder, &["--log", "run.csv"]);
+    assert_eq!(number(&of_log, "sampling_period_ms"), 2.0);
+    assert!(number(&of_log, "axes.0.velocity_mm_s") > 1.0);
+    let stated = machine_file(&folder, &["--axes", "xz", "--velocity", "250", "--acceleration", "1500", "--period", "4"]);
+    assert_eq!((stated["axes"].as_array().map(Vec::len), number(&stated, "axes.1.velocity_mm_s")), (Some(2), 250.0));
+}
+
+#[test]
+fn all_that_is_missing_is_named_at_once() {
+    let folder = Folder::new();
+    folder.write("grbl.txt", GRBL.replace("$121=400.000\r\n", ""));
+    let said = folder.fails(2, &["init", "grbl.txt", "-o", "m.toml"]);
+    assert!(said.contains("sampling period") && said.contains("--period") && said.contains("acceleration of y"), "{said}");
+    folder.write("bad.txt", GRBL.replace("6000.000", "fast"));
+    let said = folder.fails(1, &["init", "bad.txt", "-o", "m.toml"]);
+    assert!(said.contains("bad.txt:2: $110 is `fast`"), "{said}");
+    folder.write("other.txt", "hello\n");
+    let said = folder.fails(1, &["init", "other.txt", "-o", "m.toml"]);
+    assert!(said.contains("LinuxCNC INI") && !folder.0.path().join("m.toml").exists(), "{said}");
+    folder.fails(2, &["init", "--axes", "xq", "-o", "m.toml"]);
+}
