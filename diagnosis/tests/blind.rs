@@ -6,8 +6,12 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Patient, logs, patient};
+use common::{Patient, cogging_effect_um, logs, patient};
+use diagnosis::threshold::GOOD_UM;
 use diagnosis::{Diagnosis, Quantity, Settings, diagnose};
+
+/// Length of the excitation, s.
+const SECONDS: f64 = 40.0;
 
 /// Counts of one quantity.
 #[derive(Debug, Default)]
@@ -15,15 +19,29 @@ struct Tally {
     cases: usize,
     covered: usize,
     unobserved: usize,
+    /// Faults above the threshold, those found, cases without fault, alarms among them.
+    faults: usize,
+    found: usize,
+    sound: usize,
+    alarms: usize,
     lines: Vec<String>,
 }
 
 fn compare(patient: &Patient, found: &Diagnosis, tallies: &mut BTreeMap<&'static str, Tally>) {
-    let mut note = |name: &'static str, quantity: Quantity, axis: &str, truth: f64| {
+    let mut note = |name: &'static str, quantity: Quantity, axis: &str, truth: f64, size: Option<&dyn Fn(f64) -> bool>| {
         let tally = tallies.entry(name).or_default();
         let Some(finding) = found.finding(quantity, axis) else { return };
         match finding.estimate {
             Some(estimate) => {
+                if let Some(size) = size {
+                    if size(truth) {
+                        tally.faults += 1;
+                        tally.found += usize::from(size(estimate.value));
+                    } else {
+                        tally.sound += 1;
+                        tally.alarms += usize::from(size(estimate.value));
+                    }
+                }
                 tally.cases += 1;
                 tally.covered += usize::from(estimate.covers(truth));
                 tally.lines.push(format!(
@@ -39,18 +57,28 @@ fn compare(patient: &Patient, found: &Diagnosis, tallies: &mut BTreeMap<&'static
         }
     };
     for (truth, axis) in patient.truths.iter().zip(&found.axes) {
-        note("gain", Quantity::VelocityGain, axis, truth.position_gain_1_s);
-        note("lag", Quantity::FollowingLag, axis, 1e3 * truth.lag_s());
-        note("feed-forward", Quantity::VelocityFeedForward, axis, truth.feed_forward);
-        note("acceleration", Quantity::AccelerationFeedForward, axis, 0.0);
-        note("coulomb", Quantity::CoulombFriction, axis, truth.coulomb_um);
-        note("stribeck", Quantity::StribeckFriction, axis, truth.stribeck);
-        note("backlash", Quantity::Backlash, axis, truth.backlash_um);
+        note("gain", Quantity::VelocityGain, axis, truth.position_gain_1_s, None);
+        note("lag", Quantity::FollowingLag, axis, 1e3 * truth.lag_s(), None);
+        note("feed-forward", Quantity::VelocityFeedForward, axis, truth.feed_forward, Some(&|share| (1.0 - share).abs() > 0.1));
+        note("acceleration", Quantity::AccelerationFeedForward, axis, 0.0, None);
+        note("coulomb", Quantity::CoulombFriction, axis, truth.coulomb_um, Some(&|um| um > GOOD_UM));
+        note("stribeck", Quantity::StribeckFriction, axis, truth.stribeck, None);
+        note("backlash", Quantity::Backlash, axis, truth.backlash_um, Some(&|um| um > GOOD_UM));
+    }
+    for ((truth, axis), cogging) in patient.truths.iter().zip(&found.axes).zip(cogging_effect_um(patient, SECONDS)) {
+        note("ripple", Quantity::Ripple, axis, cogging, Some(&|um| um > GOOD_UM));
+        note("place", Quantity::PlaceFriction, axis, 100.0 * truth.wave, None);
     }
     for (i, one) in patient.truths.iter().enumerate() {
         for (j, other) in patient.truths.iter().enumerate().skip(i + 1) {
             let name = format!("{}-{}", found.axes[i], found.axes[j]);
-            note("mismatch", Quantity::ServoMismatch, &name, 1e3 * (one.lag_s() - other.lag_s()));
+            note(
+                "mismatch",
+                Quantity::ServoMismatch,
+                &name,
+                1e3 * (one.lag_s() - other.lag_s()),
+                Some(&|ms| 0.5 * found.circle.feed_mm_s * f64::abs(ms) > GOOD_UM),
+            );
         }
     }
 }
@@ -85,7 +113,9 @@ fn run(seeds: std::ops::Range<u64>, seconds: f64) -> BTreeMap<&'static str, Tall
 
 fn print(tallies: &BTreeMap<&'static str, Tally>) {
     for (name, tally) in tallies {
-        println!("{name:14} {:4} cases, {:4} within, {:3} not observable", tally.cases, tally.covered, tally.unobserved);
+        print!("{name:14} {:4} cases, {:4} within, {:3} not observable", tally.cases, tally.covered, tally.unobserved);
+        let Tally { faults, found, sound, alarms, .. } = tally;
+        println!("; {found:3} of {faults:3} faults found, {alarms:2} alarms in {sound:3} sound cases");
     }
     if std::env::var("VERBOSE").is_ok() {
         tallies.values().flat_map(|tally| &tally.lines).for_each(|line| println!("{line}"));
@@ -97,6 +127,6 @@ fn print(tallies: &BTreeMap<&'static str, Tally>) {
 fn forty_machines() {
     let seeds = std::env::var("SEEDS").unwrap_or_else(|_| "0..40".to_owned());
     let (first, last) = seeds.split_once("..").expect("SEEDS=first..last");
-    let tallies = run(first.parse().unwrap()..last.parse().unwrap(), 40.0);
+    let tallies = run(first.parse().unwrap()..last.parse().unwrap(), SECONDS);
     print(&tallies);
 }

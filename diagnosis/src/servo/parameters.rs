@@ -88,7 +88,7 @@ pub mod index {
 /// Delay of a loop that is not known to have more, s: half a millisecond of the position loop's period, and the current loop.
 pub const USUAL_DELAY_S: f64 = 6e-4;
 /// Its standard deviation over loops of up to 2 ms, s.
-pub const USUAL_DELAY_SPREAD_S: f64 = 2e-4;
+pub const USUAL_DELAY_SPREAD_S: f64 = 4e-4;
 
 /// How a parameter enters the fit.
 #[derive(Debug, Clone, Copy)]
