@@ -245,13 +245,7 @@ mod tests {
 
     #[test]
     fn the_table_stands_while_the_motor_crosses_the_backlash() {
-        let servo = Servo {
-            backlash_mm: 0.02,
-            table_friction_mm_s2: 1e3,
-            table_pulsation_1_s: 1500.0,
-            coulomb_mm: 0.0,
-            ..Servo::usual(60.0, 1.0)
-        };
+        let servo = Servo { backlash_mm: 0.02, table_pulsation_1_s: 1500.0, coulomb_mm: 0.0, ..Servo::usual(60.0, 1.0) };
         let wave: Vec<f64> = (0..2000).map(|k| 5.0 - 5.0 * (3.0 * PERIOD_S * f64::from(k)).cos()).collect();
         let swing = |servo: &Servo| {
             let actual = simulate(servo, &wave, PERIOD_S, (0.0, 0.0));
