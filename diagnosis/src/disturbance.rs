@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::context::AxisContext;
 use crate::servo::{clustered, disturbed};
 
-/// Ridge of a regression against the mean diagonal: keeps regressors without data at zero.
+/// Ridge of a regression against each regressor's own square: the scales of regressors differ by many orders.
 const RIDGE: f64 = 1e-6;
 
 /// Responses of an axis to signals of every run, as the logged position shows them: a signal of 1 is a force that would deflect the loops
@@ -43,9 +43,9 @@ impl Regression {
                 (normal[(i, j)], normal[(j, i)]) = (value, value);
             }
         }
-        let ridge = RIDGE * normal.trace() / count.max(1) as f64;
         for i in 0..count {
-            normal[(i, i)] += ridge;
+            // A regressor without data stays at zero.
+            normal[(i, i)] += RIDGE * normal[(i, i)] + f64::MIN_POSITIVE;
         }
         let right = DVector::from_iterator(count, columns.iter().map(|column| dot(column, &target)));
         let weights = normal.clone().cholesky()?.solve(&right);
@@ -67,5 +67,20 @@ impl Regression {
             Some(root) => weights.dot(&root.solve(&weights)) / (to - from) as f64,
             None => 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regressors_of_very_different_scale_keep_their_weights() {
+        let wave =
+            |step: f64, size: f64| -> Vec<Vec<f64>> { vec![(0..4000).map(|k| size * (step * f64::from(k)).sin()).collect()] };
+        let (large, small) = (wave(0.013, 50.0), wave(0.05, 1e-4));
+        let residuals = vec![large[0].iter().zip(&small[0]).map(|(a, b)| 2e-6 * a - 0.3 * b).collect::<Vec<f64>>()];
+        let found = Regression::of(&residuals, &[large, small], 0, 0.002).unwrap();
+        assert!((found.weights[0] - 2e-6).abs() < 1e-9 && (found.weights[1] + 0.3).abs() < 1e-4, "{}", found.weights);
     }
 }
