@@ -74,6 +74,10 @@ pub fn show(printer: &Printer, found: &Diagnosis) {
             digits(left)
         ));
     }
+    if !found.doubtful_axes.is_empty() {
+        let axes = found.doubtful_axes.join(", ");
+        printer.line(format!("warning: the servo model does not follow axes {axes}: their findings are doubtful; check the warnings above, or log at a higher rate"));
+    }
     let observed: Vec<Vec<String>> = found.findings.iter().filter(|finding| finding.estimate.is_some()).map(row).collect();
     printer.line(table(&["quantity", "axis", "value", "95 % interval", "unit", "effect µm", "verdict"], &observed));
     for finding in found.findings.iter().filter(|finding| !finding.remedy.is_empty() && finding.verdict != Verdict::NotObservable)
