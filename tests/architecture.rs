@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
 /// Floor of every crate, and what it may use of the house.
-const FLOORS: [(&str, &[&str]); 8] = [
+const FLOORS: [(&str, &[&str]); 9] = [
     ("gcode", &[]),
     ("motion", &[]),
     ("machine", &["motion"]),
     ("compensation", &["motion", "machine"]),
     ("datasets", &["motion", "machine"]),
     ("models", &["motion", "machine"]),
+    ("diagnosis", &["motion", "datasets"]),
     ("training", &["motion", "machine", "datasets", "models"]),
     ("pipeline", &["gcode", "motion", "machine", "compensation", "datasets", "models", "training"]),
 ];

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod compensate;
 pub mod demo;
+pub mod diagnose;
 pub mod excite;
 pub mod init;
 pub mod measure;

@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod compensation;
+pub mod diagnosis;
 pub mod figures;
 pub mod identification;
 pub mod measurement;

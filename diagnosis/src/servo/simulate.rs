@@ -1,0 +1,258 @@
+//! The servo model of an axis, run on a command.
+//!
+//! ```text
+//! position loop   v* = K_v (e + k_i ∫e dt) + k_ff ṙ,  e = r − x,  delayed
+//! velocity loop   u = ω_b (v* − θ̇) + k ω_b² ∫(v* − θ̇) dt + k_a r̈ − β ω_b θ̇ + c
+//! one mass        θ̈ = u − f(θ̇),  x = θ
+//! two masses      (1 − μ) θ̈ = u − (1 − σ) f(θ̇) − μ s,  ẍ = s − σ/μ f(ẋ),  s = Ω² dead(θ − x) + 2ζΩ (θ̇ − ẋ) in contact
+//! friction        ż = v − |v| z / (d g(v)),  f = F z/d (1 + α sign v),  g = 1 + s exp(−(v/v_s)²)   (LuGre)
+//! ```
+//! The cascade and the two masses of a feed drive (Paper D, eq. 1-7), per moved mass, with the current loop in the delay. Without integrals
+//! it is the PD law of simple controls, with that of the position loop their PID.
+
+use super::command::Command;
+use super::parameters::Servo;
+
+/// Largest step of the integration, s: half the period of a usual position loop.
+const STEP_S: f64 = 5e-4;
+
+/// A simulated run.
+#[derive(Debug, Clone, Default)]
+pub struct Simulated {
+    /// Actual positions at the samples of the reference, mm.
+    pub positions: Vec<f64>,
+    /// Friction at the samples, as a deflection, mm: against the direction of motion.
+    pub friction_mm: Vec<f64>,
+}
+
+/// Actual positions of the model at the samples of `reference`, mm. Starts at `start` (mm, mm/s).
+#[must_use]
+pub fn simulate(servo: &Servo, reference: &[f64], period_s: f64, start: (f64, f64)) -> Vec<f64> {
+    simulate_with_friction(servo, reference, period_s, start).positions
+}
+
+/// As [`simulate`], with the friction.
+#[must_use]
+pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, start: (f64, f64)) -> Simulated {
+    let mut out = Simulated { positions: Vec::with_capacity(reference.len()), friction_mm: Vec::with_capacity(reference.len()) };
+    if reference.is_empty() {
+        return out;
+    }
+    let steps = (period_s / STEP_S).ceil().max(1.0) as usize;
+    let step_s = period_s / steps as f64;
+    let command = Command::new(reference, servo.channel_delay_s / period_s, servo.command_average_s / period_s);
+    let mut axis = Axis::at(servo, step_s, steps, start);
+    let mut here = command.position(0.0);
+    for k in 0..reference.len() {
+        out.positions.push(axis.logged);
+        out.friction_mm.push(servo.coulomb_mm * axis.motor_bristle.0 / servo.presliding_mm);
+        for i in 1..=steps {
+            let next = command.position(k as f64 + i as f64 / steps as f64);
+            axis.step(here, (next - here) / step_s);
+            here = next;
+        }
+    }
+    out
+}
+
+/// State of the model.
+struct Axis<'a> {
+    servo: &'a Servo,
+    step_s: f64,
+    friction: f64,
+    /// Share of the motor in the moved mass.
+    motor_mass: f64,
+    constant: f64,
+    motor: f64,
+    velocity: f64,
+    sensor: f64,
+    logged: f64,
+    table: Table,
+    motor_bristle: Bristle,
+    table_bristle: Bristle,
+    integral: f64,
+    position_integral: f64,
+    /// Slopes of the last sampling period, for the acceleration of the command.
+    slopes: Ring,
+    /// Velocity commands on their way.
+    late: Ring,
+    /// Fraction of a step by which they are later than the ring is long.
+    late_part: f64,
+    period_s: f64,
+}
+
+impl<'a> Axis<'a> {
+    fn at(servo: &'a Servo, step_s: f64, steps: usize, (position, velocity): (f64, f64)) -> Self {
+        let stiffness = servo.bandwidth_1_s * servo.position_gain_1_s;
+        let late = servo.loop_delay_s / step_s;
+        let whole = late.floor();
+        let bristle = if velocity == 0.0 { 0.0 } else { servo.presliding_mm.copysign(velocity) };
+        Self {
+            servo,
+            step_s,
+            friction: servo.coulomb_mm * stiffness,
+            motor_mass: if servo.table_pulsation_1_s > 0.0 { 1.0 - servo.table_mass } else { 1.0 },
+            constant: servo.offset_mm * stiffness,
+            motor: position,
+            velocity,
+            sensor: position,
+            logged: position,
+            table: Table { position, velocity },
+            motor_bristle: Bristle(bristle),
+            table_bristle: Bristle(bristle),
+            integral: 0.0,
+            position_integral: 0.0,
+            slopes: Ring::filled(velocity, steps),
+            late: Ring::filled(velocity, whole as usize + 1),
+            late_part: late - whole,
+            period_s: step_s * steps as f64,
+        }
+    }
+
+    fn step(&mut self, command: f64, slope: f64) {
+        let Servo { position_gain_1_s, feed_forward, bandwidth_1_s, integral, position_integral_1_s, .. } = *self.servo;
+        let error = command - self.sensor;
+        self.position_integral += position_integral_1_s * error * self.step_s;
+        let acceleration = (slope - self.slopes.replaced(slope)) / self.period_s;
+        let fed_forward = feed_forward * slope + self.servo.velocity_per_acceleration_s * acceleration;
+        let wanted = self.late.delayed(position_gain_1_s * (error + self.position_integral) + fed_forward, self.late_part);
+        self.integral += integral * bandwidth_1_s * bandwidth_1_s * (wanted - self.velocity) * self.step_s;
+        let torque = bandwidth_1_s * wanted + self.integral + self.servo.acceleration_feed_forward * acceleration + self.constant;
+        let damping = bandwidth_1_s * (1.0 + self.servo.viscous) / self.motor_mass;
+        let level = self.friction;
+        let Servo { table_pulsation_1_s, table_friction, table_mass, .. } = *self.servo;
+        if table_pulsation_1_s == 0.0 {
+            let friction = level * self.motor_bristle.step(self.servo, self.velocity, self.step_s);
+            self.velocity = (self.velocity + self.step_s * (torque - friction)) / (1.0 + self.step_s * damping);
+            self.motor += self.step_s * self.velocity;
+            (self.sensor, self.logged) = (self.motor, self.motor);
+            return;
+        }
+        let screw = self.table.pulled(self.servo, self.motor, self.velocity);
+        let on_motor = (1.0 - table_friction) * level * self.motor_bristle.step(self.servo, self.velocity, self.step_s);
+        let on_table =
+            table_friction * level * self.table_bristle.step(self.servo, self.table.velocity, self.step_s) / table_mass;
+        let motor = (torque - on_motor - table_mass * screw) / self.motor_mass;
+        self.velocity = (self.velocity + self.step_s * motor) / (1.0 + self.step_s * damping);
+        self.motor += self.step_s * self.velocity;
+        self.table.velocity += self.step_s * (screw - on_table);
+        self.table.position += self.step_s * self.table.velocity;
+        self.logged = self.table.position;
+        self.sensor = if self.servo.outer_backlash_mm > 0.0 { self.motor } else { self.logged };
+    }
+}
+
+/// Deflection of the contacts of one side.
+struct Bristle(f64);
+
+impl Bristle {
+    /// Friction against positive motion, as a multiple of Coulomb friction, after a step at a velocity.
+    fn step(&mut self, servo: &Servo, velocity: f64, step_s: f64) -> f64 {
+        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, .. } = *servo;
+        let ratio = velocity / stribeck_mm_s;
+        let square = ratio * ratio;
+        let level = if square < 20.0 { 1.0 + stribeck * (-square).exp() } else { 1.0 };
+        let largest = presliding_mm * level;
+        let settled = largest.copysign(velocity);
+        let travelled = velocity.abs() * step_s / largest;
+        // Past a few presliding distances only the settled value is left.
+        self.0 = if travelled > 20.0 { settled } else { settled + (self.0 - settled) * (-travelled).exp() };
+        self.0 / presliding_mm * (1.0 + asymmetry.copysign(asymmetry * velocity))
+    }
+}
+
+/// The table behind backlash and elastic screw.
+struct Table {
+    position: f64,
+    velocity: f64,
+}
+
+impl Table {
+    /// Acceleration of the table by the screw: none inside the backlash.
+    fn pulled(&self, servo: &Servo, motor: f64, speed: f64) -> f64 {
+        let twist = motor - self.position;
+        let beyond = twist.abs() - 0.5 * (servo.backlash_mm + servo.outer_backlash_mm);
+        if beyond < 0.0 {
+            return 0.0;
+        }
+        let pulsation = servo.table_pulsation_1_s;
+        pulsation * (pulsation * beyond.copysign(twist) + 2.0 * servo.table_damping * (speed - self.velocity))
+    }
+}
+
+/// The last values of a signal.
+struct Ring {
+    values: Vec<f64>,
+    next: usize,
+}
+
+impl Ring {
+    fn filled(value: f64, count: usize) -> Self {
+        Self { values: vec![value; count.max(1)], next: 0 }
+    }
+
+    /// Takes in a value and returns the one that it displaces, from as many steps ago as the ring holds.
+    fn replaced(&mut self, value: f64) -> f64 {
+        let oldest = std::mem::replace(&mut self.values[self.next], value);
+        self.next = if self.next + 1 == self.values.len() { 0 } else { self.next + 1 };
+        oldest
+    }
+
+    /// Takes in a value and returns the one of `len − 1 + part` steps ago.
+    fn delayed(&mut self, value: f64, part: f64) -> f64 {
+        let oldest = self.replaced(value);
+        part * oldest + (1.0 - part) * self.values[self.next]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 0.002;
+
+    fn error_at_the_end(servo: &Servo, speed: f64) -> f64 {
+        let ramp: Vec<f64> = (0..1500).map(|k| speed * PERIOD_S * f64::from(k)).collect();
+        let actual = simulate(servo, &ramp, PERIOD_S, (0.0, 0.0));
+        ramp[1499] - actual[1499]
+    }
+
+    #[test]
+    fn a_ramp_lags_by_the_stated_time() {
+        let cascade = Servo { coulomb_mm: 0.0, ..Servo::usual(50.0, 0.6) };
+        for servo in [
+            cascade,
+            Servo { integral: 0.0, viscous: 0.05, ..cascade },
+            Servo { channel_delay_s: 0.0031, command_average_s: 0.012, ..cascade },
+            Servo { loop_delay_s: 0.0023, ..cascade },
+        ] {
+            let error = error_at_the_end(&servo, 40.0);
+            assert!((error - 40.0 * servo.lag_s()).abs() < 1e-4, "{error} {servo:?}");
+        }
+    }
+
+    #[test]
+    fn friction_deflects_a_loop_without_integrator_by_its_own_measure() {
+        let servo = Servo { integral: 0.0, coulomb_mm: 7e-3, ..Servo::usual(60.0, 1.0) };
+        for sign in [1.0, -1.0] {
+            let error = error_at_the_end(&servo, sign * 30.0);
+            assert!((sign * error - 7e-3).abs() < 1e-5, "{error}");
+        }
+        let asymmetric = Servo { asymmetry: 0.1, ..servo };
+        assert!((error_at_the_end(&asymmetric, 30.0) - 7.7e-3).abs() < 1e-5);
+        assert!((error_at_the_end(&asymmetric, -30.0) + 6.3e-3).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_table_stands_while_the_motor_crosses_the_backlash() {
+        let servo = Servo { backlash_mm: 0.02, table_pulsation_1_s: 1500.0, coulomb_mm: 0.0, ..Servo::usual(60.0, 1.0) };
+        let wave: Vec<f64> = (0..2000).map(|k| 5.0 - 5.0 * (3.0 * PERIOD_S * f64::from(k)).cos()).collect();
+        let swing = |servo: &Servo| {
+            let actual = simulate(servo, &wave, PERIOD_S, (0.0, 0.0));
+            wave.iter().zip(&actual).skip(500).map(|(r, x)| (r - x).abs()).fold(0.0, f64::max)
+        };
+        // Crossed within a few milliseconds near standstill: the error is most of the width, then decays by K_v.
+        let (with, without) = (swing(&servo), swing(&Servo { backlash_mm: 0.0, ..servo }));
+        assert!(with - without > 0.006 && with < 0.03, "{with} {without}");
+    }
+}
