@@ -67,6 +67,18 @@ impl Source {
         Ok(Self { name, content })
     }
 
+    /// A reference of this name.
+    #[must_use]
+    pub fn of_reference(name: impl Into<String>, reference: Trajectory) -> Self {
+        Self { name: name.into(), content: Content::Reference(reference) }
+    }
+
+    /// A part program of this name, with subprograms in `folder`.
+    #[must_use]
+    pub fn of_program(name: impl Into<String>, bytes: impl Into<Vec<u8>>, folder: PathBuf) -> Self {
+        Self { name: name.into(), content: Content::Program { program: Arc::new(gcode::parse(bytes)), folder } }
+    }
+
     /// The path on a machine; built-in curves at `feed_mm_s`.
     ///
     /// # Errors

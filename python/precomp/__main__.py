@@ -1,0 +1,5 @@
+"""`python -m precomp` is the command `precomp`."""
+
+from precomp._command import main
+
+main()
