@@ -7,7 +7,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands;
 use crate::files::Files;
-use crate::output::{REFUSED, Usage};
+use crate::output::{REFUSED, Usage, text};
 
 /// Learns how a CNC machine's axes lag, stick and snap back, and shifts a part program's points the other way before its first run.
 #[derive(Debug, Parser)]
@@ -22,6 +22,7 @@ enum Command {
     Demo(commands::demo::Demo),
     Excite(commands::excite::Excite),
     Simulate(commands::simulate::Simulate),
+    Check(commands::check::Check),
     Train(commands::train::Train),
     Predict(commands::predict::Predict),
     Compensate(commands::compensate::Compensate),
@@ -38,6 +39,7 @@ impl Command {
             Self::Demo(command) => command.files(),
             Self::Excite(command) => command.files(),
             Self::Simulate(command) => command.files(),
+            Self::Check(command) => command.files(),
             Self::Train(command) => command.files(),
             Self::Predict(command) => command.files(),
             Self::Compensate(command) => command.files(),
@@ -53,6 +55,7 @@ impl Command {
             Self::Demo(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Check(command) => command.run(),
             Self::Train(command) => command.run(),
             Self::Predict(command) => command.run(),
             Self::Compensate(command) => command.run(),
@@ -96,11 +99,4 @@ const MISUSED: u8 = 2;
 pub fn status(error: &anyhow::Error) -> u8 {
     let misused = matches!(error.downcast_ref(), Some(pipeline::Error::ToolLengthOfTurningMachine));
     if misused || error.is::<Usage>() { MISUSED } else { REFUSED }
-}
-
-/// An error as it is printed after `error: `.
-#[must_use]
-pub fn text(error: &anyhow::Error) -> String {
-    let text = format!("{error:#}");
-    text.strip_prefix("error: ").map_or_else(|| text.clone(), str::to_owned)
 }

@@ -20,8 +20,15 @@ mod progress;
 pub mod read;
 mod report;
 
-pub use cli::{main, status, text};
+pub use cli::{main, status};
 #[doc(hidden)]
-pub use commands::{compare::unseen, compensate::Effort, measure::EstimatorName, simulate::SensorName, train::FeatureName};
+pub use commands::{
+    compare::unseen,
+    compensate::{AT_BOUND, Effort},
+    measure::EstimatorName,
+    simulate::SensorName,
+    train::FeatureName,
+};
+pub use output::text;
 #[doc(hidden)]
 pub use progress::title;

@@ -22,6 +22,13 @@ pub struct Refusal(pub String);
 #[error("{0}")]
 pub struct Usage(pub String);
 
+/// An error as it is printed after `error: `.
+#[must_use]
+pub fn text(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    text.strip_prefix("error: ").map_or_else(|| text.clone(), str::to_owned)
+}
+
 /// The outputs of a command, collected before anything is written: a command that fails leaves no file.
 #[derive(Debug, Default)]
 pub struct Outputs {

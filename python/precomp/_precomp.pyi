@@ -26,6 +26,33 @@ _ModelLaw: TypeAlias = (
     Literal["model-based", "one-shot", "tracking", "norm-optimal", "cross-coupled"] | ModelBased | OneShot | Tracking | NormOptimal
 )
 
+__all__ = [
+    "Comparison",
+    "Compensated",
+    "Error",
+    "Excitation",
+    "ExcitationRun",
+    "Iteration",
+    "Learned",
+    "LearnedMachine",
+    "Log",
+    "MachineSpec",
+    "Measurement",
+    "Model",
+    "Run",
+    "SimulatedMachine",
+    "UsageError",
+    "__version__",
+    "compare",
+    "excite",
+    "learn",
+    "main",
+    "measure",
+    "record",
+    "simulate",
+    "train",
+]
+
 __version__: str
 
 class Error(Exception): ...

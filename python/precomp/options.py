@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict, Union
 
 _Offset = Sequence[float]
-_Law = Literal["model-based", "one-shot", "tracking", "norm-optimal", "cross-coupled"]
 
 
 class LogOptions(TypedDict, total=False):
@@ -93,7 +92,7 @@ class CompareOptions(ProgramOptions, SimulationOptions, total=False):
     runs: int
     gain: Union[float, None]
     low_pass: Union[float, None]
-    law: _Law
+    law: Literal["model-based", "one-shot", "tracking", "norm-optimal", "cross-coupled"]
     iterations: int
     programs: bool
 

@@ -218,6 +218,9 @@ impl Job<'_> {
             _ => Content::Text(output.content),
         };
         let setpoints = output.setpoints.as_ref().map(print::setpoints_json);
+        if outcome.gained && output.largest_shift_mm > precomp::AT_BOUND * outcome.max_shift {
+            printer.line(print::cut_off(outcome.max_shift));
+        }
         output.setpoints.iter().flat_map(print::setpoints).for_each(|line| printer.line(line));
         let figures = json!({
             "changed": outcome.gained,
@@ -273,6 +276,9 @@ impl Job<'_> {
         let how = format!("{} windows, up to {} updates on the model", joined.windows(), joined.updates);
         printer.line(print::forecast(" over feed moves", &joined.before()?, &joined.after()?, &how));
         printer.line(print::cycle(joined.cycle_s));
+        if joined.gained && joined.largest_shift_mm > precomp::AT_BOUND * joined.max_shift {
+            printer.line(print::cut_off(joined.max_shift));
+        }
         let figures = joined_json(&joined, self.options.law.into())?;
         let name = whole.name.clone();
         let is_changed = joined.gained;

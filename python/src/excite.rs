@@ -136,7 +136,7 @@ pub fn excite(
 
 /// Logs of excitation on a simulated machine: what recording it on a real one gives.
 #[pyfunction]
-#[pyo3(signature = (machine, *, seconds = 60.0, travel = excitation::TRAVEL_MM, seed = 1))]
+#[pyo3(signature = (machine, *, seconds = 60.0, travel = 60.0, seed = 1))]
 pub fn record(py: Python<'_>, machine: &Bound<'_, PyAny>, seconds: f64, travel: f64, seed: u64) -> PyResult<Vec<Log>> {
     let given = PyDict::new(py);
     given.set_item("seconds", seconds)?;

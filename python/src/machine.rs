@@ -8,7 +8,7 @@ use motion::{Axis, Trajectory};
 use numpy::PyArray2;
 use pipeline::Setup;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyType};
 
 use crate::errors::{OrRaise, UsageError};
 use crate::options::{self, SimulationOptions};
@@ -48,6 +48,11 @@ impl MachineSpec {
     /// The description as the text of a machine file.
     fn to_toml(&self) -> PyResult<String> {
         self.0.to_toml().or_raise()
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyType>, (String,))> {
+        Ok((slf.get_type(), (slf.get().to_toml()?,)))
     }
 
     fn __repr__(&self) -> String {

@@ -179,6 +179,11 @@ impl Model {
         measure(py, log, desired, None, Some(&self.bundle), options)
     }
 
+    /// For copies and pickles; the report of the training stays behind.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py())?,)))
+    }
+
     fn __repr__(&self) -> String {
         let manifest = &self.bundle.manifest;
         let axes: Vec<String> = manifest.axes.iter().map(|axis| format!("{} {}", axis.name, axis.predictor)).collect();

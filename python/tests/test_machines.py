@@ -3,10 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import precomp
 from precomp import laws
+
+Array = npt.NDArray[np.float64]
 
 
 class Lagging:
@@ -17,7 +20,7 @@ class Lagging:
         self.time_s = time_s
         self.runs = 0
 
-    def run(self, reference: np.ndarray, period_s: float) -> np.ndarray:
+    def run(self, reference: Array, period_s: float) -> Array:
         self.runs += 1
         share = 1.0 - np.exp(-period_s / self.time_s)
         actual, at = np.empty_like(reference), reference[0]
@@ -30,7 +33,7 @@ class Lagging:
 class Push:
     """A law that adds a share of the tracking error of the command."""
 
-    def update(self, desired: np.ndarray, reference: np.ndarray, actual: np.ndarray, period_s: float) -> np.ndarray:
+    def update(self, desired: Array, reference: Array, actual: Array, period_s: float) -> Array:
         assert desired.shape == reference.shape == actual.shape and period_s > 0.0
         return reference + 0.5 * (desired - actual)
 
@@ -74,15 +77,15 @@ def test_a_seeded_machine_gets_the_seeds(model: precomp.Model) -> None:
 
 def test_exceptions_of_machines_and_laws_come_back() -> None:
     class Broken(Lagging):
-        def run(self, reference: np.ndarray, period_s: float) -> np.ndarray:
+        def run(self, reference: Array, period_s: float) -> Array:
             raise ConnectionError("the control does not answer")
 
     class Short(Lagging):
-        def run(self, reference: np.ndarray, period_s: float) -> np.ndarray:
+        def run(self, reference: Array, period_s: float) -> Array:
             return reference[:-1]
 
     class Wrong:
-        def update(self, *_: object) -> np.ndarray:
+        def update(self, *_: object) -> Array:
             return np.zeros((3, 3))
 
     with pytest.raises(ConnectionError, match="does not answer"):

@@ -9,7 +9,7 @@ NOTEBOOK = Path(__file__).parent.parent / "examples" / "first_part.ipynb"
 
 
 def test_the_notebook_runs(tmp_path: Path) -> None:
-    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    notebook = nbformat.read(NOTEBOOK, as_version=4)  # type: ignore[no-untyped-call, unused-ignore]
     code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
     assert 5 < len([line for line in code.splitlines() if line.strip()]) <= 15
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": tmp_path}}).execute()

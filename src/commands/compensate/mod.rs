@@ -334,7 +334,7 @@ pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
 }
 
 /// Share of its bound from which on a correction counts as cut off by it.
-const AT_BOUND: f64 = 0.99;
+pub const AT_BOUND: f64 = 0.99;
 
 fn forecast(input: &Input, outcome: &Outcome) -> Result<PathReport> {
     let series = vec![
