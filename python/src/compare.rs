@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::options::{self, CompareOptions};
 use crate::progress::{self, Failure};
 use crate::report::Report;
-use crate::{frames, json as objects, path};
+use crate::{json as objects, path, tables};
 
 /// What a comparison came to.
 #[pyclass(frozen, module = "precomp")]
@@ -54,7 +54,7 @@ impl<'py> Given<'py> {
         if let Ok(simulated) = machine.cast::<SimulatedMachine>() {
             return Ok(Self::Simulated(simulated.get().spec.clone()));
         }
-        if frames::path(machine)?.is_some() || !machine.hasattr("run")? {
+        if tables::path(machine)?.is_some() || !machine.hasattr("run")? {
             return Ok(Self::Simulated(spec(machine)?));
         }
         Ok(Self::Own(machine.clone().unbind(), spec_of(machine, spec_given)?))

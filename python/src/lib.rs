@@ -24,6 +24,7 @@ mod path;
 mod progress;
 mod report;
 mod run;
+mod tables;
 mod train;
 
 use std::ffi::OsString;

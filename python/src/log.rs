@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use datasets::{Report, log_content};
+use datasets::{ReadOptions, Report, log_content};
 use motion::Axis;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::OrRaise;
-use crate::frames;
 use crate::options::{self, LogOptions};
+use crate::tables::{self, Read};
 use crate::{arrays, errors::UsageError};
 
 /// One recorded run: commanded and actual positions at the same instants.
@@ -49,7 +49,7 @@ impl Log {
     #[pyo3(signature = (frame, **options))]
     fn read(frame: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let options: LogOptions = options::read(options)?;
-        let (run, found) = frames::run(frame, 0, &options.columns.options())?;
+        let (run, found) = run(frame, 0, &options.columns.options())?;
         Ok(Self { run, found })
     }
 
@@ -119,6 +119,14 @@ impl Log {
     fn __repr__(&self) -> String {
         let (axes, seconds) = (self.axes().join(" "), self.run.reference.duration_s());
         format!("Log({:?}, axes {axes}, {} samples, {seconds:.2} s)", self.run.name, self.run.len())
+    }
+}
+
+/// The run of one frame or [`Log`]; `index` numbers it where it has no name.
+pub fn run(frame: &Bound<'_, PyAny>, index: usize, options: &ReadOptions) -> PyResult<Read> {
+    match frame.cast::<Log>() {
+        Ok(log) => Ok((log.get().run.clone(), log.get().found.clone())),
+        Err(_) => tables::run(frame, index, options),
     }
 }
 

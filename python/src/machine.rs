@@ -13,7 +13,7 @@ use pyo3::types::{PyDict, PyString, PyType};
 use crate::errors::{OrRaise, UsageError};
 use crate::options::{self, SimulationOptions};
 use crate::progress::Failure;
-use crate::{arrays, frames};
+use crate::{arrays, tables};
 
 /// Description of a machine: axes, limits, kinematics, control, and the drives of a simulated one.
 #[pyclass(frozen, module = "precomp")]
@@ -71,7 +71,7 @@ pub fn spec(machine: &Bound<'_, PyAny>) -> PyResult<machine::MachineSpec> {
             return machine::MachineSpec::from_toml(&text).or_raise();
         }
     }
-    match frames::path(machine)? {
+    match tables::path(machine)? {
         Some(path) => precomp::read::machine(&path.to_string_lossy()).or_raise(),
         None => {
             Err(UsageError::new_err("a machine is given by its name, the path or text of its machine file, or a MachineSpec"))

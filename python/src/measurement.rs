@@ -15,7 +15,7 @@ use crate::machine::{setup, spec};
 use crate::options::{self, MeasureOptions};
 use crate::progress::{self, Failure};
 use crate::report::Report;
-use crate::{frames, json as objects, path};
+use crate::{json as objects, log, path};
 
 /// What was measured of a run.
 #[pyclass(frozen, module = "precomp")]
@@ -44,7 +44,7 @@ impl Measurement {
 
 /// A log that is fit for measuring, and what was found in it.
 pub fn log_to_measure(log: &Bound<'_, PyAny>, options: &ReadOptions) -> PyResult<(Recorded, Vec<String>)> {
-    let (log, mut report) = frames::run(log, 0, options)?;
+    let (log, mut report) = log::run(log, 0, options)?;
     report.extend(assess(&log, Purpose::Measuring));
     let findings: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
     if report.is_refused() {

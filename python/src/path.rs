@@ -12,7 +12,7 @@ use crate::compensate::{Compensated, Content};
 use crate::errors::OrRaise;
 use crate::excite::ExcitationRun;
 use crate::log::Log;
-use crate::{arrays, frames};
+use crate::{arrays, tables};
 
 /// Name of a path that has none.
 const NAME: &str = "path";
@@ -29,7 +29,7 @@ pub fn source(object: &Bound<'_, PyAny>, period_s: f64, axes: &[Axis]) -> PyResu
             return Ok(Source::of_program(NAME, text.as_bytes(), PathBuf::new()));
         }
     }
-    if let Some(path) = frames::path(object)? {
+    if let Some(path) = tables::path(object)? {
         return Source::open(&path).or_raise();
     }
     if let Ok(log) = object.cast::<Log>() {
@@ -47,7 +47,7 @@ pub fn source(object: &Bound<'_, PyAny>, period_s: f64, axes: &[Axis]) -> PyResu
             Content::Reference(reference) => Source::of_reference(compensated.name.clone(), reference.clone()),
         });
     }
-    if let Some(table) = frames::table(object)? {
+    if let Some(table) = tables::table(object)? {
         let (reference, _) = reference_from_table(Path::new(NAME), &table, Some(period_s)).or_raise()?;
         return Ok(Source::of_reference(NAME, reference));
     }
