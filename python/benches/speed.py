@@ -1,11 +1,13 @@
 """Time of `train` and `compensate` from Python beside that of the command, in turns.
 
-    python python/benches/speed.py target/release/precomp [ROUNDS]
+    python python/benches/speed.py target/release/precomp [ROUNDS [SECONDS OF LOGS]]
 
-Prints the median of every job and the ratio Python / command. The time of the command is that of its process; the time from Python holds
-reading the logs, the model and the program, as the command's does.
+Prints the medians of every job and the ratios Python / command, in time and in processor time, which other work on the machine disturbs
+less. The time of the command is that of its process; that from Python holds reading the logs, the model and the program, as the command's
+does.
 """
 
+import resource
 import statistics
 import subprocess
 import sys
@@ -21,18 +23,28 @@ PART = "G21 G90 G94 G17\nG0 X0 Y0 Z0\n" + "".join(
 )
 
 
-def seconds(job: Callable[[], object]) -> float:
-    began = time.perf_counter()
+Times = tuple[float, float]
+"""Time and processor time of a job, s."""
+
+
+def times_of(job: Callable[[], object], who: int) -> Times:
+    def processor_s() -> float:
+        used = resource.getrusage(who)
+        return used.ru_utime + used.ru_stime
+
+    began, used = time.perf_counter(), processor_s()
     job()
-    return time.perf_counter() - began
+    return time.perf_counter() - began, processor_s() - used
 
 
 def main() -> None:
-    command, rounds = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 5
+    command = sys.argv[1]
+    rounds, log_s = (int(value) for value in [*sys.argv[2:], *("5", "60")[len(sys.argv) - 2 :]])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        logs = [folder / f"run-{index}.parquet" for index in range(len(precomp.excite("ballscrew").runs))]
-        for path, log in zip(logs, precomp.record("ballscrew")):
+        recorded = precomp.record("ballscrew", seconds=log_s)
+        logs = [folder / f"run-{index}.parquet" for index in range(len(recorded))]
+        for path, log in zip(logs, recorded):
             log.save(path)
         part, model = folder / "part.nc", folder / "machine.model"
         part.write_text(PART + "M30\n")
@@ -52,10 +64,14 @@ def main() -> None:
         }
         for job, (by_command, by_python) in jobs.items():
             by_command(), by_python()
-            times = [(seconds(by_command), seconds(by_python)) for _ in range(rounds)]
-            command_s, python_s = (statistics.median(column) for column in zip(*times))
-            ratio = statistics.median(own / other for other, own in times)
-            print(f"{job}: command {command_s:.2f} s, Python {python_s:.2f} s, ratio {ratio:.3f} (median of {rounds})")
+            turns = [
+                (times_of(by_command, resource.RUSAGE_CHILDREN), times_of(by_python, resource.RUSAGE_SELF)) for _ in range(rounds)
+            ]
+            for index, kind in enumerate(("time", "processor time")):
+                command_s = statistics.median(command[index] for command, _ in turns)
+                python_s = statistics.median(python[index] for _, python in turns)
+                ratio = statistics.median(python[index] / command[index] for command, python in turns)
+                print(f"{job}, {kind}: command {command_s:.2f} s, Python {python_s:.2f} s, ratio {ratio:.3f}", flush=True)
         same = [(folder / "python.model", model), (folder / "python.nc", folder / "command.nc")]
         print("same bytes:", all(one.read_bytes() == other.read_bytes() for one, other in same))
 

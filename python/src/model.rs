@@ -163,7 +163,10 @@ impl Model {
         let recorded: Option<Recorded> =
             reference.map(|log| log_to_measure(log, &options.columns.options()).map(|(log, _)| log)).transpose()?;
         progress::run(py, progress, &Failure::default(), |progress| {
-            Job { model: &self.bundle, setup, options: &options, recorded, own_machine }.compensate(source, progress)
+            let job = Job { model: &self.bundle, setup, options: &options, recorded, own_machine };
+            // Among the threads that share the work: whoever waits for a part does another one meanwhile. A training, which waits for
+            // threads of its own, would keep one of them from working.
+            rayon::scope(|_| job.compensate(source, progress))
         })
     }
 

@@ -64,8 +64,7 @@ pub fn run<T: Send>(
                 }
                 if cancelled.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
-            // Among the threads that share the work: whoever waits for a part does another one meanwhile.
-            rayon::scope(|_| job(&progress))
+            job(&progress)
         };
         std::thread::scope(|scope| {
             let worker = Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work).or_raise()?;
