@@ -1,13 +1,13 @@
 //! The command line.
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands;
 use crate::files::Files;
-use crate::output::{REFUSED, Usage};
+use crate::output::{REFUSED, Usage, text};
 
 /// Learns how a CNC machine's axes lag, stick and snap back, and shifts a part program's points the other way before its first run.
 #[derive(Debug, Parser)]
@@ -23,6 +23,7 @@ enum Command {
     Init(commands::init::Init),
     Excite(commands::excite::Excite),
     Simulate(commands::simulate::Simulate),
+    Check(commands::check::Check),
     Train(commands::train::Train),
     Predict(commands::predict::Predict),
     Compensate(commands::compensate::Compensate),
@@ -41,6 +42,7 @@ impl Command {
             Self::Init(command) => command.files(),
             Self::Excite(command) => command.files(),
             Self::Simulate(command) => command.files(),
+            Self::Check(command) => command.files(),
             Self::Train(command) => command.files(),
             Self::Predict(command) => command.files(),
             Self::Compensate(command) => command.files(),
@@ -58,6 +60,7 @@ impl Command {
             Self::Init(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Check(command) => command.run(),
             Self::Train(command) => command.run(),
             Self::Predict(command) => command.run(),
             Self::Compensate(command) => command.run(),
@@ -70,29 +73,36 @@ impl Command {
     }
 }
 
-/// Runs the command line of this process and returns its exit status: 0 done, 1 refused, 2 error in use.
-#[must_use]
-pub fn main() -> ExitCode {
+/// Runs the command line `arguments`, of which the first is the name of the program, and returns its exit status: 0 done, 1 refused, 2 error
+/// in use.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     models::keep_memory();
     // A value such as `-1` is no option: it is refused with the option's range.
     let command = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
-    let cli = match command.try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches)) {
+    let cli = match command.try_get_matches_from(arguments).and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => {
-            let code = if error.use_stderr() { 2 } else { 0 };
             // Nothing is left to tell if even this cannot be printed.
             let _ = error.print();
-            return ExitCode::from(code);
+            return if error.use_stderr() { MISUSED } else { 0 };
         }
     };
     let result = cli.command.files().check().and_then(|()| cli.command.run());
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
-            let text = format!("{error:#}");
-            eprintln!("error: {}", text.strip_prefix("error: ").unwrap_or(&text));
-            let misused = matches!(error.downcast_ref(), Some(pipeline::Error::ToolLengthOfTurningMachine));
-            ExitCode::from(if misused || error.is::<Usage>() { 2 } else { REFUSED })
+            eprintln!("error: {}", text(&error));
+            status(&error)
         }
     }
+}
+
+/// The exit status after an error in use.
+const MISUSED: u8 = 2;
+
+/// The exit status after `error`: 1 where input or model are not fit for the job, 2 after an error in use.
+#[must_use]
+pub fn status(error: &anyhow::Error) -> u8 {
+    let misused = matches!(error.downcast_ref(), Some(pipeline::Error::ToolLengthOfTurningMachine));
+    if misused || error.is::<Usage>() { MISUSED } else { REFUSED }
 }

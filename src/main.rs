@@ -1,19 +1,7 @@
-//! The `precomp` command: arguments, files, printing, progress and the report around the library [`pipeline`].
-
-mod args;
-mod cli;
-mod commands;
-mod files;
-mod numbers;
-mod output;
-mod output_format;
-mod print;
-mod progress;
-mod read;
-mod report;
+//! The `precomp` command.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::main()
+    ExitCode::from(precomp::main(std::env::args_os()))
 }

@@ -1,5 +1,6 @@
 //! What the commands print and write.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -20,6 +21,13 @@ pub struct Refusal(pub String);
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
+
+/// An error as it is printed after `error: `.
+#[must_use]
+pub fn text(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    text.strip_prefix("error: ").map_or_else(|| text.clone(), str::to_owned)
+}
 
 /// The outputs of a command, collected before anything is written: a command that fails leaves no file.
 #[derive(Debug, Default)]
@@ -112,19 +120,49 @@ pub fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
 }
 
 /// Prints to standard output, unless that carries the JSON.
-pub struct Printer {
-    to_stderr: bool,
+#[derive(Debug)]
+pub struct Printer(Sink);
+
+/// Where lines go.
+#[derive(Debug)]
+enum Sink {
+    Stdout,
+    Stderr,
+    Memory(RefCell<Vec<String>>),
 }
 
 impl Printer {
     /// The printer beside this `--json`.
+    #[must_use]
     pub fn new(json: Option<&Path>) -> Self {
-        Self { to_stderr: json == Some(Path::new("-")) }
+        Self(if json == Some(Path::new("-")) { Sink::Stderr } else { Sink::Stdout })
+    }
+
+    /// A printer that keeps its lines.
+    #[must_use]
+    pub fn keeping() -> Self {
+        Self(Sink::Memory(RefCell::default()))
+    }
+
+    /// The lines that were kept; none of a printer that prints.
+    #[must_use]
+    pub fn into_lines(self) -> Vec<String> {
+        match self.0 {
+            Sink::Memory(lines) => lines.into_inner(),
+            Sink::Stdout | Sink::Stderr => Vec::new(),
+        }
     }
 
     /// Prints a line. A closed pipe (`| head`) is ignored: the files are still written.
     pub fn line(&self, text: impl std::fmt::Display) {
-        let _ = if self.to_stderr { writeln!(std::io::stderr(), "{text}") } else { writeln!(std::io::stdout(), "{text}") };
+        let _ = match &self.0 {
+            Sink::Stdout => writeln!(std::io::stdout(), "{text}"),
+            Sink::Stderr => writeln!(std::io::stderr(), "{text}"),
+            Sink::Memory(lines) => {
+                lines.borrow_mut().push(text.to_string());
+                Ok(())
+            }
+        };
     }
 }
 

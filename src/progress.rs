@@ -89,7 +89,9 @@ impl Shown {
     }
 }
 
-fn title(job: Job) -> &'static str {
+/// What a job is called.
+#[must_use]
+pub fn title(job: Job) -> &'static str {
     match job {
         Job::Training => "training",
         Job::Identifying => "identifying the control",

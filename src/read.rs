@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use datasets::{Log, Purpose, ReadOptions, Report, assess, read_log};
+use datasets::{Inspection, Log, Purpose, ReadOptions, Report, assess, inspect, read_log};
 use gcode::{Dialect, Program};
 use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
@@ -65,6 +65,18 @@ impl Source {
             Content::Program { program: Arc::new(gcode::parse(bytes)), folder }
         };
         Ok(Self { name, content })
+    }
+
+    /// A reference of this name.
+    #[must_use]
+    pub fn of_reference(name: impl Into<String>, reference: Trajectory) -> Self {
+        Self { name: name.into(), content: Content::Reference(reference) }
+    }
+
+    /// A part program of this name, with subprograms in `folder`.
+    #[must_use]
+    pub fn of_program(name: impl Into<String>, bytes: impl Into<Vec<u8>>, folder: PathBuf) -> Self {
+        Self { name: name.into(), content: Content::Program { program: Arc::new(gcode::parse(bytes)), folder } }
     }
 
     /// The path on a machine; built-in curves at `feed_mm_s`.
@@ -233,6 +245,17 @@ pub fn log(path: &Path, options: &ReadOptions) -> Result<(Log, Report)> {
         return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
     }
     read_log(path, options).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// A log with what its columns are taken for.
+///
+/// # Errors
+/// As [`log`].
+pub fn inspection(path: &Path, options: &ReadOptions) -> Result<Inspection> {
+    if !path.is_file() {
+        return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
+    }
+    inspect(path, options).map_err(|error| Refusal(error.to_string()).into())
 }
 
 /// A log that is fit for measuring a run; what was found in it is printed.

@@ -24,8 +24,10 @@ fn crates() -> BTreeMap<String, Vec<String>> {
     let names: Vec<String> = members.as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_owned()).collect();
     let used = |folder: &Path| {
         let manifest = manifest(folder);
-        let used = manifest["dependencies"].as_table().unwrap().keys().filter(|name| names.contains(name));
-        used.cloned().collect::<Vec<_>>()
+        let used = manifest["dependencies"].as_table().unwrap().keys();
+        // The crate in the root is called like the product.
+        let used = used.map(|name| if name == "precomp" { "src".to_owned() } else { name.clone() });
+        used.filter(|name| name == "src" || names.contains(name)).collect::<Vec<_>>()
     };
     let mut crates: BTreeMap<String, Vec<String>> = names.iter().map(|name| (name.clone(), used(&root().join(name)))).collect();
     crates.insert("src".to_owned(), used(&root()));

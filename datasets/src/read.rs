@@ -32,6 +32,15 @@ const LONGEST_S: f64 = 10.0;
 pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
     let table = read_table(path)?;
     let mut report = Report { findings: table.findings.clone() };
+    let options = stated(path, options, &mut report)?;
+    log_of(path, &table, &options, report)
+}
+
+/// The options, with what a side file says beside them.
+///
+/// # Errors
+/// When the side file cannot be read.
+pub(crate) fn stated(path: &Path, options: &ReadOptions, report: &mut Report) -> Result<ReadOptions, DatasetError> {
     let mut options = options.clone();
     if let Some((beside, said)) = read_side_file(path)? {
         options.columns = options.columns.or(said.columns);
@@ -39,7 +48,7 @@ pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), Dat
         let message = format!("what columns and period are is taken from {}", beside.display());
         report.push(Finding::new(Severity::Note, Check::Mended, message));
     }
-    log_of(path, &table, &options, report)
+    Ok(options)
 }
 
 /// As [`read_log`], from bytes; errors and the run have the name `name`.
@@ -52,11 +61,36 @@ pub fn log_from_bytes(name: &Path, bytes: Vec<u8>, options: &ReadOptions) -> Res
     log_of(name, &table, options, report)
 }
 
-fn log_of(path: &Path, table: &Table, options: &ReadOptions, mut report: Report) -> Result<(Log, Report), DatasetError> {
-    let map = match &options.columns {
-        Some(text) => ColumnMap::parse(text, path, table)?,
-        None => ColumnMap::recognise(path, table)?,
-    };
+/// As [`read_log`], from columns that are already in memory, named as in a file; errors and the run have the name `name`.
+///
+/// # Errors
+/// As [`read_log`].
+pub fn log_from_table(name: &Path, table: &Table, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
+    log_of(name, table, options, Report { findings: table.findings.clone() })
+}
+
+/// The columns that the options state, or that are recognised.
+///
+/// # Errors
+/// When there are none.
+pub(crate) fn map_of(path: &Path, table: &Table, options: &ReadOptions) -> Result<ColumnMap, DatasetError> {
+    match &options.columns {
+        Some(text) => ColumnMap::parse(text, path, table),
+        None => ColumnMap::recognise(path, table),
+    }
+}
+
+/// The run of a table, and `report` with the corrections for a uniform rate.
+///
+/// # Errors
+/// As [`read_log`].
+pub(crate) fn log_of(
+    path: &Path,
+    table: &Table,
+    options: &ReadOptions,
+    mut report: Report,
+) -> Result<(Log, Report), DatasetError> {
+    let map = map_of(path, table, options)?;
     if !map.unused.is_empty() {
         report.push(Finding::new(Severity::Note, Check::Mended, format!("columns not used: {}", map.unused.join(", "))));
     }

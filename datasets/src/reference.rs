@@ -8,7 +8,7 @@ use crate::columns::recognise_reference;
 use crate::formats::read_table;
 use crate::read::uniform_columns;
 use crate::write::{content, times, write_content};
-use crate::{DatasetError, ReadOptions, Report};
+use crate::{DatasetError, ReadOptions, Report, Table};
 
 /// Reads a reference, one column per axis; of a log, the commanded columns.
 ///
@@ -21,11 +21,19 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
         let (log, report) = crate::read_log(path, options)?;
         return Ok((log.reference, report));
     }
-    let table = read_table(path)?;
-    let (time, sources) = recognise_reference(path, &table)?;
-    let ((period_s, _), columns, findings) = uniform_columns(path, &table, time, &sources, options.period_s)?;
+    reference_from_table(path, &read_table(path)?, options.period_s)
+}
+
+/// As [`read_reference`], from columns that are already in memory, named as in a file; errors have the name `path`. `period_s` is the
+/// sampling period where there are no time stamps.
+///
+/// # Errors
+/// As [`read_reference`].
+pub fn reference_from_table(path: &Path, table: &Table, period_s: Option<f64>) -> Result<(Trajectory, Report), DatasetError> {
+    let (time, sources) = recognise_reference(path, table)?;
+    let ((period_s, _), columns, findings) = uniform_columns(path, table, time, &sources, period_s)?;
     let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
-    let mut report = Report { findings: table.findings };
+    let mut report = Report { findings: table.findings.clone() };
     report.findings.extend(findings);
     Ok((Trajectory::new(period_s, axes, columns)?, report))
 }

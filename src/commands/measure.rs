@@ -53,7 +53,7 @@ pub struct Measure {
 
 /// A contour-error estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EstimatorName {
+pub enum EstimatorName {
     /// Newton's method on a spline of the path (default)
     Exact,
     /// Foot point on a Hermite spline (Paper A)
@@ -69,7 +69,9 @@ enum EstimatorName {
 }
 
 impl EstimatorName {
-    fn estimator(self) -> Box<dyn ContourEstimator> {
+    /// The estimator of this name.
+    #[must_use]
+    pub fn estimator(self) -> Box<dyn ContourEstimator> {
         match self {
             Self::Exact => Box::new(Exact::default()),
             Self::HermiteFoot => Box::new(HermiteFootPoint::default()),

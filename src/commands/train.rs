@@ -68,7 +68,7 @@ pub struct Train {
 
 /// Features of the networks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FeatureName {
+pub enum FeatureName {
     /// Past velocities
     I,
     /// Position, velocity, acceleration

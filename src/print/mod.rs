@@ -1,5 +1,6 @@
 //! Every table, sentence and JSON figure that the commands show.
 
+pub mod check;
 pub mod comparison;
 pub mod compensation;
 pub mod diagnosis;

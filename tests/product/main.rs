@@ -1,6 +1,7 @@
 //! The whole product, run by its command line.
 
 mod adaptation;
+mod check;
 mod cli;
 mod common;
 mod comparison;

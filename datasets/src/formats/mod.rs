@@ -58,6 +58,13 @@ pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
     table_of(path, std::fs::read(path).map_err(|source| DatasetError::io(path, source))?)
 }
 
+/// The format of a file with this content; `None` for none that is known.
+#[must_use]
+pub fn format_of(bytes: &[u8]) -> Option<&'static dyn LogFormat> {
+    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
+    FORMATS.iter().copied().find(|format| format.recognises(head))
+}
+
 /// As [`read_table`], from bytes; errors name `path`.
 ///
 /// # Errors
@@ -70,8 +77,7 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
         let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
         return Err(DatasetError::format(path, why));
     }
-    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
-    match FORMATS.iter().find(|format| format.recognises(head)) {
+    match format_of(&bytes) {
         Some(format) => format.read(path, bytes),
         None => Err(DatasetError::format(
             path,

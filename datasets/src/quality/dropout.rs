@@ -2,7 +2,7 @@
 
 use super::copied::segments;
 use super::purpose::Purpose;
-use super::signals::{Signals, largest, quantile};
+use super::signals::{Signals, largest, quantile, range};
 use crate::{Check, Finding, Report};
 
 /// Minimum number of rows with the same actual position, and longest command travel in them as a
@@ -16,7 +16,10 @@ pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> Ve
     let frozen = frozen(axis);
     for (rows, what) in [
         (&zero, "read exactly 0 amid the travel: the position was not transmitted there"),
-        (&frozen, "repeat one value while the command moves on: the log lost contact with the encoder"),
+        (
+            &frozen,
+            "repeat one value while the command moves on: the axis stands at a limit, or the log lost contact with the encoder",
+        ),
     ] {
         let segments = segments(rows);
         if let Some((first, _)) = segments.first() {
@@ -44,13 +47,18 @@ fn zeros(axis: &Signals) -> Vec<bool> {
     axis.actual.iter().zip(axis.reference).map(|(actual, reference)| *actual == 0.0 && reference.abs() > limit).collect()
 }
 
+/// Repeated values while the command moves, there and back too: at a limit it comes back. The usual error is that of the other rows, since
+/// long stretches would make it their own.
 fn frozen(axis: &Signals) -> Vec<bool> {
     let still: Vec<bool> = axis.actual_steps.iter().map(|step| *step == 0.0).collect();
-    let limit = FROZEN_TRAVEL * quantile(&axis.error, 0.95) + axis.of_kind(0.05, 5e-4);
+    let stretches: Vec<_> = segments(&still).into_iter().filter(|(start, end)| end - start >= FROZEN_ROWS).collect();
     let mut rows = vec![false; axis.actual.len()];
-    for (start, end) in segments(&still) {
-        let travel = (axis.reference[end] - axis.reference[start]).abs();
-        if end - start >= FROZEN_ROWS && travel > limit && axis.actual[start] != 0.0 {
+    stretches.iter().for_each(|(start, end)| rows[*start..=*end].fill(true));
+    let elsewhere: Vec<f64> = axis.error.iter().zip(&rows).filter(|(_, still)| !**still).map(|(error, _)| *error).collect();
+    let limit = FROZEN_TRAVEL * quantile(&elsewhere, 0.95) + axis.of_kind(0.05, 5e-4);
+    rows.fill(false);
+    for (start, end) in stretches {
+        if range(&axis.reference[start..=end]) > limit && axis.actual[start] != 0.0 {
             rows[start..=end].fill(true);
         }
     }

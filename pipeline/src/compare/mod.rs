@@ -22,7 +22,7 @@ use bench::Bench;
 
 pub use floor::floor;
 pub use method::{Ilc, Method};
-pub use plant::Plant;
+pub use plant::{OwnMachine, Plant};
 pub use programs::compare_programs;
 pub use results::{BestIlc, Figures, PathComparison, gap, mean, spread};
 pub use settings::{CompareSettings, FEED_MM_S, PAPER_D, UNSEEN, UNSEEN_TURNED};

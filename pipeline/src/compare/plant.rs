@@ -1,5 +1,7 @@
 //! Machine on which methods are compared.
 
+use std::fmt::Debug;
+
 use machine::{Machine, MachineSpec, SimulatedMachine, SimulationOptions};
 use models::Bundle;
 
@@ -7,13 +9,30 @@ use super::method::Ilc;
 use crate::error::Result;
 use crate::setup::Setup;
 
-/// Machine on which methods are compared: simulated or learned.
+/// A machine of the caller on which methods are compared.
+pub trait OwnMachine: Debug + Sync {
+    /// Setup of the machine.
+    ///
+    /// # Errors
+    /// When its axes do not define a tool tip position.
+    fn setup(&self) -> Result<Setup>;
+
+    /// The machine as it is before its first run, with the noise of a seed. Several are made, and run at the same time.
+    ///
+    /// # Errors
+    /// When there is none.
+    fn machine(&self, seed: u64) -> Result<Box<dyn Machine>>;
+}
+
+/// Machine on which methods are compared.
 #[derive(Debug, Clone, Copy)]
 pub enum Plant<'a> {
     /// Simulated machine of a description.
     Simulated(&'a MachineSpec),
     /// Learned machine of a model. Its runs have no noise.
     Learned(&'a Bundle),
+    /// Machine of the caller.
+    Own(&'a dyn OwnMachine),
 }
 
 impl Plant<'_> {
@@ -25,6 +44,7 @@ impl Plant<'_> {
         match self {
             Self::Simulated(spec) => Setup::new(spec, None),
             Self::Learned(bundle) => Setup::of_model(bundle),
+            Self::Own(own) => own.setup(),
         }
     }
 
@@ -33,6 +53,7 @@ impl Plant<'_> {
         Ok(match self {
             Self::Simulated(spec) => Box::new(SimulatedMachine::new(spec, seed)?.with_options(options)?),
             Self::Learned(bundle) => Box::new(bundle.machine()?),
+            Self::Own(own) => own.machine(seed)?,
         })
     }
 

@@ -25,12 +25,23 @@ pub(super) struct FittedAxis {
 /// Fits an axis to all runs, and to the runs without each fold to evaluate the same procedure on held-out data.
 ///
 /// A predictor whose training takes minutes is not trained again on all runs; the one of the first fold is kept.
-pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: &TrainSettings) -> Result<FittedAxis> {
+///
+/// # Errors
+/// When a fit fails, or `at`, which is told every fit before it, cancels.
+pub(super) fn fit_axis(
+    runs: &[AxisRun],
+    folds: &[Fold],
+    axis: &Axis,
+    settings: &TrainSettings,
+    at: &dyn Fn(&str) -> Result<()>,
+) -> Result<FittedAxis> {
     let mut fold_errors = Vec::new();
     let mut kept = None;
     let mut networks_paid = 0;
     let refit = settings.recipe.staged.is_some();
-    for fold in if refit { folds } else { &folds[..1] } {
+    let evaluated = if refit { folds } else { &folds[..1] };
+    for (index, fold) in evaluated.iter().enumerate() {
+        at(&format!("{}, fold {} of {}", axis.name, index + 1, evaluated.len()))?;
         let (training, held_out) = (without(runs, fold), only(runs, fold));
         let fit = fit_recipe(&training, axis, settings, Network::Try)?;
         networks_paid += usize::from(fit.network);
@@ -41,6 +52,7 @@ pub(super) fn fit_axis(runs: &[AxisRun], folds: &[Fold], axis: &Axis, settings: 
         });
         kept = kept.or(Some(fit));
     }
+    at(&format!("{}, all runs", axis.name))?;
     // A stage is used only where it also helps on the outer folds: data that evaluate a predictor do not choose it.
     let choice = cross_fit::choose(&fold_errors, refit);
     let Fit { predictor, note, inner_rms, .. } = match kept.filter(|_| choice.simple || !refit) {

@@ -100,7 +100,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
             .map(|&axis| {
                 let (folds, name, steps) = (&folds, &axes[axis], &steps);
                 scope.spawn(move || {
-                    let fitted = fit_axis(&runs(logs, rows, axis), folds, name, settings)?;
+                    let fitted = fit_axis(&runs(logs, rows, axis), folds, name, settings, &|note| steps.at(note))?;
                     steps.step(&name.name)?;
                     Ok(fitted)
                 })

@@ -93,7 +93,7 @@ pub struct Compensate {
 
 /// How much time the search may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Effort {
+pub enum Effort {
     /// One update on the model, and three on the replanned program: about half the time
     Fast,
     /// Four updates on the model, and twelve on the replanned program
@@ -104,7 +104,8 @@ enum Effort {
 
 impl Effort {
     /// Updates on the model.
-    fn updates(self) -> usize {
+    #[must_use]
+    pub fn updates(self) -> usize {
         match self {
             Self::Fast => 1,
             Self::Normal => 4,
@@ -333,7 +334,7 @@ pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
 }
 
 /// Share of its bound from which on a correction counts as cut off by it.
-const AT_BOUND: f64 = 0.99;
+pub const AT_BOUND: f64 = 0.99;
 
 fn forecast(input: &Input, outcome: &Outcome) -> Result<PathReport> {
     let series = vec![

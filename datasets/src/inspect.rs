@@ -1,0 +1,100 @@
+//! What the columns of a file are taken for.
+
+use std::path::Path;
+
+use motion::{Axis, AxisKind};
+
+use crate::formats::{format_of, read_table};
+use crate::read::{log_of, map_of, stated};
+use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Source, Table};
+
+/// A log with what its columns are taken for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inspection {
+    /// Name of the file's format.
+    pub format: &'static str,
+    /// Number of rows of the file.
+    pub rows: usize,
+    /// The columns, in the order of the file.
+    pub columns: Vec<Column>,
+    /// The run.
+    pub log: Log,
+    /// Findings while reading.
+    pub report: Report,
+}
+
+/// A column of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name in the file.
+    pub name: String,
+    /// What it is taken for.
+    pub role: Role,
+    /// The unit that it is taken to be in; a factor to s, mm or rad where that is no unit's. Empty for a column that is not used.
+    pub unit: String,
+}
+
+/// What a column is taken for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Role {
+    /// Time stamps.
+    Time,
+    /// Commanded positions of an axis.
+    Commanded(Axis),
+    /// Reported positions of an axis.
+    Actual(Axis),
+    /// Nothing.
+    Unused,
+}
+
+/// Reads a run as [`read_log`](crate::read_log) does, and tells what its columns are taken for.
+///
+/// # Errors
+/// As [`read_log`](crate::read_log).
+pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, DatasetError> {
+    let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
+    let format = format_of(&bytes).map_or("unknown", |format| format.name());
+    let table = read_table(path)?;
+    let mut report = Report { findings: table.findings.clone() };
+    let options = stated(path, options, &mut report)?;
+    let columns = columns(&table, &map_of(path, &table, &options)?);
+    let (log, report) = log_of(path, &table, &options, report)?;
+    Ok(Inspection { format, rows: table.len(), columns, log, report })
+}
+
+fn columns(table: &Table, map: &ColumnMap) -> Vec<Column> {
+    let of = |(index, name): (usize, &String)| {
+        let (role, unit) = role(index, map);
+        Column { name: name.clone(), role, unit }
+    };
+    table.names.iter().enumerate().map(of).collect()
+}
+
+fn role(index: usize, map: &ColumnMap) -> (Role, String) {
+    if let Some(time) = map.time.filter(|time| time.column == index) {
+        return (Role::Time, unit(time, TIMES, "s"));
+    }
+    for axis in &map.axes {
+        let units = if axis.axis.kind == AxisKind::Linear { LENGTHS } else { ANGLES };
+        for (source, role) in
+            [(axis.reference, Role::Commanded(axis.axis.clone())), (axis.actual, Role::Actual(axis.axis.clone()))]
+        {
+            if source.column == index {
+                return (role, unit(source, units, axis.axis.kind.unit()));
+            }
+        }
+    }
+    (Role::Unused, String::new())
+}
+
+/// Units by their factor to the internal one.
+type Units = &'static [(f64, &'static str)];
+
+const TIMES: Units = &[(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"), (60.0, "min")];
+const LENGTHS: Units = &[(1.0, "mm"), (1e3, "m"), (10.0, "cm"), (1e-3, "µm"), (1e-6, "nm"), (25.4, "in")];
+const ANGLES: Units = &[(1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad"), (std::f64::consts::PI / 180.0, "deg")];
+
+fn unit(source: Source, units: Units, internal: &str) -> String {
+    let known = units.iter().find(|(scale, _)| (source.scale / scale - 1.0).abs() < 1e-9);
+    known.map_or_else(|| format!("× {} {internal}", source.scale), |(_, name)| (*name).to_owned())
+}

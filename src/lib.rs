@@ -1,0 +1,34 @@
+//! The command line of `precomp`: arguments, files, printing, progress and the report around the library [`pipeline`].
+//!
+//! It is a library so that the Python package runs the same command and reads options, machines, paths and models as it does. What only
+//! the package uses is hidden from the documentation and may change.
+
+#[doc(hidden)]
+pub mod args;
+mod cli;
+mod commands;
+mod files;
+#[doc(hidden)]
+pub mod numbers;
+#[doc(hidden)]
+pub mod output;
+mod output_format;
+#[doc(hidden)]
+pub mod print;
+mod progress;
+#[doc(hidden)]
+pub mod read;
+mod report;
+
+pub use cli::{main, status};
+#[doc(hidden)]
+pub use commands::{
+    compare::unseen,
+    compensate::{AT_BOUND, Effort},
+    measure::EstimatorName,
+    simulate::SensorName,
+    train::FeatureName,
+};
+pub use output::text;
+#[doc(hidden)]
+pub use progress::title;
