@@ -28,6 +28,7 @@ use crate::progress::{Job, Progress, Steps};
 use crate::units::ErrorUnit;
 
 pub use adaptation::{Adapted, AdaptedAxis, adapt};
+pub use cross_fit::Piece as HeldOutPiece;
 pub use settings::TrainSettings;
 
 /// Total samples over which cross-fit folds run, and the largest number of folds. A short log gets three folds, since
@@ -46,6 +47,8 @@ pub struct Trained {
     pub left_out: Vec<String>,
     /// Lag of every axis of the model, s; `None` where it cannot be determined.
     pub lags_s: Vec<Option<f64>>,
+    /// Errors of every axis of the model on held-out samples, each predicted by a model that was fitted without it.
+    pub held_out: Vec<Vec<HeldOutPiece>>,
 }
 
 /// Checks logs for training; the report lists their faults.
@@ -87,7 +90,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
             .collect();
         jobs.into_iter().map(|job| job.join().unwrap_or_else(|_| Err(Error::Thread))).collect()
     });
-    let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
+    let mut fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
     let spec_of_model = match spec {
         Some(spec) => spec.clone(),
         None => limits_from_log::spec(&logs.iter().collect::<Vec<_>>(), &moving, period_s)?,
@@ -104,11 +107,13 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         control: None,
         axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
     };
+    let held_out = fitted.iter_mut().map(|fitted| std::mem::take(&mut fitted.held_out_pieces)).collect();
     let notes = fitted.iter().map(|fitted| fitted.note.clone()).collect();
     let predictors: Vec<Box<dyn AxisPredictor>> = fitted.into_iter().map(|fitted| fitted.predictor).collect();
     Ok(Trained {
         bundle: Bundle::new(manifest, &predictors)?,
         notes,
+        held_out,
         lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
     })
