@@ -68,17 +68,16 @@ pub fn over_runs(first: usize, figures: &[Figures]) -> Option<Section> {
         return None;
     }
     let numbers: Vec<f64> = (first..first + figures.len()).map(|number| number as f64).collect();
-    let line = |(color, (name, of)): (usize, (&str, fn(&Figures) -> f64))| {
+    let line = |color: usize, name: &str, of: &dyn Fn(&Figures) -> f64| {
         let values: Vec<f64> = figures.iter().map(|run| of(run) * 1e3).collect();
         Line { name: name.to_owned(), style: Style::Points, color, values: Column::float(&values) }
     };
-    let shown: [(&str, fn(&Figures) -> f64); 3] =
-        [("RMS", |run| run.tip.rms_mm), ("95 %", |run| run.tip.p95_mm), ("MAX", |run| run.tip.max_mm)];
-    let chart = Chart {
-        x: Quantity::at("run", "", &numbers),
-        y: Quantity::of("contour error", "µm"),
-        lines: shown.into_iter().enumerate().map(line).collect(),
-        log: [false, true],
-    };
+    let lines = vec![
+        line(0, "RMS", &|run| run.tip.rms_mm),
+        line(1, "95 %", &|run| run.tip.p95_mm),
+        line(2, "MAX", &|run| run.tip.max_mm),
+    ];
+    let chart =
+        Chart { x: Quantity::at("run", "", &numbers), y: Quantity::of("contour error", "µm"), lines, log: [false, true] };
     Some(Section::new("Run by run", "Measured contour error of every run so far.", Content::Chart(chart)))
 }

@@ -78,7 +78,7 @@ mod tests {
         // The title, as text, and the elements of the template alone.
         assert!(rendered.contains("&lt;&#x2f;script&gt;") || rendered.contains("&lt;/script&gt;"));
         assert_eq!(rendered.matches("</script>").count(), render(&page("plain")).unwrap().matches("</script>").count());
-        let start = rendered.find("type=\"application/json\">").unwrap() + "type=\"application/json\">".len();
+        let start = rendered.find("id=\"data\">").unwrap() + "id=\"data\">".len();
         let data = &rendered[start..start + rendered[start..].find("</script>").unwrap()];
         let read: serde_json::Value = serde_json::from_str(data).unwrap();
         assert_eq!(read["groups"][0]["sections"][0]["rows"][0][0], evil);

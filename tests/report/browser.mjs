@@ -7,7 +7,7 @@ import { join } from "node:path";
 
 const FLAGS = [
   "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-  "--hide-scrollbars", "--force-device-scale-factor=1", "--remote-debugging-pipe",
+  "--hide-scrollbars", "--disable-accelerated-2d-canvas", "--force-device-scale-factor=1", "--remote-debugging-pipe",
   "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 ];
 /** Longest time for an answer, ms. */

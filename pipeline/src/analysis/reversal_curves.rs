@@ -17,8 +17,8 @@ pub struct ReversalCurve {
     pub sample: usize,
     /// Whether the axis moved in positive direction before.
     pub from_positive: bool,
-    /// Contour error along the axis, mm, with its sign turned such that the motion after the reversal is positive; without the error at the
-    /// reversal itself. Not a number where the sample does not count.
+    /// Contour error along the axis, mm, with its sign turned such that the motion after the reversal is positive; without the error just before
+    /// the reversal. Not a number where the sample does not count.
     pub error_mm: Vec<f64>,
 }
 
@@ -55,7 +55,8 @@ pub fn reversal_curves(path: &DesiredPath, errors: &[Vec3], counts: &[bool]) -> 
         let found: Vec<(usize, bool)> = reversal_samples(column, period).into_iter().filter(|(at, _)| whole(at)).collect();
         let curve = |&(sample, from_positive): &(usize, bool)| {
             let sign = if from_positive { -1.0 } else { 1.0 };
-            let zero = errors[sample][component];
+            // The sample before is the last one that moves as before.
+            let zero = errors[sample.saturating_sub(1)][component];
             let at = |k: usize| if counts[k] { sign * (errors[k][component] - zero) } else { f64::NAN };
             ReversalCurve { sample, from_positive, error_mm: (sample - before..=sample + after).map(at).collect() }
         };

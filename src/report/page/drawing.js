@@ -2,6 +2,8 @@
 
 /** Share of the view at which the largest error is drawn at first. */
 const DRAWN_SHARE = 1 / 18;
+/** Points that are drawn at first, and at least: half of what a processor without a graphics card draws in a tenth of a second. */
+const FIRST_POINTS = 16384, FEWEST_POINTS = 4096;
 
 class Drawing {
   /** `view` is the state that the parts of a path share (`path.js`). */
@@ -22,6 +24,7 @@ class Drawing {
     this.paint = perFrame(() => this.paintNow());
     this.paintOver = perFrame(() => this.paintOverNow());
     this.pointers = new Map();
+    this.most = FIRST_POINTS;
     this.listen();
     new ResizeObserver(() => this.resize()).observe(this.host);
   }
@@ -47,15 +50,37 @@ class Drawing {
 
   fit(from = 0, to = this.view.count - 1, least = 0) {
     this.camera.fit(this.view.tip, from, to, least);
+    // Room for the lines along the tool.
+    if (this.view.tool && to - from === this.view.count - 1) this.camera.scale *= 0.85;
     this.paint();
   }
 
   /** Makes the layers anew: after a change of runs, colours or their scale. */
   relayer() {
-    const { view } = this;
+    (this.levels || new Map()).forEach(level => [level.desired, ...level.runs].forEach(layer => this.lines.drop(layer)));
+    this.lines.drop(this.tools);
+    this.levels = new Map();
+    if (this.view.tool) this.tools = this.lines.layer(this.toolLines(), true);
+    this.paint();
+  }
+
+  /** Layers of one point of every `step`: that with the largest error, so that no peak is lost. */
+  level(step) {
+    if (this.levels.has(step)) return this.levels.get(step);
+    const { view } = this, count = Math.ceil(view.count / step);
+    const largest = k => view.runs.reduce((most, run) => Math.max(most, run.magnitude[k] || 0), view.counts[k] ? 0 : -1);
+    const chosen = Uint32Array.from({ length: count }, (_, group) => {
+      let best = group * step;
+      for (let k = best + 1, most = step > 1 ? largest(best) : 0; k < Math.min(view.count, (group + 1) * step); k++) {
+        const size = largest(k);
+        if (size > most) [best, most] = [k, size];
+      }
+      return best;
+    });
     const points = (values, foot, error) => {
-      const out = new Float32Array(FLOATS * view.count);
-      for (let k = 0, at = 0; k < view.count; k++, at += FLOATS) {
+      const out = new Float32Array(FLOATS * count);
+      for (let group = 0, at = 0; group < count; group++, at += FLOATS) {
+        const k = chosen[group];
         for (let c = 0; c < 3; c++) {
           out[at + c] = view.tip[c][k] + (foot ? foot[c][k] : 0);
           out[at + 3 + c] = error ? 1e-3 * error[c][k] : 0;
@@ -64,10 +89,19 @@ class Drawing {
       }
       return out;
     };
-    this.desired = this.lines.layer(points(k => (view.counts[k] ? -1 : -2)));
-    this.runs = view.runs.map(run => this.lines.layer(points(k => view.colorValue(run, k), run.foot, run.error)));
-    if (view.tool) this.tools = this.lines.layer(this.toolLines(), true);
-    this.paint();
+    const level = {
+      desired: this.lines.layer(points(k => (view.counts[k] ? -1 : -2))),
+      runs: view.runs.map(run => this.lines.layer(points(k => view.colorValue(run, k), run.foot, run.error))),
+    };
+    this.levels.set(step, level);
+    return level;
+  }
+
+  /** The step at which so many samples are no more points than can be drawn at a time. */
+  stepOf(samples) {
+    let step = 1;
+    while (samples / step > this.most) step *= 2;
+    return step;
   }
 
   /** Lines from the tip along the tool, at some places of the path. */
@@ -86,23 +120,38 @@ class Drawing {
 
   paintNow() {
     const { view, camera } = this;
-    if (camera.width <= 1 || !this.desired) return;
+    if (camera.width <= 1 || !this.levels) return;
+    // A frame that is still being drawn is waited for, so that none pile up where a processor draws.
+    if (this.busy) { this.again = true; return; }
     const soft = [...rgb(hexOf(themed("soft"))), 0.75], faint = [...rgb(hexOf(themed("soft"))), 0.4];
     this.lines.begin(camera, this.ratio, errorColors());
-    const range = view.range;
-    this.lines.draw(this.desired, { width: 1, plain: soft, rapid: faint, range });
+    const [first, last] = view.range, shown = view.shownRuns();
+    const isWhole = first <= 0 && last >= view.count - 1;
+    const coarse = this.stepOf(view.count * (isWhole ? 1 + shown.length : 2));
+    const span = [Math.floor(first / coarse), Math.ceil(last / coarse)];
+    this.lines.draw(this.level(coarse).desired, { width: 1, plain: soft, rapid: faint, range: span });
     if (view.tool && view.showTools) this.lines.draw(this.tools, { width: 1, plain: [...rgb(hexOf(themed("accent"))), 0.55] });
-    const shown = view.shownRuns();
+    const step = this.stepOf((last - first) * (1 + shown.length));
     shown.forEach(index => {
-      const run = view.runs[index];
       const own = [...rgb(lineColor(index)), 1];
-      this.lines.draw(this.runs[index], {
-        magnify: view.magnify, width: shown.length > 1 ? 1.8 : 2.4, plain: own, mapped: view.colorBy !== "run", range,
-      });
-      run.drawn = true;
+      const style = { magnify: view.magnify, width: shown.length > 1 ? 1.8 : 2.4, plain: own, mapped: view.colorBy !== "run" };
+      if (!isWhole) this.lines.draw(this.level(coarse).runs[index], { ...style, range: [-2, -1] });
+      this.lines.draw(this.level(step).runs[index], { ...style, from: Math.floor(first / step), to: Math.ceil(last / step) });
     });
+    this.busy = true;
+    this.lines.end(took => this.painted(took, Math.max(coarse, step)));
     this.paintUnder();
     this.paintOverNow();
+  }
+
+  /** After a frame that took so many ms: finer where that was quick, coarser where it was slow. */
+  painted(took, step) {
+    this.busy = false;
+    const before = this.most;
+    if (took > 90 && this.most > FEWEST_POINTS) this.most /= 2;
+    else if (took < 25 && step > 1) this.most *= 2;
+    if (this.again || this.most > before) this.paint();
+    this.again = false;
   }
 
   context(canvas) {

@@ -10,14 +10,21 @@ class FlatLines {
     return { points, pairs };
   }
 
+  drop() {}
+
   begin(camera, ratio, colors) {
     const context = this.context;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, camera.width, camera.height);
-    Object.assign(this, { camera, colors, basis: camera.basis() });
+    Object.assign(this, { camera, colors, basis: camera.basis(), began: performance.now() });
   }
 
-  draw({ points, pairs }, { magnify = 0, width, plain, rapid = plain, mapped = false, range = [0, Infinity] }) {
+  end(done) {
+    const took = performance.now() - this.began;
+    setTimeout(() => done(took), 0);
+  }
+
+  draw({ points, pairs }, { magnify = 0, width, plain, rapid = plain, mapped = false, range = [0, Infinity], from = 0, to = Infinity }) {
     const { context, camera, basis, colors } = this;
     const style = value => {
       if (mapped && value > -0.5) {
@@ -30,7 +37,7 @@ class FlatLines {
     const place = at => camera.project(...[0, 1, 2].map(c => points[at + c] + magnify * points[at + 3 + c]), basis);
     const step = FLOATS * (pairs ? 2 : 1);
     let open = null;
-    for (let at = 0, k = 0; at + 2 * FLOATS <= points.length; at += step, k++) {
+    for (let at = from * step, k = from; k <= to && at + 2 * FLOATS <= points.length; at += step, k++) {
       const value = points[at + 2 * FLOATS - 1];
       if (!(points[at + FLOATS - 1] > -2.5) || !(value > -2.5)) { if (open) context.stroke(); open = null; continue; }
       const faded = k < range[0] || k > range[1];

@@ -76,5 +76,6 @@ const seen = new IntersectionObserver(entries => entries.forEach(entry => {
   seen.unobserve(entry.target);
   parts.find(part => part.element === entry.target).make();
 }), { rootMargin: "300px" });
-parts.forEach(part => seen.observe(part.element));
+// What takes no drawing is there at once.
+parts.forEach(part => { if (part.element.querySelector(".body").style.minHeight) seen.observe(part.element); else part.make(); });
 document.documentElement.dataset.opened = String(Math.round(performance.now() - started));

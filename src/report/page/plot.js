@@ -2,10 +2,13 @@
 
 const WIDTHS = { line: 1.3, pale: 0.8, dashed: 1.3, points: 1.2, steps: 1.2, low: 0, high: 0 };
 
-function plotSeries(line, yName, unit) {
+/** Samples from which on lines are as thin as a pixel: such are drawn several times as fast. */
+const MANY = 20000;
+
+function plotSeries(line, unit) {
   const color = line.css || lineColor(line.color);
   const value = (u, v) => (v === null || v === undefined ? "–" : `${digits(v)} ${unit}`);
-  const series = { label: line.name, stroke: color, width: (line.width || WIDTHS[line.style]) , value, points: { show: false } };
+  const series = { label: line.name, stroke: color, width: line.values.length > MANY ? Math.min(1, WIDTHS[line.style]) : WIDTHS[line.style], value, points: { show: false } };
   if (line.style === "pale") series.stroke = color + "55";
   if (line.style === "dashed" || line.dash) series.dash = line.dash || [7, 5];
   if (line.style === "points") series.points = { show: true, size: 5, fill: color };
@@ -17,7 +20,7 @@ function plotSeries(line, yName, unit) {
 function plotAxis(name, unit, extra) {
   const soft = themed("soft"), line = themed("line");
   return {
-    label: unit ? `${name}, ${unit}` : name, labelSize: 18, labelFont: "11px system-ui, sans-serif", font: "11px system-ui, sans-serif",
+    label: (unit ? `${name}, ${unit}` : name) || null, labelSize: 18, labelFont: "11px system-ui, sans-serif", font: "11px system-ui, sans-serif",
     stroke: soft, grid: { stroke: line, width: 0.6 }, ticks: { stroke: line, width: 0.6 }, ...extra,
   };
 }
@@ -35,10 +38,10 @@ function makePlot(host, { x, y, xs, lines, height, sync, moved, zoomed }) {
     width: Math.max(200, host.clientWidth), height, bands,
     scales: { x: { time: false, distr: x.log ? 3 : 1 }, y: { distr: y.log ? 3 : 1 } },
     series: [{ label: x.name, value: (u, v) => (v === null ? "–" : x.format ? x.format(v) : `${digits(v)} ${x.unit}`) },
-      ...lines.map(line => plotSeries(line, y.name, y.unit))],
+      ...lines.map(line => plotSeries(line, y.unit))],
     axes: [
-      plotAxis(x.shown === false ? "" : x.name, x.shown === false ? "" : x.unit, x.format ? { values } : x.log ? { values: sparse } : {}),
-      plotAxis("", "", { size: 56, ...(y.log ? { values: (u, splits) => splits.map(v => (v === null ? "" : powerText(v))) } : {}) }),
+      plotAxis(x.shown === false ? "" : x.name, x.shown === false ? "" : x.unit, { size: 26, ...(x.format ? { values } : x.log ? { values: sparse } : {}) }),
+      plotAxis("", "", { size: 56, space: 24, ...(y.log ? { values: (u, splits) => splits.map(v => (v === null ? "" : powerText(v))) } : {}) }),
     ],
     cursor: { sync: sync ? { key: sync, setSeries: false } : undefined, drag: { x: true, y: false, setScale: true }, points: { size: 6 } },
     legend: { live: true },

@@ -23,11 +23,11 @@ class Series {
     const withCorrection = view.runs.some(run => run.correction);
     return [
       { key: "contour", name: "contour error", unit: "µm", usual: true },
-      ...units.map(unit => ({ key: `tracking ${unit}`, name: units.length > 1 ? `tracking error, ${unit}` : "tracking error", unit, usual: true, title: "command − actual position" })),
+      ...units.map(unit => ({ key: `tracking ${unit}`, name: unit === "µm" ? "tracking error" : "tracking error, rotary", unit, usual: true, title: "command − actual position" })),
       view.runs.some(run => run.turn) && { key: "turn", name: "tool direction", unit: "µrad", usual: true },
       { key: "speed", name: view.feed ? "speed, feed" : "speed", unit: "mm/s", usual: true },
       { key: "acceleration", name: "acceleration", unit: "mm/s²", usual: false },
-      ...(withCorrection ? units.map(unit => ({ key: `correction ${unit}`, name: units.length > 1 ? `correction, ${unit}` : "correction", unit, usual: unit === "µm", title: "command − desired position" })) : []),
+      ...(withCorrection ? units.map(unit => ({ key: `correction ${unit}`, name: unit === "µm" ? "correction" : "correction, rotary", unit, usual: unit === "µm", title: "command − desired position" })) : []),
     ].filter(Boolean);
   }
 
@@ -80,7 +80,7 @@ class Series {
       this.host.append(el("div", { class: "plot" }, el("div", { class: "name", title: panel.title }, `${panel.name}, ${panel.unit}`), box));
       const plot = makePlot(box, {
         x: { ...x, shown: last }, y: { name: panel.name, unit: panel.unit }, xs: this.xs, lines: this.lines(panel),
-        height: (k === 0 ? 190 : 140) + (last ? 18 : 0), sync: this.key,
+        height: (k === 0 ? 180 : 130) + (last ? 18 : 0), sync: this.key,
         moved: at => { if (!this.quiet) view.mark(at, "series"); },
         zoomed: (min, max) => { if (!this.quiet) this.show(min, max); },
       });
