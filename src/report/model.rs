@@ -47,10 +47,10 @@ pub fn known(model: &Bundle) -> Section {
 #[must_use]
 pub fn held_out(trained: &Trained, logs: &[Log]) -> Vec<Section> {
     let axes = trained.bundle.manifest.axes.iter().zip(&trained.held_out);
-    axes.filter_map(|(axis, pieces)| held_out_axis(axis, pieces, logs)).collect()
+    axes.filter_map(|(axis, pieces)| held_out_axis(axis, pieces, logs)).flatten().collect()
 }
 
-fn held_out_axis(axis: &AxisManifest, pieces: &[pipeline::training::HeldOutPiece], logs: &[Log]) -> Option<Section> {
+fn held_out_axis(axis: &AxisManifest, pieces: &[pipeline::training::HeldOutPiece], logs: &[Log]) -> Option<[Section; 2]> {
     let unit = ErrorUnit::from(axis);
     let (mut time_s, mut measured, mut predicted, mut half_width) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut now_s = 0.0;
@@ -77,20 +77,26 @@ fn held_out_axis(axis: &AxisManifest, pieces: &[pipeline::training::HeldOutPiece
     }
     let column = |of: &dyn Fn(usize) -> f64| Column::scaled(&kept.iter().map(|k| of(*k)).collect::<Vec<f64>>());
     let line = |name: &str, style, color, values| Line { name: name.to_owned(), style, color, values };
-    let chart = Chart {
-        x: Quantity::at("held-out time", "s", &kept.iter().map(|k| time_s[*k]).collect::<Vec<f64>>()),
-        y: Quantity::of("tracking error", unit.sign()),
-        lines: vec![
-            line("95 % interval, from", Style::Low, 1, column(&|k| predicted[k] - half_width[k])),
-            line("to", Style::High, 1, column(&|k| predicted[k] + half_width[k])),
-            line("measured", Style::Line, 0, column(&|k| measured[k])),
-            line("predicted", Style::Line, 1, column(&|k| predicted[k])),
-            line("measured − predicted", Style::Line, 2, column(&|k| residual[k])),
-        ],
-        log: [false, false],
+    let time_s: Vec<f64> = kept.iter().map(|k| time_s[*k]).collect();
+    let chart = |name: &str, lines: Vec<Line>| {
+        let x = Quantity::at("held-out time", "s", &time_s);
+        Content::Chart(Chart { x, y: Quantity::of(name, unit.sign()), lines, log: [false, false] })
     };
+    let errors = vec![
+        line("measured", Style::Line, 0, column(&|k| measured[k])),
+        line("predicted", Style::Dashed, 1, column(&|k| predicted[k])),
+    ];
+    let left = vec![
+        line("95 % interval, from", Style::Low, 1, column(&|k| -half_width[k])),
+        line("to", Style::High, 1, column(&|k| half_width[k])),
+        line("measured − predicted", Style::Line, 0, column(&|k| residual[k])),
+    ];
     let note = "Runs that were held out, one after the other: each is predicted by a model that was fitted without it.";
-    Some(Section::new(&format!("Prediction of axis {}", axis.name), note, Content::Chart(chart)))
+    let band = "The same runs: measured minus predicted. The band is the model's 95 % prediction interval.";
+    Some([
+        Section::new(&format!("Prediction of axis {}", axis.name), note, chart("tracking error", errors)),
+        Section::new(&format!("What is left over of axis {}", axis.name), band, chart("measured − predicted", left)),
+    ])
 }
 
 /// The errors of an adapted model.

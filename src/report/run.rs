@@ -3,6 +3,7 @@
 use anyhow::Result;
 use motion::contour::{ContourError, ContourSummary, orientation_errors, summary};
 use motion::{Trajectory, Vec3, poses_of};
+use pipeline::analysis::LagMismatch;
 use pipeline::measure::Measurement;
 use pipeline::statistics::{self, OrientationSummary};
 use pipeline::units::ErrorUnit;
@@ -22,6 +23,8 @@ pub struct Run {
     pub tracking: Vec<Vec<f64>>,
     /// Correction of every axis, command minus desired position, µm or µrad; `None` where the desired path is the command.
     pub correction: Option<Vec<Vec<f64>>>,
+    /// How differently its axes lag; `None` on a machine with rotary axes, whose linear axes are no directions of the workpiece.
+    pub lags: Option<LagMismatch>,
     /// Figures over the samples that count.
     pub figures: ContourSummary,
     /// Figures of the tool's direction.
@@ -39,7 +42,7 @@ impl Run {
         let correction = command.map(|command| in_units(desired.trajectory(), command)).transpose()?;
         let correction = correction.filter(|columns| columns.iter().flatten().any(|value| value.abs() > LEAST_CORRECTION));
         let tracking = in_units(actual, command.unwrap_or(desired.trajectory()))?;
-        Self::new(name, track, errors, tracking, correction, actual)
+        Self::new(name, track, errors, (tracking, correction), (desired.trajectory(), actual))
     }
 
     /// The run that was measured, in its own time.
@@ -61,16 +64,15 @@ impl Run {
         let correction: Option<Vec<Vec<f64>>> =
             in_time.then(|| log.axes().iter().zip(log.reference.columns()).enumerate().map(of_axis).collect());
         let correction = correction.filter(|columns| columns.iter().flatten().any(|value| value.abs() > LEAST_CORRECTION));
-        Self::new(name, track, measured.errors.clone(), tracking, correction, &log.actual)
+        Self::new(name, track, measured.errors.clone(), (tracking, correction), (&log.reference, &log.actual))
     }
 
     fn new(
         name: &str,
         track: &Track<'_>,
         errors: Vec<ContourError>,
-        tracking: Vec<Vec<f64>>,
-        correction: Option<Vec<Vec<f64>>>,
-        actual: &Trajectory,
+        (tracking, correction): (Vec<Vec<f64>>, Option<Vec<Vec<f64>>>),
+        (wanted, actual): (&Trajectory, &Trajectory),
     ) -> Result<Self> {
         let counted: Vec<ContourError> =
             errors.iter().zip(&track.counts).filter(|(_, counts)| **counts).map(|(error, _)| *error).collect();
@@ -82,7 +84,8 @@ impl Run {
             None
         };
         let turn = statistics::orientation(track.desired, &errors, &track.poses, actual, |k| track.counts[*k])?;
-        Ok(Self { name: name.to_owned(), errors, turn_urad, tracking, correction, figures, turn })
+        let lags = if track.turns() { None } else { LagMismatch::of(wanted, actual) };
+        Ok(Self { name: name.to_owned(), errors, turn_urad, tracking, correction, lags, figures, turn })
     }
 
     /// Contour error of every sample, µm; not a number where the sample does not count.

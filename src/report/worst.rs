@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pipeline::analysis::{motion_at, worst_samples};
+use pipeline::analysis::{Lagged, motion_at, worst_samples};
 use serde::Serialize;
 
 use super::run::Run;
@@ -85,10 +85,14 @@ fn rms_of(values: &[f64], samples: &[usize]) -> Option<f64> {
     (!finite.is_empty()).then(|| pipeline::statistics::rms_max(&finite).0)
 }
 
-/// What the motion does at a sample, and along which axis the error points, where along one.
+/// What the motion does at a sample, and what the error there comes from or where it points, as far as that is clear.
 fn why(track: &Track<'_>, run: &Run, k: usize) -> String {
     let motion = motion_at(track.desired, track.places[k]);
     let error = &run.errors[k];
+    if let Some(lagged) = run.lags.as_ref().and_then(|lags| lags.explains(k, &error.vector)) {
+        let Lagged { slow, fast, by_s } = lagged;
+        return format!("{motion}; axis {slow} lags {:.3} ms more than {fast}", by_s * 1e3);
+    }
     let along = ["X", "Y", "Z"].into_iter().enumerate().find(|(c, _)| error.vector[*c].abs() > ALONG * error.magnitude_mm);
     match along {
         Some((_, axis)) => format!("{motion}; the error points along {axis}"),

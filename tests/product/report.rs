@@ -118,7 +118,7 @@ fn a_trained_and_an_adapted_model() {
     let logs = ["train", "0.csv", "1.csv", "2.csv"];
     folder.figures(&[&logs[..], &["--predictor", "linear", "-o", "new.model", "--report", "train.html"]].concat());
     let page = data(&folder, "train.html");
-    has(&page, &["Held-out errors of the model", "Prediction of axis x", "Prediction of axis y", "Operating range"]);
+    has(&page, &["Held-out errors of the model", "Prediction of axis x", "What is left over of axis y", "Operating range"]);
     let lines = section(&page, 0, "Prediction of axis x")["lines"].as_array().unwrap();
     assert!(lines.iter().any(|line| line["name"] == "measured") && lines.iter().any(|line| line["name"] == "predicted"));
     folder.figures(&[&logs[..], &["--from", "machine.model", "-o", "adapted.model", "--report", "adapted.html"]].concat());

@@ -100,6 +100,9 @@ async function part(browser, { flat = false } = {}) {
   await page.until(`document.querySelector(".place").textContent.startsWith("line ")`);
   const line = await page.ask(`document.querySelector(".worst tbody tr td:nth-child(2)").textContent`);
   check(`${name}: clicking it jumps there`, (await page.ask(text(".place"))).startsWith(`line ${line} `), line);
+  await new Promise(resolve => setTimeout(resolve, 300));
+  const [shown, wanted] = await page.ask(`[document.querySelector(".plots .u-legend .u-value").textContent, document.querySelector(".worst tbody tr td:nth-child(4)").textContent]`);
+  check(`${name}: with the cursors of the curves`, Number.parseFloat(shown) === Number(wanted), [shown, wanted]);
   await page.ask(`[...document.querySelectorAll(".bar button")].find(b => b.textContent === "show all").click()`);
   await page.frames();
   const range = `(() => { const t = [...document.querySelectorAll(".plots .u-axis")]; return document.querySelectorAll(".plots .u-over").length; })()`;
@@ -178,9 +181,13 @@ const browser = new Browser(chromium);
 try {
   await part(browser);
   if (pictures) {
-    const page = await Page.open(browser, url("part.html"), { width: 1100, height: 1000 });
+    const page = await Page.open(browser, url("part.html"), { width: 1000, height: 1000 });
     await drawAll(page);
     await picture(page, "report-part.png", ".path .drawing");
+    await page.ask(`(document.querySelector('.bar [data-value="0"]').click(), document.querySelector(".worst tbody tr").click())`);
+    await new Promise(resolve => setTimeout(resolve, 700));
+    await page.ask(`document.querySelectorAll(".plots .plot").forEach((plot, k) => { if (k > 3) plot.remove(); })`);
+    await picture(page, "report-line.png", ".path");
     await page.close();
   }
   for (const [name, kinds, selector] of [["five-axis", "chart path table", ".path .drawing"], ["circle", "chart path polar table", ".polar canvas"], ["model", "chart table", null], ["comparison", "chart path polar table", null]]) {

@@ -6,9 +6,10 @@ use motion::{AxisKind, DesiredPath, Vec3};
 
 use crate::measure::reversal_samples;
 
-/// Time before a sample in which an event counts as its cause, s: friction and slow position loops settle in a quarter of a second, most of it
-/// in the first tenth.
+/// Time before a sample in which a corner or start counts as its cause, s: a slow position loop settles within.
 const BEFORE_S: f64 = 0.1;
+/// The same of a reversal, s: the window in which `measure` looks for its glitch.
+const REVERSAL_S: f64 = 0.06;
 /// Time after a sample in which an event counts as its cause, s: corrections act ahead of the event.
 const AFTER_S: f64 = 0.02;
 /// Length of path on either side of a corner over which its angle is measured, mm.
@@ -96,7 +97,8 @@ pub fn motion_at(path: &DesiredPath, k: usize) -> MotionAt {
     if let Some((at, angle_deg)) = corner {
         return MotionAt::Corner { angle_deg, after_s: after_s(at) };
     }
-    let reversal = reversals_in(path, &near).min_by_key(|(at, _)| at.abs_diff(k));
+    let reversing = k.saturating_sub(samples(REVERSAL_S))..near.end;
+    let reversal = reversals_in(path, &reversing).min_by_key(|(at, _)| at.abs_diff(k));
     if let Some((at, axis)) = reversal {
         return MotionAt::Reversal { axis, after_s: after_s(at) };
     }

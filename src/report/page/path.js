@@ -205,7 +205,7 @@ class PathSection {
   mark(index, from) {
     if (index === this.index) return;
     this.index = index;
-    if (from !== "series") this.series.mark(index);
+    if (from !== "series") this.series.mark();
     this.drawing.paintOver();
     this.describe();
   }
@@ -224,7 +224,7 @@ class PathSection {
     const at = this.tip.map((values, c) => `${"XYZ"[c]} ${values[k].toFixed(3)}`).join("  ");
     const errors = this.runs.map(run => `${run.name} ${Number.isFinite(run.magnitude[k]) ? `${digits(run.magnitude[k], 3)} µm` : "does not count (rapid)"}`).join(" · ");
     const line = this.hasLines && this.line[k] ? [`line ${this.line[k]} `, el("code", {}, this.text(this.line[k]) || " "), el("br", {})] : [];
-    this.place.replaceChildren(...line, `${digits(this.time[k], 5)} s · ${at} mm · ${digits(this.speed[k], 3)} mm/s · contour error: ${errors}`);
+    this.place.replaceChildren(...line, `${this.time[k].toFixed(3)} s · ${at} mm · ${digits(this.speed[k], 3)} mm/s · contour error: ${errors}`);
   }
 
   /** All samples, as the CSV has them. */

@@ -43,7 +43,7 @@ function makePlot(host, { x, y, xs, lines, height, sync, moved, zoomed }) {
       plotAxis(x.shown === false ? "" : x.name, x.shown === false ? "" : x.unit, { size: 26, ...(x.format ? { values } : x.log ? { values: sparse } : {}) }),
       plotAxis("", "", { size: 56, space: 24, ...(y.log ? { values: (u, splits) => splits.map(v => (v === null ? "" : powerText(v))) } : {}) }),
     ],
-    cursor: { sync: sync ? { key: sync, setSeries: false } : undefined, drag: { x: true, y: false, setScale: true }, points: { size: 6 } },
+    cursor: { y: false, sync: sync ? { key: sync, setSeries: false } : undefined, drag: { x: true, y: false, setScale: true }, points: { size: 6 } },
     legend: { live: true },
     hooks: {
       setCursor: [u => { if (moved && Number.isInteger(u.cursor.idx)) moved(u.cursor.idx); }],

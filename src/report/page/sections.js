@@ -13,7 +13,9 @@ function tableSection({ header, rows, verdicts }) {
 }
 
 function chartSection({ x, y, lines, log }) {
-  const host = el("div", { class: "wide focusable", tabindex: "0", "aria-label": `${y.name} over ${x.name}` });
+  const name = el("div", { class: "name" }, y.unit ? `${y.name}, ${y.unit}` : y.name);
+  const host = el("div", { class: "plot" });
+  const box = el("div", { class: "wide focusable", tabindex: "0", "aria-label": `${y.name} over ${x.name}` }, name, host);
   const xs = Array.from(column(x.values));
   let plot = null, range = null;
   const whole = () => [xs[0], xs[xs.length - 1]];
@@ -21,11 +23,10 @@ function chartSection({ x, y, lines, log }) {
     if (plot) plot.destroy();
     const made = lines.map(line => ({ ...line, values: plain(column(line.values), log[1]) }));
     plot = makePlot(host, { x: { ...x, log: log[0] }, y: { ...y, log: log[1] }, xs, lines: made, height: 260, zoomed: (min, max) => { range = [min, max]; } });
-    plot.over.insertAdjacentElement("afterbegin", el("div", { class: "hint", style: "position:absolute;left:6px;top:2px;font-size:11px" }, `${y.name}, ${y.unit}`));
   };
-  navigate(host, { range: () => range || whole(), whole, show: (min, max) => { if (min > 0 || !log[0]) plot.setScale("x", { min, max }); } });
+  navigate(box, { range: () => range || whole(), whole, show: (min, max) => { if (min > 0 || !log[0]) plot.setScale("x", { min, max }); } });
   return {
-    element: host, start: build, repaint: build,
+    element: box, start: build, repaint: build,
     content: () => [[`${x.name} ${x.unit}`.trim(), ...lines.map(line => `${line.name} ${y.unit}`)], xs.map((value, k) => [value, ...lines.map(line => column(line.values)[k])])],
   };
 }

@@ -8,6 +8,10 @@ class Series {
     this.host = el("div", { class: "plots focusable", tabindex: "0", "aria-label": "Curves along the path. Arrow keys move, plus and minus zoom, 0 shows all, comma and full stop step." });
     this.plots = [];
     this.range = null;
+    // Cursors move by themselves too, when a range changes: only those that a mouse moves point at something.
+    this.host.addEventListener("mousemove", () => { this.pointing = true; }, true);
+    this.host.addEventListener("mousemove", () => { this.pointing = false; });
+    this.placeCursors = perFrame(() => this.placeCursorsNow());
     this.panels = this.known();
     this.chosen = new Set(this.panels.filter(panel => panel.usual).map(panel => panel.key));
     navigate(this.host, {
@@ -81,8 +85,8 @@ class Series {
       const plot = makePlot(box, {
         x: { ...x, shown: last }, y: { name: panel.name, unit: panel.unit }, xs: this.xs, lines: this.lines(panel),
         height: (k === 0 ? 180 : 130) + (last ? 18 : 0), sync: this.key,
-        moved: at => { if (!this.quiet) view.mark(at, "series"); },
-        zoomed: (min, max) => { if (!this.quiet) this.show(min, max); },
+        moved: at => { if (this.pointing) view.mark(at, "series"); },
+        zoomed: (min, max) => this.show(min, max),
       });
       plot.over.addEventListener("dblclick", event => { event.stopImmediatePropagation(); this.show(...this.whole()); }, true);
       return { plot, panel };
@@ -101,9 +105,8 @@ class Series {
   show(min, max) {
     if (!(max > min) || (this.range && this.range[0] === min && this.range[1] === max)) return;
     this.range = [min, max];
-    this.quiet = true;
     this.plots.forEach(({ plot }) => plot.setScale("x", { min, max }));
-    this.quiet = false;
+    if (this.view.index !== null) this.placeCursors();
     this.view.setRange(this.indices(this.range));
   }
 
@@ -114,13 +117,17 @@ class Series {
     this.show(this.xs[from], Math.max(this.xs[to], this.xs[from] + 1e-6));
   }
 
-  mark(index) {
-    this.quiet = true;
+  /** In the next frame, when a change of range before it has come into force. */
+  mark() {
+    this.placeCursors();
+  }
+
+  placeCursorsNow() {
+    const { index } = this.view;
     for (const { plot } of this.plots) {
       const left = index === null ? -10 : plot.valToPos(this.xs[index], "x");
       plot.setCursor({ left, top: index === null ? -10 : 10 }, false, false);
     }
-    this.quiet = false;
   }
 }
 

@@ -10,13 +10,13 @@ class WorstTable {
     const { view } = this, run = view.mainRun(), places = view.worstOfShown();
     const several = view.runs.length > 1;
     const figure = (values, index) => digits(values[index], 3);
-    const header = ["#", ...(view.hasLines ? ["line", "program"] : []), "time s", "x y z mm", "what happens there",
+    const header = ["#", ...(view.hasLines ? ["line", "program"] : []), "time s", "x y z mm", "what happens there, and why",
       ...view.runs.flatMap(of => [`MAX µm${several ? `, ${of.name}` : ""}`, ...(view.hasLines ? [`RMS µm${several ? `, ${of.name}` : ""}`] : [])])];
-    const isText = name => ["program", "what happens there"].includes(name);
+    const isText = name => ["program", "what happens there, and why"].includes(name);
     const rows = places.map((place, k) => {
       const jump = () => { view.jump(place.index); this.choose(row); };
       const cells = [String(k + 1), ...(view.hasLines ? [String(place.line || "–"), el("code", {}, view.text(place.line) || " ")] : []),
-        digits(view.time[place.index], 5), place.at_mm.map(v => v.toFixed(2)).join(" "), place.why,
+        view.time[place.index].toFixed(3), place.at_mm.map(v => v.toFixed(2)).join(" "), place.why,
         ...view.runs.flatMap((of, index) => [figure(place.max_um, index), ...(view.hasLines ? [figure(place.rms_um, index)] : [])])];
       const row = el("tr", {
         class: "jump", tabindex: "0", "data-index": String(place.index), title: "Show this place", onclick: jump,
