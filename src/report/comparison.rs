@@ -17,7 +17,8 @@ use super::track::Track;
 pub fn comparison(results: &[PathComparison]) -> Result<Vec<Group>> {
     let group = |result: &PathComparison| -> Result<Group> {
         let track = Track::of_path(&result.desired);
-        let runs = result.runs.iter().map(|(name, actual)| Run::of(name, &track, None, actual)).collect::<Result<Vec<_>>>()?;
+        let runs = result.runs.iter().map(|run| Run::of(run.name, &track, Some(&run.reference), &run.actual));
+        let runs = runs.collect::<Result<Vec<_>>>()?;
         let mut all = vec![methods(result)];
         all.extend(learning_on_machine(result));
         all.extend(sections(&track, &runs));
@@ -43,25 +44,25 @@ fn methods(result: &PathComparison) -> Section {
     Section::new("Methods", note, Content::Table(Table::new(&header, result.methods.iter().map(row).collect())))
 }
 
-/// Spatial ILC run by run, beside the first run and the floor.
+/// Every ILC run by run, beside the first run and the floor.
 fn learning_on_machine(result: &PathComparison) -> Option<Section> {
-    let runs = result.ilc_rms.len();
-    if runs < 2 {
-        return None;
-    }
+    let runs = result.learning.iter().map(|(_, rms)| rms.len()).max().filter(|runs| *runs > 1)?;
     let numbers: Vec<f64> = (1..=runs).map(|number| number as f64).collect();
-    let level = |(color, (method, name)): (usize, (Method, &str))| {
-        let (rms, _) = result.of(method)?.mean();
-        let values = Column::float(&vec![rms * 1e3; runs]);
-        Some(Line { name: name.to_owned(), style: Style::Dashed, color: color + 1, values })
+    let line = |name: &str, style, color, values: &[f64]| {
+        let um: Vec<f64> = values.iter().map(|rms| rms * 1e3).collect();
+        Line { name: name.to_owned(), style, color, values: Column::float(&um) }
     };
-    let rms: Vec<f64> = result.ilc_rms.iter().map(|rms| rms * 1e3).collect();
-    let learned = Line { name: "spatial ILC".to_owned(), style: Style::Points, color: 0, values: Column::float(&rms) };
     let levels = [(Method::FirstRun, "first run, by the model"), (Method::Floor, "floor")];
+    let level = |(color, (method, name)): (usize, &(Method, &str))| {
+        let (rms, _) = result.of(*method)?.mean();
+        Some(line(name, Style::Dashed, color, &vec![rms; runs]))
+    };
+    let laws = result.learning.iter().enumerate();
+    let laws = laws.map(|(color, (law, rms))| line(law.name(), Style::Points, color + levels.len(), rms));
     let chart = Chart {
         x: Quantity::at("run on the machine", "", &numbers),
         y: Quantity::of("contour error RMS", "µm"),
-        lines: std::iter::once(learned).chain(levels.into_iter().enumerate().filter_map(level)).collect(),
+        lines: levels.iter().enumerate().filter_map(level).chain(laws).collect(),
         log: [false, true],
     };
     let note = "Learning on the machine takes a run for each step; the first of them is uncompensated. The model's first run is its only one.";

@@ -33,31 +33,22 @@ pub fn learning_curve(forecasts: &Forecasts) -> Option<Section> {
     let series = forecasts.0.lock().unwrap_or_else(PoisonError::into_inner);
     let longest = series.iter().map(Vec::len).max().filter(|longest| *longest > 1)?;
     let numbers: Vec<f64> = (1..=longest).map(|number| number as f64).collect();
-    let padded = |values: &mut dyn Iterator<Item = f64>| {
-        let known: Vec<f64> = values.collect();
-        let missing = std::iter::repeat_n(f64::NAN, longest - known.len());
-        Column::float(&known.iter().copied().chain(missing).collect::<Vec<f64>>())
-    };
     let line = |(index, costs): (usize, &Vec<f64>)| {
-        let name = if index == 0 { "on the reference".to_owned() } else { format!("on the replanned program ({index})") };
-        let mut best = f64::INFINITY;
-        let mut lowest = costs.iter().map(|cost| {
-            best = best.min(*cost);
-            best * 1e3
-        });
-        let lowest = Line { name: format!("{name}, best so far"), style: Style::Line, color: index, values: padded(&mut lowest) };
-        let tried = Line { name, style: Style::Points, color: index, values: padded(&mut costs.iter().map(|cost| cost * 1e3)) };
-        [tried, lowest]
+        let name = if index == 0 { "on the reference".to_owned() } else { format!("on the replanned program, {index}") };
+        let missing = std::iter::repeat_n(f64::NAN, longest - costs.len());
+        let um: Vec<f64> = costs.iter().map(|cost| cost * 1e3).chain(missing).collect();
+        Line { name, style: Style::Points, color: index, values: Column::float(&um) }
     };
     let chart = Chart {
         x: Quantity::at("forecast", "", &numbers),
         y: Quantity::of("cost", "µm"),
-        lines: series.iter().enumerate().flat_map(line).collect(),
+        lines: series.iter().enumerate().map(line).collect(),
         log: [false, true],
     };
     let note = "Every forecast that the iteration made, by its cost: RMS of the predicted contour error over the moves that may be changed, \
                 with rotary axes the tool's direction at a lever of 20 mm included. Several cut-offs are tried first, so the cost may rise \
-                in between; the best forecast is taken.";
+                in between. On the program, whose time the control plans anew, there is a series for each spacing of points that is tried. \
+                The best forecast is taken.";
     Some(Section::new("Learning curve", note, Content::Chart(chart)))
 }
 

@@ -71,6 +71,7 @@ impl PathView {
         let tips = track.tips();
         let float = |of: &dyn Fn(usize) -> f64| Column::float(&kept.iter().map(|k| of(*k)).collect::<Vec<f64>>());
         let lines = track.lines();
+        let worst = worst(track, runs, &contour, &lines);
         let run_view = |run: &Run| {
             let vector = |of: &dyn Fn(usize) -> f64| {
                 let values = kept.iter().map(|k| if track.counts[*k] { of(*k) } else { f64::NAN });
@@ -105,8 +106,8 @@ impl PathView {
                 .map(|axis| AxisView { name: axis.name.clone(), unit: ErrorUnit::from(axis).sign() })
                 .collect(),
             runs: runs.iter().map(run_view).collect(),
-            lines: passed(track, &lines),
-            worst: worst(track, runs, &contour, &lines),
+            lines: passed(track, kept.iter().map(|k| lines[*k]).chain(worst.iter().flatten().map(|place| place.line)).collect()),
+            worst,
             sample: Column::whole(&kept),
         }
     }
@@ -127,8 +128,8 @@ fn picked(kept: &[usize], values: &[f64]) -> Vec<f64> {
     kept.iter().map(|k| values[*k]).collect()
 }
 
-fn passed(track: &Track<'_>, lines: &[usize]) -> Lines {
-    let mut numbers: Vec<usize> = lines.iter().copied().filter(|line| *line > 0).collect();
+fn passed(track: &Track<'_>, mut numbers: Vec<usize>) -> Lines {
+    numbers.retain(|line| *line > 0);
     numbers.sort_unstable();
     numbers.dedup();
     Lines { texts: numbers.iter().map(|line| track.text(*line)).collect(), numbers }

@@ -21,7 +21,7 @@ pub struct Worst {
     /// Sample of its largest error.
     sample: usize,
     /// Program line, from 1; 0 without a program.
-    line: usize,
+    pub line: usize,
     /// Where that is, mm.
     at_mm: [f64; 3],
     /// Largest error of every run on the line or near the place, µm; `None` where none counts.

@@ -37,8 +37,8 @@ function isDark() {
 /** Colours of runs, axes and lines: those of Okabe and Ito (2008), which differ with any colour vision. */
 function lineColor(index) {
   const colors = isDark()
-    ? ["#e69f00", "#56b4e9", "#2fbf8f", "#cc79a7", "#f0e442", "#ff7f50", "#9ab8ff"]
-    : ["#c8550a", "#0072b2", "#00795a", "#a8518a", "#8a7a00", "#b3261e", "#4a5568"];
+    ? ["#e69f00", "#56b4e9", "#2fbf8f", "#cc79a7", "#f0e442", "#ff7f50", "#9ab8ff", "#e6e9ed"]
+    : ["#c8550a", "#0072b2", "#00795a", "#a8518a", "#8a7a00", "#b3261e", "#4a5568", "#111111"];
   return colors[index % colors.length];
 }
 

@@ -33,15 +33,17 @@ function makePlot(host, { x, y, xs, lines, height, sync, moved, zoomed }) {
   const bands = [];
   lines.forEach((line, k) => { if (line.style === "low") bands.push({ series: [k + 2, k + 1], fill: lineColor(line.color) + "30" }); });
   const values = (u, splits) => splits.map(v => (v === null ? "" : x.format(v)));
-  const sparse = (u, splits) => splits.map(v => (v === null ? "" : x.log ? powerText(v) : digits(v, 3)));
+  const logged = (u, splits) => logTexts(splits);
+  // Numbers of runs and of forecasts are whole.
+  const counted = { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] };
   const options = {
     width: Math.max(200, host.clientWidth), height, bands,
     scales: { x: { time: false, distr: x.log ? 3 : 1 }, y: { distr: y.log ? 3 : 1 } },
     series: [{ label: x.name, value: (u, v) => (v === null ? "–" : x.format ? x.format(v) : `${digits(v)} ${x.unit}`) },
       ...lines.map(line => plotSeries(line, y.unit))],
     axes: [
-      plotAxis(x.shown === false ? "" : x.name, x.shown === false ? "" : x.unit, { size: 26, ...(x.format ? { values } : x.log ? { values: sparse } : {}) }),
-      plotAxis("", "", { size: 56, space: 24, ...(y.log ? { values: (u, splits) => splits.map(v => (v === null ? "" : powerText(v))) } : {}) }),
+      plotAxis(x.shown === false ? "" : x.name, x.shown === false ? "" : x.unit, { size: 26, ...(x.format ? { values } : x.log ? { values: logged } : x.unit ? {} : counted) }),
+      plotAxis("", "", { size: 56, space: 24, ...(y.log ? { values: logged } : {}) }),
     ],
     cursor: { y: false, sync: sync ? { key: sync, setSeries: false } : undefined, drag: { x: true, y: false, setScale: true }, points: { size: 6 } },
     legend: { live: true },
@@ -58,11 +60,15 @@ function makePlot(host, { x, y, xs, lines, height, sync, moved, zoomed }) {
   return plot;
 }
 
-/** Powers of ten get their number on a logarithmic axis, what lies between does not. */
-function powerText(value) {
-  const power = Math.log10(value);
-  if (Math.abs(power - Math.round(power)) > 1e-6) return "";
-  return Math.abs(power) < 4 ? digits(value, 1) : `1e${Math.round(power)}`;
+/** Texts on a logarithmic axis: powers of ten, over up to two decades their double and fivefold too. */
+function logTexts(splits) {
+  const known = splits.filter(value => value > 0);
+  const shown = Math.log10(known[known.length - 1] / known[0]) > 2.2 ? [1] : [1, 2, 5];
+  return splits.map(value => {
+    const power = Math.floor(Math.log10(value) + 1e-6);
+    if (value === null || !shown.includes(Math.round(value / 10 ** power))) return "";
+    return Math.abs(power) < 4 ? digits(value, 1) : value.toExponential(0);
+  });
 }
 
 /** Keys and wheel on plots with a common abscissa: `range()` gives what is shown, `whole()` what there is, `show(min, max)` changes it. */
