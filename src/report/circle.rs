@@ -4,9 +4,9 @@ use motion::Vec3;
 use motion::contour::{CirclePlane, DirectionFigures};
 use pipeline::measure::{circle, nominal_circle};
 use pipeline::units::um;
-use serde::Serialize;
 
 use super::column::Column;
+use super::polar::{Polar, PolarRun};
 use super::run::Run;
 use super::section::{Content, Section};
 use super::thin::thinned;
@@ -16,26 +16,6 @@ use super::track::Track;
 const MOST_POINTS: usize = 8000;
 /// Distance from the programmed circle beyond which a desired point belongs to a lead-in or lead-out, mm.
 const ON_CIRCLE_MM: f64 = 1e-3;
-
-/// Radial deviations of runs of a circle.
-#[derive(Debug, Serialize)]
-pub struct Polar {
-    radius_mm: f64,
-    /// Names of the two coordinates.
-    plane: [&'static str; 2],
-    runs: Vec<PolarRun>,
-    header: Vec<&'static str>,
-    rows: Vec<Vec<String>>,
-}
-
-#[derive(Debug, Serialize)]
-struct PolarRun {
-    name: String,
-    angle_rad: Column,
-    radial_um: Column,
-    /// Whether the desired motion is counterclockwise there.
-    counterclockwise: Column,
-}
 
 /// The section on a path that is a circle in a main plane.
 #[must_use]

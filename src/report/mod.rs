@@ -1,7 +1,7 @@
 //! The report: one self-contained page with what a command found.
 //!
-//! A [`Page`] is made of groups of sections of a few kinds ([`Content`]). [`sections`] shows the runs of a path; the other files
-//! make sections of what a command knows beside. [`render`] writes the page; its scripts are in `page/`.
+//! A [`Page`] is made of groups of sections of a few kinds ([`section::Content`]). [`sections`] shows the runs of a path; the other files
+//! make sections of what a command knows beside. [`render()`] writes the page; its scripts are in `page/`.
 
 mod circle;
 mod column;
@@ -10,6 +10,7 @@ mod figures;
 mod learning;
 mod model;
 mod path;
+mod polar;
 mod render;
 mod run;
 mod section;

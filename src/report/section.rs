@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::circle::Polar;
 use super::column::Column;
 use super::path::PathView;
+use super::polar::Polar;
 
 /// A page.
 #[derive(Debug, Serialize)]
