@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use pipeline::analysis::{Lagged, motion_at, worst_samples};
+use pipeline::analysis::{Lagged, MotionAt, motion_at, worst_samples};
 use serde::Serialize;
 
 use super::run::Run;
@@ -12,7 +12,7 @@ use super::track::Track;
 const SHOWN: usize = 15;
 /// Least time between two places, s.
 const APART_S: f64 = 0.05;
-/// Share of the error from which on it lies along an axis.
+/// Share of the error from which on it lies along a direction.
 const ALONG: f64 = 0.85;
 
 /// A line or place.
@@ -92,6 +92,15 @@ fn why(track: &Track<'_>, run: &Run, k: usize) -> String {
     if let Some(lagged) = run.lags.as_ref().and_then(|lags| lags.explains(k, &error.vector)) {
         let Lagged { slow, fast, by_s } = lagged;
         return format!("{motion}; axis {slow} lags {:.3} ms more than {fast}", by_s * 1e3);
+    }
+    if let MotionAt::Curve { inward, .. } = &motion {
+        let share = inward.dot(&error.vector) / error.magnitude_mm;
+        if share.abs() > ALONG {
+            return format!(
+                "{motion}; the tool {}",
+                if share > 0.0 { "cuts the curve on its inside" } else { "swings to its outside" }
+            );
+        }
     }
     let along = ["X", "Y", "Z"].into_iter().enumerate().find(|(c, _)| error.vector[*c].abs() > ALONG * error.magnitude_mm);
     match along {

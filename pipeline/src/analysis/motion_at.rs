@@ -52,6 +52,8 @@ pub enum MotionAt {
         radius_mm: f64,
         /// Speed of the tip, mm/s.
         speed_mm_s: f64,
+        /// Unit vector to the centre of the curve.
+        inward: Vec3,
     },
     /// Motion on a straight line.
     Straight {
@@ -71,7 +73,7 @@ impl fmt::Display for MotionAt {
             Self::Corner { angle_deg, after_s } => write!(f, "{} a corner of {angle_deg:.0}°", when(*after_s)),
             Self::Start { after_s } => write!(f, "{:.0} ms after the start from a standstill", after_s * 1e3),
             Self::Standstill => f.write_str("at standstill"),
-            Self::Curve { radius_mm, speed_mm_s } => {
+            Self::Curve { radius_mm, speed_mm_s, .. } => {
                 let digits = usize::from(*radius_mm < 10.0);
                 write!(f, "on a curve of radius {radius_mm:.digits$} mm at {speed_mm_s:.0} mm/s")
             }
@@ -93,8 +95,7 @@ pub fn motion_at(path: &DesiredPath, k: usize) -> MotionAt {
     let samples = |time_s: f64| (time_s / period).round() as usize;
     let near = k.saturating_sub(samples(BEFORE_S))..(k + samples(AFTER_S) + 1).min(poses.len());
     let after_s = |event: usize| (k as f64 - event as f64) * period;
-    let corner = near.clone().filter_map(|at| Some((at, corner_deg(path, at)?))).max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((at, angle_deg)) = corner {
+    if let Some((at, angle_deg)) = nearest_corner(path, &near, k) {
         return MotionAt::Corner { angle_deg, after_s: after_s(at) };
     }
     let reversing = k.saturating_sub(samples(REVERSAL_S))..near.end;
@@ -109,8 +110,8 @@ pub fn motion_at(path: &DesiredPath, k: usize) -> MotionAt {
     if let Some(rest) = (near.start..k).rev().find(|at| speed(*at) < STILL_MM_S) {
         return MotionAt::Start { after_s: after_s(rest) };
     }
-    match radius_mm(path, k) {
-        Some(radius_mm) if radius_mm < STRAIGHT_MM => MotionAt::Curve { radius_mm, speed_mm_s: speed(k) },
+    match curvature(path, k) {
+        Some((radius_mm, inward)) if radius_mm < STRAIGHT_MM => MotionAt::Curve { radius_mm, speed_mm_s: speed(k), inward },
         _ => MotionAt::Straight { speed_mm_s: speed(k) },
     }
 }
@@ -144,6 +145,16 @@ fn around(path: &DesiredPath, at: usize, span_mm: f64) -> Option<[Vec3; 3]> {
     Some([before, here, behind])
 }
 
+/// Of the corners within `near` the one nearest to sample `k`, with its angle, degrees. Small ones beside a large one do not count.
+fn nearest_corner(path: &DesiredPath, near: &std::ops::Range<usize>, k: usize) -> Option<(usize, f64)> {
+    let angles: Vec<(usize, f64)> = near.clone().filter_map(|at| Some((at, corner_deg(path, at)?))).collect();
+    // Around a corner several samples show some of its angle.
+    let corners = angles.chunk_by(|a, b| a.0 + 1 == b.0).filter_map(|chunk| chunk.iter().max_by(|a, b| a.1.total_cmp(&b.1)));
+    let corners: Vec<(usize, f64)> = corners.copied().collect();
+    let largest = corners.iter().map(|(_, angle)| *angle).fold(0.0, f64::max);
+    corners.into_iter().filter(|(_, angle)| *angle >= 0.5 * largest).min_by_key(|(at, _)| at.abs_diff(k))
+}
+
 /// Angle of a corner at a sample, degrees; `None` where there is none.
 fn corner_deg(path: &DesiredPath, at: usize) -> Option<f64> {
     let [before, here, behind] = around(path, at, CORNER_SPAN_MM)?;
@@ -153,12 +164,13 @@ fn corner_deg(path: &DesiredPath, at: usize) -> Option<f64> {
     (angle.to_degrees() > CORNER_DEG && radius_mm < CORNER_RADIUS_MM).then_some(angle.to_degrees())
 }
 
-/// Radius of the circle through a sample and its neighbours half a millimetre away, mm.
-fn radius_mm(path: &DesiredPath, at: usize) -> Option<f64> {
+/// Radius of the circle through a sample and its neighbours half a millimetre away, mm, and the direction to its centre.
+fn curvature(path: &DesiredPath, at: usize) -> Option<(f64, Vec3)> {
     let [before, here, behind] = around(path, at, 0.5)?;
     let (a, b, c) = ((here - before).norm(), (behind - here).norm(), (behind - before).norm());
     let twice_area = (here - before).cross(&(behind - here)).norm();
-    (twice_area > 0.0).then(|| a * b * c / (2.0 * twice_area))
+    let inward = (0.5 * (before + behind) - here).try_normalize(0.0)?;
+    (twice_area > 0.0).then(|| (a * b * c / (2.0 * twice_area), inward))
 }
 
 #[cfg(test)]
@@ -185,8 +197,10 @@ mod tests {
         let circle = path(|t| (20.0 * (std::f64::consts::PI * t).cos(), 20.0 * (std::f64::consts::PI * t).sin()));
         let MotionAt::Reversal { axis, after_s } = motion_at(&circle, 260) else { panic!("{:?}", motion_at(&circle, 260)) };
         assert!(axis == "y" && (after_s - 0.02).abs() < 0.003, "{axis} {after_s}");
-        let MotionAt::Curve { radius_mm, speed_mm_s } = motion_at(&circle, 375) else { panic!() };
+        let MotionAt::Curve { radius_mm, speed_mm_s, inward } = motion_at(&circle, 375) else { panic!() };
         assert!((radius_mm - 20.0).abs() < 0.1 && (speed_mm_s - 62.8).abs() < 0.1);
+        let outward = circle.poses()[375].tip.normalize();
+        assert!((inward + outward).norm() < 0.02, "{inward} {outward}");
     }
 
     #[test]
