@@ -8,7 +8,7 @@ use super::section::Page;
 /// The template; its name makes the engine escape what it inserts.
 const TEMPLATE: (&str, &str) = ("page.html", include_str!("page/page.html"));
 /// What the page runs, in this order, in one closure.
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 15] = [
     include_str!("page/dom.js"),
     include_str!("page/data.js"),
     include_str!("page/color.js"),
@@ -16,6 +16,7 @@ const SCRIPTS: [&str; 14] = [
     include_str!("page/camera.js"),
     include_str!("page/lines-gl.js"),
     include_str!("page/lines-2d.js"),
+    include_str!("page/layers.js"),
     include_str!("page/drawing.js"),
     include_str!("page/plot.js"),
     include_str!("page/series.js"),

@@ -56,11 +56,12 @@ class Camera {
     this.scale = scale;
   }
 
-  /** Shows the points `from` to `to` of three columns, with a margin; not closer than `least` mm. */
-  fit(columns, from, to, least) {
+  /** Shows those of the points `from` to `to` of three columns that count, with a margin; not closer than `least` mm. */
+  fit(columns, counts, from, to, least) {
     const basis = this.basis();
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (let k = from; k <= to; k++) {
+      if (!counts[k]) continue;
       for (let b = 0; b < 3; b++) {
         const v = basis[b][0] * columns[0][k] + basis[b][1] * columns[1][k] + basis[b][2] * columns[2][k];
         if (v < low[b]) low[b] = v;

@@ -4,6 +4,8 @@
 const DRAWN_SHARE = 1 / 18;
 /** Points that are drawn at first, and at least: half of what a processor without a graphics card draws in a tenth of a second. */
 const FIRST_POINTS = 16384, FEWEST_POINTS = 4096;
+/** Points that are drawn at rest, whatever time that takes, and how long nothing has to move for it, ms. */
+const REST_POINTS = 65536, REST_MS = 350;
 
 class Drawing {
   /** `view` is the state that the parts of a path share (`path.js`). */
@@ -48,8 +50,9 @@ class Drawing {
     this.fit();
   }
 
+  /** Shows the feed moves among some samples. */
   fit(from = 0, to = this.view.count - 1, least = 0) {
-    this.camera.fit(this.view.tip, from, to, least);
+    this.camera.fit(this.view.tip, this.view.counts, from, to, least);
     // Room for the lines along the tool.
     if (this.view.tool && to - from === this.view.count - 1) this.camera.scale *= 0.85;
     this.paint();
@@ -57,100 +60,70 @@ class Drawing {
 
   /** Makes the layers anew: after a change of runs, colours or their scale. */
   relayer() {
-    (this.levels || new Map()).forEach(level => [level.desired, ...level.runs].forEach(layer => this.lines.drop(layer)));
-    this.lines.drop(this.tools);
+    (this.levels || new Map()).forEach(level => [level.desired, ...level.runs].forEach(layer => layer && this.lines.drop(layer)));
+    if (this.tools) this.lines.drop(this.tools);
     this.levels = new Map();
-    if (this.view.tool) this.tools = this.lines.layer(this.toolLines(), true);
+    if (this.view.tool) this.tools = this.lines.layer(toolLines(this.view), true);
     this.paint();
   }
 
-  /** Layers of one point of every `step`: that with the largest error, so that no peak is lost. */
-  level(step) {
-    if (this.levels.has(step)) return this.levels.get(step);
-    const { view } = this, count = Math.ceil(view.count / step);
-    const largest = k => view.runs.reduce((most, run) => Math.max(most, run.magnitude[k] || 0), view.counts[k] ? 0 : -1);
-    const chosen = Uint32Array.from({ length: count }, (_, group) => {
-      let best = group * step;
-      for (let k = best + 1, most = step > 1 ? largest(best) : 0; k < Math.min(view.count, (group + 1) * step); k++) {
-        const size = largest(k);
-        if (size > most) [best, most] = [k, size];
-      }
-      return best;
-    });
-    const points = (values, foot, error) => {
-      const out = new Float32Array(FLOATS * count);
-      for (let group = 0, at = 0; group < count; group++, at += FLOATS) {
-        const k = chosen[group];
-        for (let c = 0; c < 3; c++) {
-          out[at + c] = view.tip[c][k] + (foot ? foot[c][k] : 0);
-          out[at + 3 + c] = error ? 1e-3 * error[c][k] : 0;
-        }
-        out[at + 6] = values(k);
-      }
-      return out;
-    };
-    const level = {
-      desired: this.lines.layer(points(k => (view.counts[k] ? -1 : -2))),
-      runs: view.runs.map(run => this.lines.layer(points(k => view.colorValue(run, k), run.foot, run.error))),
-    };
-    this.levels.set(step, level);
-    return level;
+  level(spacing) {
+    if (!this.levels.has(spacing)) this.levels.set(spacing, makeLevel(this.view, this.lines, spacing));
+    return this.levels.get(spacing);
   }
 
-  /** The step at which so many samples are no more points than can be drawn at a time. */
-  stepOf(samples) {
-    let step = 1;
-    while (samples / step > this.most) step *= 2;
-    return step;
-  }
-
-  /** Lines from the tip along the tool, at some places of the path. */
-  toolLines() {
-    const { view } = this;
-    const wanted = 160, out = [];
-    const length = 0.1 * view.extent, total = view.arc[view.count - 1];
-    let next = 0;
-    for (let k = 0; k < view.count; k++) {
-      if (view.arc[k] < next || !view.counts[k]) continue;
-      next = view.arc[k] + total / wanted;
-      for (const far of [0, length]) out.push(...[0, 1, 2].map(c => view.tip[c][k] + far * view.tool[c][k]), 0, 0, 0, -1);
+  /** The finest layers, from a pixel on, of which the samples `first` to `last` are no more points than can be drawn at a time. */
+  levelOf(first, last, layers, most) {
+    let spacing = 2 ** Math.floor(Math.log2(1.2 / this.camera.scale));
+    for (; ; spacing *= 2) {
+      const level = this.level(spacing);
+      const from = Math.max(0, lowerBound(level.chosen, first) - 1), to = lowerBound(level.chosen, last);
+      if ((to - from) * layers <= most || spacing > this.view.extent) return { level, from, to, isFinest: spacing < 1.2 / this.camera.scale };
     }
-    return new Float32Array(out);
   }
 
-  paintNow() {
+  paintNow(atRest = false) {
     const { view, camera } = this;
     if (camera.width <= 1 || !this.levels) return;
     // A frame that is still being drawn is waited for, so that none pile up where a processor draws.
     if (this.busy) { this.again = true; return; }
+    clearTimeout(this.resting);
     const soft = [...rgb(hexOf(themed("soft"))), 0.75], faint = [...rgb(hexOf(themed("soft"))), 0.4];
     this.lines.begin(camera, this.ratio, errorColors());
     const [first, last] = view.range, shown = view.shownRuns();
     const isWhole = first <= 0 && last >= view.count - 1;
-    const coarse = this.stepOf(view.count * (isWhole ? 1 + shown.length : 2));
-    const span = [Math.floor(first / coarse), Math.ceil(last / coarse)];
-    this.lines.draw(this.level(coarse).desired, { width: 1, plain: soft, rapid: faint, range: span });
+    const most = atRest ? Math.max(this.most, REST_POINTS) : this.most;
+    const whole = this.levelOf(0, view.count - 1, isWhole ? 1 + shown.length : 2, most), part = isWhole ? whole : this.levelOf(first, last, shown.length, most);
+    const at = k => lowerBound(whole.level.chosen, k);
+    this.lines.draw(whole.level.desired, { width: 1, plain: soft, rapid: faint, range: [at(first) - 1, at(last)] });
     if (view.tool && view.showTools) this.lines.draw(this.tools, { width: 1, plain: [...rgb(hexOf(themed("accent"))), 0.55] });
-    const step = this.stepOf((last - first) * (1 + shown.length));
     shown.forEach(index => {
       const own = [...rgb(lineColor(index)), 1];
       const style = { magnify: view.magnify, width: shown.length > 1 ? 1.8 : 2.4, plain: own, mapped: view.colorBy !== "run" };
-      if (!isWhole) this.lines.draw(this.level(coarse).runs[index], { ...style, range: [-2, -1] });
-      this.lines.draw(this.level(step).runs[index], { ...style, from: Math.floor(first / step), to: Math.ceil(last / step) });
+      if (!isWhole) this.lines.draw(whole.level.runs[index], { ...style, range: [-2, -1] });
+      this.lines.draw(part.level.runs[index], { ...style, from: part.from, to: part.to });
     });
     this.busy = true;
-    this.lines.end(took => this.painted(took, Math.max(coarse, step)));
+    this.lines.end(took => this.painted(took, whole.isFinest && part.isFinest, atRest));
     this.paintUnder();
     this.paintOverNow();
   }
 
-  /** After a frame that took so many ms: finer where that was quick, coarser where it was slow. */
-  painted(took, step) {
+  /** All that can be told apart, at once: what is printed does not wait. */
+  settle() {
     this.busy = false;
+    this.paintNow(true);
+  }
+
+  /** After a frame that took so many ms: finer where that was quick, coarser where it was slow. */
+  painted(took, isFinest, atRest) {
+    this.busy = false;
+    if (atRest) { if (this.again) this.paint(); this.again = false; return; }
     const before = this.most;
     if (took > 90 && this.most > FEWEST_POINTS) this.most /= 2;
-    else if (took < 25 && step > 1) this.most *= 2;
+    else if (took < 25 && !isFinest) this.most *= 2;
     if (this.again || this.most > before) this.paint();
+    else if (!isFinest) this.resting = setTimeout(() => this.paintNow(true), REST_MS);
     this.again = false;
   }
 

@@ -14,7 +14,7 @@ setTheme(prefersDark.matches ? "dark" : "light");
 const KINDS = {
   path: (section, id) => {
     const path = new PathSection({ ...section, title: section.groupName }, id);
-    return { element: path.host, start: () => path.start(), repaint: () => path.repaint() };
+    return { element: path.host, start: () => path.start(), repaint: () => path.repaint(), settle: () => path.drawing.settle() };
   },
   table: tableSection, chart: chartSection, polar: polarSection, ranges: rangesSection,
 };
@@ -68,7 +68,7 @@ function repaint() {
 }
 
 prefersDark.addEventListener("change", () => { setTheme(prefersDark.matches ? "dark" : "light"); repaint(); });
-addEventListener("beforeprint", () => { parts.forEach(part => part.make()); if (isDark()) { setTheme("light"); repaint(); } });
+addEventListener("beforeprint", () => { parts.forEach(part => part.make()); if (isDark()) { setTheme("light"); repaint(); } parts.forEach(part => part.made.settle && part.made.settle()); });
 
 build();
 const seen = new IntersectionObserver(entries => entries.forEach(entry => {

@@ -23,7 +23,12 @@ class PathSection {
     const samples = column(data.sample);
     this.worst = data.worst.map(places => places.map(place => ({ ...place, index: Math.min(this.count - 1, lowerBound(samples, place.sample)) })));
     this.texts = new Map(data.lines.numbers.map((number, k) => [number, data.lines.texts[k]]));
-    this.extent = Math.max(...this.tip.map(values => { let [low, high] = [Infinity, -Infinity]; for (const v of values) { if (v < low) low = v; if (v > high) high = v; } return high - low; }), 1e-3);
+    this.sizes = this.tip.map(values => {
+      let low = Infinity, high = -Infinity;
+      values.forEach((v, k) => { if (this.counts[k]) { low = Math.min(low, v); high = Math.max(high, v); } });
+      return high - low;
+    });
+    this.extent = Math.max(...this.sizes, 1e-3);
     this.index = null;
     this.range = [0, this.count - 1];
     this.selected = this.runs.length > 1 ? "all" : "0";
@@ -49,9 +54,8 @@ class PathSection {
 
   /** The plane in which the path extends, or space. */
   firstView() {
-    const size = this.tip.map(values => values.reduce((m, v) => Math.max(m, v), -Infinity) - values.reduce((m, v) => Math.min(m, v), Infinity));
-    const least = size.indexOf(Math.min(...size));
-    const name = this.tool || Math.min(...size) > 0.2 * this.extent ? "3D" : ["YZ", "XZ", "XY"][least];
+    const least = this.sizes.indexOf(Math.min(...this.sizes));
+    const name = this.tool || this.sizes[least] > 0.2 * this.extent ? "3D" : ["YZ", "XZ", "XY"][least];
     this.viewName = name;
     if (this.viewButtons) this.viewButtons.press(name);
     return name;
@@ -122,7 +126,7 @@ class PathSection {
     slider.addEventListener("input", () => {
       this.magnify = Number((10 ** Number(slider.value)).toPrecision(2));
       output.textContent = `× ${digits(this.magnify, 2)}`;
-      this.drawing.paint();
+      this.drawing.relayer();
     });
     const colors = el("select", { "aria-label": "Colour by" }, ...[["error", "contour error"], ["run", "run"], ["speed", "speed"], ["acceleration", "acceleration"]].map(([value, text]) => el("option", { value }, text)));
     colors.addEventListener("change", () => { this.colorBy = colors.value; this.recolor(); });
