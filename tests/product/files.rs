@@ -32,7 +32,7 @@ fn with_inputs() -> Folder {
 }
 
 /// Commands with an output that is an input: the words, and the option and the input that the message names.
-const OVERWRITING: [(&str, &str, &str); 32] = [
+const OVERWRITING: [(&str, &str, &str); 36] = [
     ("simulate part.nc -o part.nc", "-o", "INPUT"),
     ("simulate part.nc -o run.csv --json part.nc", "--json", "INPUT"),
     ("simulate part.nc -o out.csv --against ref.csv --json ref.csv", "--json", "--against"),
