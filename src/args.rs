@@ -15,6 +15,8 @@ use pipeline::setpoints::SetpointKind;
 use pipeline::{OutputFormat, OutputSettings, ReadSettings, Setup};
 
 pub use crate::numbers::{length_mm as parse_length, not_negative as parse_not_negative};
+use crate::output::{Outputs, Printer};
+use crate::report::{Group, Page, render};
 use crate::{numbers, read};
 
 /// Options that every command has.
@@ -26,6 +28,34 @@ pub struct Common {
     /// Seed of everything random; the same seed, input and version give the same output
     #[arg(long, default_value_t = 1, global = true)]
     pub seed: u64,
+}
+
+/// Where the report goes.
+#[derive(Debug, Clone, Args)]
+pub struct ReportArgs {
+    /// Write what was found as a page with pictures, for any browser
+    #[arg(long, value_name = "HTML")]
+    pub report: Option<PathBuf>,
+}
+
+impl ReportArgs {
+    /// Adds the page to the outputs, where it is asked for.
+    ///
+    /// # Errors
+    /// When the groups cannot be made, or the page cannot be rendered.
+    pub fn add(
+        &self,
+        outputs: &mut Outputs,
+        printer: &Printer,
+        (title, lead): (&str, &str),
+        groups: impl FnOnce() -> Result<Vec<Group>>,
+    ) -> Result<()> {
+        let Some(path) = &self.report else { return Ok(()) };
+        let page = Page { title: title.to_owned(), lead: lead.to_owned(), groups: groups()? };
+        outputs.add(path, render(&page)?);
+        printer.line(format!("report in {}", path.display()));
+        Ok(())
+    }
 }
 
 /// What the machine is.

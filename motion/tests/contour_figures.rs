@@ -110,9 +110,10 @@ fn figures_of_an_oval_circle_with_lead_in() {
     assert!(close(cw.radial_max_mm, 0.009) && close(cw.radial_min_mm, 0.001));
     assert!(close(test.bidirectional_mm.unwrap(), 0.010));
     assert!((test.mean_bidirectional_mm.unwrap() - 0.004).abs() < 3e-4);
+    assert!((test.hysteresis_mm.unwrap() - 0.002).abs() < 1e-4);
 
     let one_way = circular_test(&path[..4200], CirclePlane::Xy, nominal).unwrap();
-    assert!(one_way.clockwise.is_none() && one_way.bidirectional_mm.is_none());
+    assert!(one_way.clockwise.is_none() && one_way.bidirectional_mm.is_none() && one_way.hysteresis_mm.is_none());
     let (_, wavy) = travel(&wave(60.0, 5.0, 4.0), 80.0, 800.0, PERIOD_S);
     assert!(circular_test(&wavy, CirclePlane::Xy, nominal).is_err());
     assert!(circular_test(&path[..2000], CirclePlane::Xy, nominal).is_err());

@@ -5,19 +5,19 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use machine::SimulationOptions;
-use pipeline::compare::{CompareSettings, PathComparison, Plant, UNSEEN, UNSEEN_TURNED, compare, compare_programs};
+use pipeline::compare::{CompareSettings, Plant, UNSEEN, UNSEEN_TURNED, compare, compare_programs};
 use pipeline::model_based_ilc::Settings;
 use pipeline::{Event, Input, Setup};
 
 use super::simulate::SensorName;
-use crate::args::{Common, LawArg, MachineArgs, ProgramArgs};
+use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::print::comparison as print;
 use crate::progress::Shown;
 use crate::read;
-use crate::report::{PathReport, Series, report_page};
+use crate::report::comparison;
 
 /// Compare first runs with iterative learning control, on a simulated or learned machine and paths that training never saw
 ///
@@ -69,16 +69,15 @@ pub struct Compare {
     /// Factor on run-to-run noise
     #[arg(long, default_value_t = 1.0, value_parser = numbers::noise)]
     noise: f64,
-    /// Write pictures and table as a page
-    #[arg(long, value_name = "HTML")]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 impl Compare {
     pub fn files(&self) -> Files {
         let files = Files::of(self.common.json.as_deref()).reads("-m", self.model.as_deref()).reads("--on", self.on.as_deref());
         let files = self.inputs.iter().fold(files, |files, input| files.reads("INPUT", &**input));
-        files.reads_machine(&*self.machine.machine).writes("--report", self.report.as_deref())
+        files.reads_machine(&*self.machine.machine).writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -106,10 +105,7 @@ impl Compare {
             figures["programs"] = print::programs_json(&programs, &tuned, &settings);
         }
         let mut outputs = Outputs::default();
-        if let Some(report) = &self.report {
-            outputs.add(report, report_page("Comparison", &report_of(&results.paths)?)?);
-            printer.line(format!("report in {}", report.display()));
-        }
+        self.report.add(&mut outputs, &printer, ("Comparison", LEAD), || comparison(&results.paths))?;
         outputs.write(self.common.json.as_deref(), &figures)
     }
 
@@ -142,17 +138,5 @@ pub fn unseen(setup: &Setup) -> &'static [&'static str] {
     if setup.kinematics.has_rotary_axes() { &UNSEEN_TURNED } else { &UNSEEN }
 }
 
-/// Pictures of every path.
-pub fn report_of(results: &[PathComparison]) -> Result<Vec<PathReport>> {
-    results
-        .iter()
-        .map(|result| {
-            let series = result
-                .runs
-                .iter()
-                .map(|(name, actual)| Series::of_path(name, &result.desired, actual))
-                .collect::<Result<Vec<_>>>()?;
-            Ok(PathReport::new(&result.name, &result.desired, series))
-        })
-        .collect()
-}
+/// What the report shows.
+pub const LEAD: &str = "First runs by a model beside learning on the machine, on paths that training never saw.";

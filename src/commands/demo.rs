@@ -13,7 +13,8 @@ use pipeline::training::{TrainSettings, Trained, train};
 use pipeline::{Event, Input, Setup};
 use serde_json::json;
 
-use super::compare::{report_of, unseen};
+use super::compare::{LEAD, unseen};
+use super::train::model_group;
 use crate::args::{Common, MachineArgs};
 use crate::files::Files;
 use crate::numbers;
@@ -21,7 +22,7 @@ use crate::output::{Outputs, Printer};
 use crate::print;
 use crate::progress::Shown;
 use crate::read;
-use crate::report::report_page;
+use crate::report::{Page, comparison, render};
 
 /// The whole story on a simulated machine: excite, train, compensate unseen curves, compare with learning on the machine
 #[derive(Debug, Args)]
@@ -85,7 +86,9 @@ impl Demo {
         let (model, report) = (self.out.join(MODEL), self.out.join(REPORT));
         let mut outputs = Outputs::default();
         outputs.add(&model, trained.bundle.to_bytes()?);
-        outputs.add(&report, report_page("precomp demo", &report_of(&results.paths)?)?);
+        let mut groups = vec![model_group(&trained, &logs)];
+        groups.extend(comparison(&results.paths)?);
+        outputs.add(&report, render(&Page { title: "precomp demo".to_owned(), lead: LEAD.to_owned(), groups })?);
         let seconds = started.elapsed().as_secs_f64();
         printer.line(format!("model in {}, report in {}; {seconds:.0} s in all", model.display(), report.display()));
         let mut figures = print::comparison::json(&results, &settings);

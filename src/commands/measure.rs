@@ -9,11 +9,12 @@ use models::Bundle;
 use motion::contour::{ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent};
 use pipeline::{Input, Setup, measure};
 
-use crate::args::{Common, LogArgs, ProgramArgs};
+use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
 use crate::files::Files;
-use crate::output::{Printer, Refusal, write_json};
+use crate::output::{Outputs, Printer, Refusal, write_json};
 use crate::print::measurement as print;
 use crate::read::{self, Source};
+use crate::report::{Group, Run, Track, model_fit, sections};
 
 /// Tracking and contour error of a recorded run
 ///
@@ -23,7 +24,7 @@ use crate::read::{self, Source};
   precomp measure run.csv
   precomp measure run.csv --desired part.nc --machine mill.toml
   precomp measure run.csv --desired compensated.nc --machine mill.toml --readback
-  precomp measure today.csv --model mill.model
+  precomp measure today.csv --model mill.model --report run.html
   precomp measure circle.csv --desired curve:circle --feed 50 --machine mill.toml")]
 pub struct Measure {
     /// The log: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
@@ -39,7 +40,7 @@ pub struct Measure {
     #[arg(long, value_name = "INPUT")]
     desired: Option<PathBuf>,
     /// Judge the control instead of the machine: what it commanded against what the program --desired, the one that ran, was to make of it
-    #[arg(long, requires = "desired")]
+    #[arg(long, requires = "desired", conflicts_with = "report")]
     readback: bool,
     /// Say whether this model still fits the machine: its prediction beside what the log shows
     #[arg(short, long, value_name = "MODEL")]
@@ -49,6 +50,8 @@ pub struct Measure {
     estimator: EstimatorName,
     #[command(flatten)]
     columns: LogArgs,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// A contour-error estimator.
@@ -90,6 +93,7 @@ impl Measure {
             .reads("--desired", self.desired.as_deref())
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
+            .writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -110,12 +114,21 @@ impl Measure {
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         print::show(&printer, &log, &measured, self.desired.is_some())?;
         let mut figures = print::json(&log, &measured)?;
-        if let Some(model) = model {
-            let fits = measure::fits(&model, &log)?;
-            print::show_fits(&printer, &fits);
-            figures["model"] = print::fits_json(&fits);
+        let fits = model.map(|model| measure::fits(&model, &log)).transpose()?;
+        if let Some(fits) = &fits {
+            print::show_fits(&printer, fits);
+            figures["model"] = print::fits_json(fits);
         }
-        write_json(self.common.json.as_deref(), &figures)
+        let mut outputs = Outputs::default();
+        let title = format!("Run recorded in {}", log.name);
+        let lead = "What the axes did, as their encoders saw it, beside what was asked of them.";
+        self.report.add(&mut outputs, &printer, (&title, lead), || {
+            let track = Track::of_measured(&desired, &measured, log.period_s());
+            let mut all = sections(&track, &[Run::measured("run", &track, &desired, &log, &measured)?]);
+            all.extend(fits.as_deref().map(model_fit));
+            Ok(vec![Group { name: desired.name().to_owned(), sections: all }])
+        })?;
+        outputs.write(self.common.json.as_deref(), &figures)
     }
 
     /// The path to measure against: what --desired says, or the log's own command.

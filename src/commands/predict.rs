@@ -13,16 +13,17 @@ use pipeline::units::ErrorUnit;
 use pipeline::{Expectation, PositionTerms, Setup, machine_for};
 use serde_json::json;
 
-use crate::args::{Common, ProgramArgs};
+use crate::args::{Common, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, table};
 use crate::print::compensation as print;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
+use crate::report::{Group, Run, Track, asked, known, sections};
 
 /// Forecast the tracking and contour error of a path
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  precomp predict part.nc -m mill.model")]
+#[command(after_help = "Example:\n  precomp predict part.nc -m mill.model --report forecast.html")]
 pub struct Predict {
     /// Part program, reference (.csv, .parquet) or test curve (`curve:NAME`)
     input: PathBuf,
@@ -36,6 +37,8 @@ pub struct Predict {
     /// Write the forecast as a log: `x_act` is the predicted actual position
     #[arg(short, long, value_name = "LOG")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 impl Predict {
@@ -44,6 +47,7 @@ impl Predict {
             .reads("INPUT", &*self.input)
             .reads("-m", &*self.model)
             .writes("-o", self.out.as_deref())
+            .writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -68,6 +72,16 @@ impl Predict {
             outputs.add_log(out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
         }
+        let title = format!("Forecast for {}", input.name());
+        let lead = "What the model predicts for the program or reference as it is. Nothing was run on the machine.";
+        self.report.add(&mut outputs, &printer, (&title, lead), || {
+            let track = Track::of(&input);
+            // The recorded command is the program's own, and no correction.
+            let runs = [Run::of("forecast", &track, None, &actual)?];
+            let mut all = sections(&track, &runs);
+            all.extend([asked(&model, &input), known(&model)]);
+            Ok(vec![Group { name: input.name().to_owned(), sections: all }])
+        })?;
         outputs.write(
             self.common.json.as_deref(),
             &json!({

@@ -11,13 +11,14 @@ use models::FeatureSet;
 use pipeline::identification::{Identified, KnownRun, identify};
 use pipeline::training::{self, MOST_SAMPLES, TrainSettings, Trained};
 
-use crate::args::{Common, LogArgs};
+use crate::args::{Common, LogArgs, ReportArgs};
 use crate::files::Files;
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::print::{identification, training as print};
 use crate::progress::Shown;
 use crate::read;
+use crate::report::{Group, adaptation, held_out, known, trained_range};
 
 /// Learn how a machine's axes lag, stick and snap back, from logs of commanded and actual positions
 ///
@@ -64,6 +65,8 @@ pub struct Train {
     /// Folder for checkpoints of the networks; an interrupted training goes on from there
     #[arg(long, value_name = "DIR")]
     checkpoints: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Features of the networks.
@@ -96,6 +99,7 @@ impl Train {
             .reads_recipe(&*self.predictor)
             .reads("--from", self.from.as_deref())
             .writes("-o", &*self.out)
+            .writes("--report", self.report.report.as_deref())
             .writes_in("--checkpoints", self.checkpoints.as_deref())
     }
 
@@ -129,11 +133,17 @@ impl Train {
         let mut outputs = Outputs::default();
         outputs.add(&self.out, trained.bundle.to_bytes()?);
         printer.line(format!("trained in {seconds:.1} s; model in {}", self.out.display()));
+        self.report.add(&mut outputs, &printer, (&self.title(), LEAD), || Ok(vec![model_group(&trained, &logs)]))?;
         let mut figures = print::json(&trained, seconds);
         figures["warnings"] = serde_json::json!(warnings);
         figures["control"] =
             control.as_ref().map_or(serde_json::Value::Null, |control| identification::json(control, identified_s));
         outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// Title of the report.
+    fn title(&self) -> String {
+        format!("Model {}", file_name(&self.out))
     }
 
     /// The logs, and what was found in them.
@@ -194,8 +204,23 @@ impl Train {
         let mut outputs = Outputs::default();
         outputs.add(&self.out, adapted.bundle.to_bytes()?);
         printer.line(format!("adapted in {seconds:.1} s; model in {}", self.out.display()));
+        self.report.add(&mut outputs, printer, (&self.title(), LEAD), || {
+            let (name, bundle) = ("Model".to_owned(), &adapted.bundle);
+            Ok(vec![Group { name, sections: vec![adaptation(&adapted), known(bundle), trained_range(bundle)] }])
+        })?;
         outputs.write(self.common.json.as_deref(), &print::adapted_json(&adapted, seconds, warnings))
     }
+}
+
+/// What the report shows.
+const LEAD: &str = "How the axes lag and stick, how well the model predicts that on runs that it was not fitted to, and in which range it holds.";
+
+/// What the report shows of a model and the logs that it was trained on.
+pub fn model_group(trained: &Trained, logs: &[Log]) -> Group {
+    let mut sections = vec![known(&trained.bundle)];
+    sections.extend(held_out(trained, trained.runs(logs)));
+    sections.push(trained_range(&trained.bundle));
+    Group { name: "Model".to_owned(), sections }
 }
 
 /// Name of a file without its last ending.

@@ -251,7 +251,7 @@ fn paths_json(results: &[PathComparison], settings: &CompareSettings) -> Vec<Val
         let methods =
             result.methods.iter().map(|(method, figures)| (method.name().to_owned(), entry(result, *method, figures, settings)));
         let methods: Map<String, Value> = methods.collect();
-        let by_run: Vec<f64> = result.ilc_rms.iter().map(|rms| rms * 1e3).collect();
+        let by_run: Vec<f64> = result.learning_of(Ilc::Spatial).iter().map(|rms| rms * 1e3).collect();
         let (rms, max) = result.gap();
         json!({
             "name": result.name, "methods": methods, "gap": { "rms": rms, "max": max }, "spatial_ilc_rms_by_run_um": by_run,

@@ -170,11 +170,13 @@ fn show_circle(printer: &Printer, circle: &CircularTest) {
         })
         .collect();
     printer.line(table(&["direction", "G µm", "F max µm", "F min µm", "mean radial µm"], &rows));
-    if let (Some(both), Some(mean)) = (circle.bidirectional_mm, circle.mean_bidirectional_mm) {
+    let of_both = circle.bidirectional_mm.zip(circle.mean_bidirectional_mm).zip(circle.hysteresis_mm);
+    if let Some(((both, mean), hysteresis)) = of_both {
         printer.line(format!(
-            "bidirectional circular error G(b) {} µm, mean bidirectional radial error D {} µm",
+            "bidirectional circular error G(b) {} µm, mean bidirectional radial error D {} µm, hysteresis H {} µm",
             um(both),
-            um(mean)
+            um(mean),
+            um(hysteresis)
         ));
     }
 }
@@ -200,6 +202,7 @@ pub fn json(log: &Log, measured: &Measurement) -> Result<Value, MotionError> {
             "clockwise": direction(circle.clockwise),
             "bidirectional_um": circle.bidirectional_mm.map(|value| value * 1e3),
             "mean_bidirectional_um": circle.mean_bidirectional_mm.map(|value| value * 1e3),
+            "hysteresis_um": circle.hysteresis_mm.map(|value| value * 1e3),
         })
     });
     Ok(json!({

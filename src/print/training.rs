@@ -53,14 +53,14 @@ pub fn json(trained: &Trained, seconds: f64) -> Value {
         })
         .collect();
     json!({ "seconds": seconds, "axes": axes, "common_lag_ms": trained.bundle.manifest.common_delay_s * 1e3, "left_out": trained.left_out, "notes": trained.notes,
-        "samples": trained.stretches.map(|taken| json!({ "trained_on": taken.samples, "of": taken.of, "stretches": taken.runs })) })
+        "samples": trained.stretches.as_ref().map(|taken| json!({ "trained_on": taken.samples, "of": taken.of, "stretches": taken.runs.len() })) })
 }
 
 /// What was taken of long logs.
 pub fn stretches(trained: &Trained) -> Option<String> {
-    let Stretches { runs, samples, of } = trained.stretches?;
-    let share = 100.0 * samples as f64 / of as f64;
-    let what = format!("trained on {samples} of {of} samples ({share:.0} %), in {runs} stretches that show most of the motion");
+    let Stretches { runs, samples, of } = trained.stretches.as_ref()?;
+    let share = 100.0 * *samples as f64 / *of as f64;
+    let what = format!("trained on {samples} of {of} samples ({share:.0} %), in {} stretches that show most of the motion", runs.len());
     Some(format!("{what}; --most-samples takes more"))
 }
 

@@ -32,7 +32,7 @@ fn with_inputs() -> Folder {
 }
 
 /// Commands with an output that is an input: the words, and the option and the input that the message names.
-const OVERWRITING: [(&str, &str, &str); 32] = [
+const OVERWRITING: [(&str, &str, &str); 36] = [
     ("simulate part.nc -o part.nc", "-o", "INPUT"),
     ("simulate part.nc -o run.csv --json part.nc", "--json", "INPUT"),
     ("simulate part.nc -o out.csv --against ref.csv --json ref.csv", "--json", "--against"),
@@ -46,6 +46,8 @@ const OVERWRITING: [(&str, &str, &str); 32] = [
     ("train run.csv --predictor recipe.toml -o recipe.toml", "-o", "--predictor"),
     ("train run.csv --from mill.model -o mill.model", "-o", "--from"),
     ("train run.csv -o new.model --checkpoints run.csv", "--checkpoints", "LOG"),
+    ("train run.csv -o new.model --report run.csv", "--report", "LOG"),
+    ("predict part.nc -m mill.model --report part.nc", "--report", "INPUT"),
     ("predict part.nc -m mill.model -o mill.model", "-o", "-m"),
     ("predict part.nc -m mill.model -o part.nc", "-o", "INPUT"),
     ("predict part.nc -m mill.model --json mill.model", "--json", "-m"),
@@ -59,6 +61,8 @@ const OVERWRITING: [(&str, &str, &str); 32] = [
     ("measure run.csv --json run.csv", "--json", "LOG"),
     ("measure run.csv --desired part.nc --machine mill.toml --json part.nc", "--json", "--desired"),
     ("measure run.csv -m mill.model --json mill.model", "--json", "-m"),
+    ("measure run.csv -m mill.model --report mill.model", "--report", "-m"),
+    ("refine part.nc --log run.csv -o out.nc --report run.csv", "--report", "--log"),
     ("refine part.nc --log run.csv -o run.csv", "-o", "--log"),
     ("refine part.nc --log run.csv -o out.nc --json part.nc", "--json", "INPUT"),
     ("refine part.nc --log run.csv --ran out.nc -o out.nc", "-o", "--ran"),

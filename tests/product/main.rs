@@ -24,6 +24,7 @@ mod points;
 mod real_machine;
 mod recorded;
 mod refine;
+mod report;
 mod reproduce;
 mod rows;
 mod sinumerik;

@@ -1,5 +1,6 @@
 //! All methods on one path.
 
+use compensation::Iteration;
 use machine::{Machine, SimulatedMachine, SimulationOptions};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 use super::floor::floor_runs;
 use super::method::{Ilc, Method};
 use super::plant::Plant;
-use super::results::{Measured, PathComparison};
+use super::results::{KeptRun, Measured, PathComparison};
 use super::settings::CompareSettings;
 use super::tuning::{Tuned, ilc_correction_limits, probe, run_ilc};
 use crate::error::Result;
@@ -31,8 +32,8 @@ pub(super) struct Bench<'a> {
 #[derive(Default)]
 struct Seed {
     measured: Vec<(Method, Measured)>,
-    ilc_rms: Vec<f64>,
-    runs: Vec<(&'static str, Trajectory)>,
+    learning: Vec<(Ilc, Vec<f64>)>,
+    runs: Vec<KeptRun>,
 }
 
 impl Bench<'_> {
@@ -44,12 +45,12 @@ impl Bench<'_> {
             for (method, measured) in seed.measured {
                 result.push(method, &measured);
             }
-            result.ilc_rms.resize(seed.ilc_rms.len(), 0.0);
-            for (sum, rms) in result.ilc_rms.iter_mut().zip(seed.ilc_rms) {
-                *sum += rms / self.settings.seeds as f64;
-            }
             if index == 0 {
+                result.learning = seed.learning.iter().map(|(law, rms)| (*law, vec![0.0; rms.len()])).collect();
                 result.runs = seed.runs;
+            }
+            for ((_, sums), (_, rms)) in result.learning.iter_mut().zip(&seed.learning) {
+                sums.iter_mut().zip(rms).for_each(|(sum, rms)| *sum += rms / self.settings.seeds as f64);
             }
         }
         result.insert_best_ilc();
@@ -95,7 +96,7 @@ impl Bench<'_> {
                 seed.measured.push((Method::Refined, Measured::of(path, &machine.run(&refined)?)?));
             }
             if PICTURED.contains(method) {
-                seed.runs.push((method.name(), actual.clone()));
+                seed.runs.push(KeptRun { name: method.name(), reference: reference.clone(), actual: actual.clone() });
             }
             if *method == Method::Uncompensated {
                 uncompensated = Some(actual);
@@ -121,11 +122,11 @@ impl Bench<'_> {
             let mut learner = settings.law(law, desired.trajectory().period_s(), &responses)?;
             let runs = run_ilc(machine, learner.as_mut(), desired, &correction_limits, self.settings.ilc_runs)?;
             let Some(last) = runs.last() else { continue };
-            seed.measured.push((Method::Ilc(law), Measured::of(path, last)?));
+            seed.measured.push((Method::Ilc(law), Measured::of(path, &last.actual)?));
+            let rms = |run: &Iteration| Ok(path.figures(&run.actual)?.tip.rms_mm);
+            seed.learning.push((law, runs.iter().map(rms).collect::<Result<_>>()?));
             if law == Ilc::Spatial {
-                let rms = |actual: &Trajectory| Ok(path.figures(actual)?.tip.rms_mm);
-                seed.ilc_rms = runs.iter().map(rms).collect::<Result<_>>()?;
-                seed.runs.push((law.name(), last.clone()));
+                seed.runs.push(KeptRun { name: law.name(), reference: last.reference.clone(), actual: last.actual.clone() });
             }
         }
         Ok(())

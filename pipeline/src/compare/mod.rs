@@ -24,7 +24,7 @@ pub use floor::floor;
 pub use method::{Ilc, Method};
 pub use plant::{OwnMachine, Plant};
 pub use programs::compare_programs;
-pub use results::{BestIlc, Figures, PathComparison, gap, mean, spread};
+pub use results::{BestIlc, Figures, KeptRun, PathComparison, gap, mean, spread};
 pub use settings::{CompareSettings, FEED_MM_S, PAPER_D, UNSEEN, UNSEEN_TURNED};
 pub use tuning::{LawSettings, Tuned};
 

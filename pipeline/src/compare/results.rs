@@ -95,12 +95,23 @@ pub struct PathComparison {
     pub name: String,
     /// Methods with their figures, in the order of the table.
     pub methods: Vec<(Method, Figures)>,
-    /// RMS of every run of spatial ILC, mean over the seeds, mm; the first run is uncompensated.
-    pub ilc_rms: Vec<f64>,
+    /// RMS of every run of each ILC law, mean over the seeds, mm; the first run is uncompensated. Empty for programs.
+    pub learning: Vec<(Ilc, Vec<f64>)>,
     /// Desired path.
     pub desired: DesiredPath,
-    /// Runs of the first seed for plots: name and actual positions.
-    pub runs: Vec<(&'static str, Trajectory)>,
+    /// Runs of the first seed for plots.
+    pub runs: Vec<KeptRun>,
+}
+
+/// A run that is kept for plots.
+#[derive(Debug, Clone)]
+pub struct KeptRun {
+    /// Name of the method.
+    pub name: &'static str,
+    /// Commanded positions.
+    pub reference: Trajectory,
+    /// Actual positions.
+    pub actual: Trajectory,
 }
 
 /// The laws with the lowest figures on a path.
@@ -114,7 +125,7 @@ pub struct BestIlc {
 
 impl PathComparison {
     pub(super) fn empty(name: &str, desired: &DesiredPath) -> Self {
-        Self { name: name.to_owned(), methods: Vec::new(), ilc_rms: Vec::new(), desired: desired.clone(), runs: Vec::new() }
+        Self { name: name.to_owned(), methods: Vec::new(), learning: Vec::new(), desired: desired.clone(), runs: Vec::new() }
     }
 
     pub(super) fn push(&mut self, method: Method, measured: &Measured) {
@@ -156,6 +167,12 @@ impl PathComparison {
         let lowest =
             |of: fn(&Figures) -> f64| self.laws().min_by(|one, other| of(one.1).total_cmp(&of(other.1))).map(|(law, _)| law);
         Some(BestIlc { rms: lowest(|figures| figures.mean().0)?, max: lowest(|figures| figures.mean().1)? })
+    }
+
+    /// RMS of every run of an ILC law, mm; empty where that was not run.
+    #[must_use]
+    pub fn learning_of(&self, law: Ilc) -> &[f64] {
+        self.learning.iter().find(|(known, _)| *known == law).map_or(&[], |(_, rms)| rms)
     }
 
     /// Figures of a method; `None` where it was not run.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, CorrectionLimits, ImpulseResponse, LowPass, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, ImpulseResponse, Iteration, LowPass, StopRule, learn};
 use machine::Machine;
 use motion::contour::Exact;
 use motion::curves::{Curve, OnSaddle, library};
@@ -331,7 +331,7 @@ pub fn ilc_correction_limits(
     })
 }
 
-/// Runs `law` on the machine. Returns the actual positions of every run, the uncompensated one first.
+/// Runs `law` on the machine. Returns every run, the uncompensated one first.
 ///
 /// # Errors
 /// When the machine refuses a reference.
@@ -341,8 +341,7 @@ pub fn run_ilc(
     desired: &DesiredPath,
     correction_limits: &CorrectionLimits,
     runs: usize,
-) -> Result<Vec<Trajectory>> {
+) -> Result<Vec<Iteration>> {
     // Never stops early: the last run counts, independent of the noise of the run before.
-    let learned = learn(machine, law, desired, None, correction_limits, &StopRule::after(runs), &mut |_, _| 0.0)?;
-    Ok(learned.iterations.into_iter().map(|iteration| iteration.actual).collect())
+    Ok(learn(machine, law, desired, None, correction_limits, &StopRule::after(runs), &mut |_, _| 0.0)?.iterations)
 }

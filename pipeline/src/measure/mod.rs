@@ -20,6 +20,7 @@ use motion::contour::{
 };
 use motion::{Vec3, lag_s};
 
+use crate::analysis::worst_samples;
 use crate::error::Result;
 use crate::input::Input;
 use crate::statistics::{self, OrientationSummary, summary_of_feed_moves};
@@ -27,7 +28,7 @@ use crate::statistics::{self, OrientationSummary, summary_of_feed_moves};
 pub use matching::{Match, in_path_time, in_time_of, match_by_position, match_run, without_approach};
 pub use model_check::{Fit, fits};
 pub use readback::{Readback, readback};
-pub use reversals::{Reversal, reversals};
+pub use reversals::{Reversal, reversal_samples, reversals};
 
 /// Number of worst positions that are reported, and their least distance in time, s.
 const WORST: usize = 5;
@@ -52,6 +53,10 @@ pub struct Measurement {
     pub segments: Vec<Segment>,
     /// Circular-test figures; `None` where the path is not a full circle.
     pub circle: Option<CircularTest>,
+    /// Contour error of every sample of the run.
+    pub errors: Vec<ContourError>,
+    /// Whether each of these samples counts in the figures.
+    pub counts: Vec<bool>,
 }
 
 /// A position in a run.
@@ -107,6 +112,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         .map(|(reference, actual)| lag_s(reference, actual, period))
         .collect();
     let circle = circle(&matched.path, &actual);
+    let counted = (0..errors.len()).map(|k| counts(&k)).collect();
     Ok(Measurement {
         contour,
         orientation,
@@ -116,6 +122,8 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         lags_s,
         circle,
         matched,
+        counts: counted,
+        errors,
     })
 }
 
@@ -135,17 +143,8 @@ fn worst(
     line: impl Fn(usize) -> Option<usize>,
 ) -> Vec<WorstPoint> {
     let apart = (APART_S / period_s).ceil() as usize;
-    let mut order: Vec<usize> = (0..errors.len()).filter(counts).collect();
-    order.sort_by(|a, b| errors[*b].magnitude_mm.total_cmp(&errors[*a].magnitude_mm));
-    let mut chosen: Vec<usize> = Vec::new();
-    for k in order {
-        if chosen.len() == WORST {
-            break;
-        }
-        if chosen.iter().all(|other| other.abs_diff(k) > apart) {
-            chosen.push(k);
-        }
-    }
+    let magnitude = |k: usize| if counts(&k) { errors[k].magnitude_mm } else { f64::NAN };
+    let chosen = worst_samples(&(0..errors.len()).map(magnitude).collect::<Vec<f64>>(), WORST, apart);
     let point = |k: usize| WorstPoint {
         time_s: k as f64 * period_s,
         at: errors[k].foot,
@@ -194,8 +193,16 @@ fn segments(
 /// Largest circular deviation of a path that counts as a programmed circle, mm.
 const CIRCULARITY_MM: f64 = 5e-4;
 
-/// Circular-test figures; `None` where the desired path is not a circle in a main plane.
-fn circle(desired: &[Vec3], actual: &[Vec3]) -> Option<CircularTest> {
+/// Circular-test figures of a run along `desired`, mm; `None` where that is not a circle in a main plane.
+#[must_use]
+pub fn circle(desired: &[Vec3], actual: &[Vec3]) -> Option<CircularTest> {
+    let (plane, nominal) = nominal_circle(desired)?;
+    circular_test(actual, plane, nominal).ok()
+}
+
+/// The circle in a main plane that a path follows, at most with a lead-in and a lead-out, mm; `None` for other paths.
+#[must_use]
+pub fn nominal_circle(desired: &[Vec3]) -> Option<(CirclePlane, NominalCircle)> {
     let range = |axis: usize| {
         let values = desired.iter().map(|point| point[axis]);
         values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
@@ -205,6 +212,5 @@ fn circle(desired: &[Vec3], actual: &[Vec3]) -> Option<CircularTest> {
     let wanted = circular_test(desired, plane, NominalCircle { centre: None, radius_mm: 1.0 }).ok()?;
     let round =
         [wanted.counterclockwise, wanted.clockwise].into_iter().flatten().all(|one| one.circular_deviation_mm < CIRCULARITY_MM);
-    let nominal = NominalCircle { centre: Some(wanted.centre), radius_mm: wanted.radius_mm };
-    round.then(|| circular_test(actual, plane, nominal).ok()).flatten()
+    round.then_some((plane, NominalCircle { centre: Some(wanted.centre), radius_mm: wanted.radius_mm }))
 }

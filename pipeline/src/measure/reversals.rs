@@ -34,27 +34,32 @@ pub fn reversals(log: &Log, errors: &[ContourError], lags_s: &[Option<f64>]) -> 
         let Some(component) = ["x", "y", "z"].iter().position(|name| *name == axis.name) else { continue };
         let late = (lags_s.get(index).copied().flatten().unwrap_or(0.0).max(0.0) / period).round() as usize;
         let column = &log.reference.columns()[index];
-        let mut heading = 0.0;
-        for k in 1..column.len() {
-            let speed = (column[k] - column[k - 1]) / period;
-            if speed.abs() < STILL {
-                continue;
-            }
-            if heading * speed < 0.0 {
-                let from = (k + late).min(errors.len());
-                let swing = errors[from..(from + window).min(errors.len())].iter().map(|error| error.vector[component]);
-                let (low, high) = swing.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
-                found.push(Reversal {
-                    axis: axis.name.clone(),
-                    time_s: k as f64 * period,
-                    at: column[k],
-                    from_positive: heading > 0.0,
-                    glitch_mm: (high - low).max(0.0),
-                });
-            }
-            heading = speed.signum();
+        for (k, from_positive) in reversal_samples(column, period) {
+            let from = (k + late).min(errors.len());
+            let swing = errors[from..(from + window).min(errors.len())].iter().map(|error| error.vector[component]);
+            let (low, high) = swing.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
+            let (time_s, at, glitch_mm) = (k as f64 * period, column[k], (high - low).max(0.0));
+            found.push(Reversal { axis: axis.name.clone(), time_s, at, from_positive, glitch_mm });
         }
     }
     found.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    found
+}
+
+/// Samples at which a commanded position (mm or rad) reverses, each with whether it rose before. Standstills in between do not matter.
+#[must_use]
+pub fn reversal_samples(positions: &[f64], period_s: f64) -> Vec<(usize, bool)> {
+    let mut found = Vec::new();
+    let mut heading = 0.0;
+    for k in 1..positions.len() {
+        let speed = (positions[k] - positions[k - 1]) / period_s;
+        if speed.abs() < STILL {
+            continue;
+        }
+        if heading * speed < 0.0 {
+            found.push((k, heading > 0.0));
+        }
+        heading = speed.signum();
+    }
     found
 }

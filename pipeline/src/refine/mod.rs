@@ -115,8 +115,11 @@ pub fn figures_of_log(input: &Input, log: &Log) -> Result<Figures> {
     input.figures(&aligned(input, log)?.1)
 }
 
-/// Commanded and actual positions of a log in the time of the path.
-fn aligned(input: &Input, log: &Log) -> Result<(Trajectory, Trajectory, Match)> {
+/// Commanded and actual positions of a log in the time of the path, and its alignment with it.
+///
+/// # Errors
+/// When the log is not of a run of the path.
+pub fn aligned(input: &Input, log: &Log) -> Result<(Trajectory, Trajectory, Match)> {
     let desired = input.desired();
     desired.trajectory().check_axes(log.axes())?;
     let (log, _) = without_approach(log, desired)?;

@@ -58,6 +58,14 @@ impl ObservedRun {
         })
     }
 
+    /// Actual positions, in the path's time.
+    ///
+    /// # Errors
+    /// When the columns are not those of the path.
+    pub fn actual(&self) -> Result<Trajectory> {
+        Ok(plus(&self.predicted, &self.model_error)?)
+    }
+
     /// Contour error that the model predicts for another run of the same program, with this part of its error known.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use training::AxisRun;
 use training::network::NetworkRecipe;
 use training::staged::StagedRecipe;
 
-use super::cross_fit::{self, FoldErrors, only, without};
+use super::cross_fit::{self, FoldErrors, Piece, only, without};
 use super::settings::TrainSettings;
 use crate::error::{Error, Result};
 use crate::statistics::rms_max;
@@ -19,6 +19,8 @@ pub(super) struct FittedAxis {
     pub held_out: HeldOut,
     pub coverage: OperatingRange,
     pub band: PredictionInterval,
+    /// Errors on held-out samples.
+    pub held_out_pieces: Vec<Piece>,
     pub note: String,
 }
 
@@ -91,7 +93,8 @@ pub(super) fn fit_axis(
     let band = band.with_spread(spread);
     let (linear_rms, raw_rms) = (rms_max(&linear).0, rms_max(&raw).0);
     let held_out = HeldOut { rms, max, linear_rms, raw_rms, band_held, folds: fold_errors.len(), worst_window };
-    Ok(FittedAxis { predictor, held_out, coverage, band, note: format!("{}: {note}", axis.name) })
+    let note = format!("{}: {note}", axis.name);
+    Ok(FittedAxis { predictor, held_out, coverage, band, held_out_pieces: choice.pieces, note })
 }
 
 fn period_of(runs: &[AxisRun]) -> f64 {

@@ -29,6 +29,7 @@ use crate::progress::{Job, Progress, Steps};
 use crate::units::ErrorUnit;
 
 pub use adaptation::{Adapted, AdaptedAxis, adapt};
+pub use cross_fit::Piece as HeldOutPiece;
 pub use settings::{MOST_SAMPLES, TrainSettings};
 
 /// Total samples over which cross-fit folds run, and the largest number of folds. A short log gets three folds, since
@@ -47,15 +48,17 @@ pub struct Trained {
     pub left_out: Vec<String>,
     /// Lag of every axis of the model, s; `None` where it cannot be determined.
     pub lags_s: Vec<Option<f64>>,
-    /// Where not all samples of long logs were taken: runs and samples that were, and samples of the logs.
+    /// Errors of every axis of the model on held-out samples, each predicted by a model that was fitted without it.
+    pub held_out: Vec<Vec<HeldOutPiece>>,
+    /// What was taken of the logs, where not all of their samples were.
     pub stretches: Option<Stretches>,
 }
 
 /// What was taken of long logs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stretches {
-    /// Number of runs.
-    pub runs: usize,
+    /// The stretches, each behind up to two seconds of what came before it.
+    pub runs: Vec<Log>,
     /// Samples in them.
     pub samples: usize,
     /// Samples of the logs.
@@ -108,7 +111,7 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
             .collect();
         jobs.into_iter().map(|job| job.join().unwrap_or_else(|_| Err(Error::Thread))).collect()
     });
-    let fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
+    let mut fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
     let spec_of_model = match spec {
         Some(spec) => spec.clone(),
         None => limits_from_log::spec(&whole.iter().collect::<Vec<_>>(), &moving, period_s)?,
@@ -125,14 +128,16 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         control: None,
         axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
     };
+    let held_out = fitted.iter_mut().map(|fitted| std::mem::take(&mut fitted.held_out_pieces)).collect();
     let notes = fitted.iter().map(|fitted| fitted.note.clone()).collect();
     let predictors: Vec<Box<dyn AxisPredictor>> = fitted.into_iter().map(|fitted| fitted.predictor).collect();
     Ok(Trained {
         bundle: Bundle::new(manifest, &predictors)?,
         notes,
+        held_out,
         lags_s: moving.iter().map(|&axis| axis_lag_s(whole, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
-        stretches: (samples < of).then_some(Stretches { runs: logs.len(), samples, of }),
+        stretches: chosen.map(|(runs, _)| Stretches { runs, samples, of }),
     })
 }
 
@@ -161,6 +166,14 @@ fn manifest_of(axis: &Axis, fitted: &FittedAxis) -> AxisManifest {
         held_out: fitted.held_out,
         coverage: fitted.coverage,
         band: fitted.band.clone(),
+    }
+}
+
+impl Trained {
+    /// The runs that [`Trained::held_out`] counts: `logs`, those of the training, or the stretches taken of them.
+    #[must_use]
+    pub fn runs<'a>(&'a self, logs: &'a [Log]) -> &'a [Log] {
+        self.stretches.as_ref().map_or(logs, |stretches| &stretches.runs)
     }
 }
 

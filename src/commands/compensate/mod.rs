@@ -15,7 +15,7 @@ use pipeline::model_based_ilc::{Outcome, Settings};
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
-use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, parse_length, parse_not_negative};
+use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_length, parse_not_negative};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
@@ -24,7 +24,7 @@ use crate::print::figures::{contour_json, orientation_json};
 use crate::print::measurement::{readback, readback_json};
 use crate::progress::Shown;
 use crate::read::{self, Source};
-use crate::report::{PathReport, Series, report_page};
+use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
@@ -86,9 +86,8 @@ pub struct Compensate {
     reference: Option<PathBuf>,
     #[command(flatten)]
     columns: LogArgs,
-    /// Write the forecast before and after as a page
-    #[arg(long, value_name = "HTML")]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// How much time the search may take.
@@ -123,7 +122,7 @@ impl Compensate {
             .reads_controller(self.output.controller.as_deref())
             .reads_logs("--reference", self.reference.as_ref())
             .writes("-o", &*self.out)
-            .writes("--report", self.report.as_deref())
+            .writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -152,7 +151,8 @@ impl Compensate {
         let terms = PositionTerms::of(&model, &input)?;
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
 
-        let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &printer)?;
+        let forecasts = Forecasts::default();
+        let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &forecasts, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
         if model.manifest.limits_from_log {
             printer.line(print::LIMITS_FROM_LOG);
@@ -172,11 +172,8 @@ impl Compensate {
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
         outputs.add(&self.out, output.content);
-        if let Some(report) = &self.report {
-            let page = report_page(&format!("Forecast for {}", input.name()), &[forecast(&input, &outcome)?])?;
-            outputs.add(report, page);
-            printer.line(format!("report in {}", report.display()));
-        }
+        let title = format!("Forecast for {}", input.name());
+        self.report.add(&mut outputs, &printer, (&title, LEAD), || forecast(&input, &outcome, &model, &forecasts))?;
         let beside = json!({
             "feeds": feeds,
             "left_out": terms.as_ref().map(print::position_terms_json),
@@ -238,10 +235,20 @@ impl Compensate {
     }
 
     /// Learns the reference; with --tolerance the feeds too.
-    fn learn(&self, input: Input, model: &Bundle, format: &OutputSettings, printer: &Printer) -> Result<Learned> {
+    fn learn(
+        &self,
+        input: Input,
+        model: &Bundle,
+        format: &OutputSettings,
+        forecasts: &Forecasts,
+        printer: &Printer,
+    ) -> Result<Learned> {
         let settings = Settings { written: format.program().filter(|_| input.part().is_some()), ..self.settings() };
         let shown = Shown::default();
-        let progress = |event: pipeline::Event<'_>| shown.event(event);
+        let progress = |event: pipeline::Event<'_>| {
+            forecasts.note(event);
+            shown.event(event)
+        };
         let Some(tolerance_mm) = self.tolerance else {
             let outcome = model_based_ilc(&input, model, &settings, &progress)?;
             return Ok(Learned { input, outcome, feeds: Value::Null });
@@ -336,10 +343,19 @@ pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
 /// Share of its bound from which on a correction counts as cut off by it.
 pub const AT_BOUND: f64 = 0.99;
 
-fn forecast(input: &Input, outcome: &Outcome) -> Result<PathReport> {
-    let series = vec![
-        Series::of("uncompensated (forecast)", input, &outcome.uncompensated)?,
-        Series::of("compensated (forecast)", input, &outcome.forecast)?,
-    ];
-    Ok(PathReport::new(input.name(), input.desired(), series))
+/// What the page shows.
+const LEAD: &str =
+    "What the model predicts for the program as it is, and for the compensated one. Nothing was run on the machine.";
+
+/// The forecast before and after, how it was learned, and how well the model knows the machine there.
+fn forecast(input: &Input, outcome: &Outcome, model: &Bundle, forecasts: &Forecasts) -> Result<Vec<Group>> {
+    let track = Track::of(input);
+    let mut runs = vec![Run::of("before", &track, None, &outcome.uncompensated)?];
+    if outcome.gained {
+        runs.push(Run::of("after", &track, Some(&outcome.reference), &outcome.forecast)?);
+    }
+    let mut all = sections(&track, &runs);
+    all.extend(learning_curve(forecasts));
+    all.extend([asked(model, input), known(model)]);
+    Ok(vec![Group { name: input.name().to_owned(), sections: all }])
 }

@@ -1,7 +1,7 @@
 //! Refinement by a law that needs no model: one update from the best run.
 
 use anyhow::Result;
-use pipeline::refine::{Ended, RefineLaw, RefineSettings, best_of, figures_of_log, last_is_worse, refine_from_log};
+use pipeline::refine::{Ended, RefineLaw, RefineSettings, aligned, best_of, figures_of_log, last_is_worse, refine_from_log};
 
 use super::{LOW_PASS_HZ, LawArg, Refine, check_axes};
 use crate::output::Printer;
@@ -16,18 +16,23 @@ impl Refine {
         input.check_original()?;
         let measured = logs.iter().map(|log| figures_of_log(&input, log)).collect::<Result<Vec<_>, _>>()?;
         let best = best_of(&measured).unwrap_or_default();
+        let pages = || {
+            let in_path_time = |log| aligned(&input, log).map(|(command, actual, _)| (command, actual));
+            let runs = logs.iter().map(in_path_time).collect::<Result<Vec<_>, _>>()?;
+            self.pages(&input, &runs, &measured, None)
+        };
         if let (true, Some(program)) = (last_is_worse(&measured), programs.get(best)) {
             let figures = self.show_runs(&printer, &measured, None);
             let (run, out) = (self.run_of(best), self.out.display());
             printer.line(format!(
                 "the last run was worse than run {run}: learning has ended; {out} is the program of run {run}, the best one"
             ));
-            return self.write_best(best, Ended::Worse, program, figures);
+            return self.write_best((best, program), Ended::Worse, figures, &pages, &printer);
         }
         let (refined, matched) = refine_from_log(&input, &logs[best], &self.law_settings())?;
         let figures = self.show_runs(&printer, &measured, Some(&matched.offset));
         let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
-        self.write_program(output, figures, &printer)
+        self.write_program(output, figures, &pages, &printer)
     }
 
     fn law_settings(&self) -> RefineSettings {

@@ -2,12 +2,12 @@
 
 use anyhow::Result;
 use pipeline::model_based_ilc::Settings;
-use pipeline::refine::{Ended, Learning, learn_from_runs};
+use pipeline::refine::{Ended, Learning, ObservedRun, learn_from_runs};
 use pipeline::units::um;
 use pipeline::{Input, OutputSettings};
 use serde_json::{Value, json};
 
-use super::{Refine, check_axes};
+use super::{Pages, Refine, check_axes};
 use crate::commands::compensate::merged;
 use crate::output::{Printer, Usage};
 use crate::progress::Shown;
@@ -31,12 +31,17 @@ impl Refine {
         let offset = learning.runs.last().map(|run| run.matched.offset);
         let figures = self.show_runs(&printer, &measured, offset.as_ref());
         let figures = merged(figures, json!({ "expected_um": expected_json(&learning) }));
+        let pages = || {
+            let in_path_time = |run: &ObservedRun| run.actual().map(|actual| (run.command.clone(), actual));
+            let runs = learning.runs.iter().map(in_path_time).collect::<Result<Vec<_>, _>>()?;
+            self.pages(&input, &runs, &measured, Some(&learning.outcome).filter(|_| learning.ended.is_none()))
+        };
         match (learning.ended, programs.get(learning.best)) {
             (Some(ended), Some(program)) => {
                 printer.line(self.why(&learning, ended));
-                self.write_best(learning.best, ended, program, figures)
+                self.write_best((learning.best, program), ended, figures, &pages, &printer)
             }
-            _ => self.write_next(&input, &format, &learning, figures, &printer),
+            _ => self.write_next((&input, &format), &learning, figures, &pages, &printer),
         }
     }
 
@@ -46,10 +51,10 @@ impl Refine {
 
     fn write_next(
         &self,
-        input: &Input,
-        format: &OutputSettings,
+        (input, format): (&Input, &OutputSettings),
         learning: &Learning,
         figures: Value,
+        pages: Pages<'_>,
         printer: &Printer,
     ) -> Result<()> {
         let expected = &learning.expected;
@@ -65,7 +70,7 @@ impl Refine {
             None => format.clone(),
         };
         let output = input.write(&learning.outcome.reference, &format, learning.outcome.max_shift, &self.out)?;
-        self.write_program(output, figures, printer)
+        self.write_program(output, figures, pages, printer)
     }
 
     /// Why the program of the best run is written again.

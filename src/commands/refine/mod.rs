@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::Log;
-use motion::Vec3;
+use motion::{Trajectory, Vec3};
+use pipeline::model_based_ilc::Outcome;
 use pipeline::refine::{Ended, LOW_PASS_HZ, best_of};
 use pipeline::refit::{Mark, comes_from};
 use pipeline::statistics::Figures;
@@ -16,7 +17,7 @@ use pipeline::units::um;
 use pipeline::{Input, Output, OutputSettings, Setup};
 use serde_json::{Value, json};
 
-use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs};
+use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, ReportArgs};
 use crate::commands::compensate::merged;
 use crate::files::Files;
 use crate::numbers;
@@ -25,6 +26,7 @@ use crate::output_format;
 use crate::print::compensation::{setpoints, setpoints_json};
 use crate::print::figures::{contour_json, orientation_json, text};
 use crate::read;
+use crate::report::{Group, Run, Track, over_runs, sections};
 
 /// The next program from the logs of all runs so far: iterative learning control on a real machine, one command a run
 ///
@@ -78,6 +80,8 @@ pub struct Refine {
     max_shift: Option<f64>,
     #[command(flatten)]
     columns: LogArgs,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// What is learned.
@@ -101,6 +105,7 @@ impl Refine {
             .reads_machine(self.machine.as_deref())
             .reads_controller(self.output.controller.as_deref())
             .writes("-o", &*self.out)
+            .writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -201,8 +206,34 @@ impl Refine {
         })
     }
 
+    /// Title of the report.
+    fn title(&self) -> String {
+        format!("Runs of {}", self.input.file_name().unwrap_or_default().to_string_lossy())
+    }
+
+    /// What the report shows of the runs, whose command and actual positions are in the path's time, and of what comes next.
+    fn pages(
+        &self,
+        input: &Input,
+        runs: &[(Trajectory, Trajectory)],
+        figures: &[Figures],
+        next: Option<&Outcome>,
+    ) -> Result<Vec<Group>> {
+        let track = Track::of(input);
+        let name = |index: usize| format!("run {}", self.run_of(index));
+        let measured =
+            runs.iter().enumerate().map(|(index, (command, actual))| Run::of(&name(index), &track, Some(command), actual));
+        let mut all = measured.collect::<Result<Vec<Run>>>()?;
+        if let Some(next) = next {
+            all.push(Run::of("next (forecast)", &track, Some(&next.reference), &next.forecast)?);
+        }
+        let mut shown = sections(&track, &all);
+        shown.extend(over_runs(self.run_of(0), figures));
+        Ok(vec![Group { name: input.name().to_owned(), sections: shown }])
+    }
+
     /// Writes a new program with the figures.
-    fn write_program(&self, output: Output, figures: Value, printer: &Printer) -> Result<()> {
+    fn write_program(&self, output: Output, figures: Value, pages: Pages<'_>, printer: &Printer) -> Result<()> {
         printer.line(format!(
             "largest shift {} µm; the program of run {} is {}",
             um(output.largest_shift_mm),
@@ -217,17 +248,32 @@ impl Refine {
         });
         let mut outputs = Outputs::default();
         outputs.add(&self.out, output.content);
+        self.report.add(&mut outputs, printer, (&self.title(), LEAD), pages)?;
         outputs.write(self.common.json.as_deref(), &merged(figures, own))
     }
 
     /// Writes the program of the best run once more.
-    fn write_best(&self, best: usize, ended: Ended, program: &[u8], figures: Value) -> Result<()> {
+    fn write_best(
+        &self,
+        (best, program): (usize, &[u8]),
+        ended: Ended,
+        figures: Value,
+        pages: Pages<'_>,
+        printer: &Printer,
+    ) -> Result<()> {
         let own = json!({ "ended": ended.name(), "written_run": self.run_of(best) });
         let mut outputs = Outputs::default();
         outputs.add(&self.out, program);
+        self.report.add(&mut outputs, printer, (&self.title(), LEAD), pages)?;
         outputs.write(self.common.json.as_deref(), &merged(figures, own))
     }
 }
+
+/// Makes what the report shows, where it is asked for.
+type Pages<'a> = &'a dyn Fn() -> Result<Vec<Group>>;
+
+/// What the report shows.
+const LEAD: &str = "The runs of the part so far, as the encoders saw them, each at the place of the path where it was.";
 
 /// Refuses a log with other axes than the path.
 fn check_axes(input: &Input, log: &Log) -> Result<()> {

@@ -84,6 +84,8 @@ pub struct CircularTest {
     /// Mean bidirectional radial deviation `D`, mm: mean of the mean radial deviations of both
     /// directions.
     pub mean_bidirectional_mm: Option<f64>,
+    /// Circular hysteresis `H`, mm: largest radial distance between the paths of the two directions, about their common centre.
+    pub hysteresis_mm: Option<f64>,
 }
 
 /// Circular test results of a recorded `path` (mm, time order), in one direction or in both, with
@@ -121,6 +123,7 @@ pub fn circular_test(path: &[Vec3], plane: CirclePlane, nominal: NominalCircle) 
         clockwise,
         bidirectional_mm: common.map(|common| common.range(both.iter().flatten())),
         mean_bidirectional_mm: pair.map(|(one, other)| 0.5 * (one.radial_mean_mm + other.radial_mean_mm)),
+        hysteresis_mm: common.map(|common| hysteresis(&common, &both)),
     })
 }
 
@@ -157,6 +160,26 @@ impl Circle {
 
 fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
+}
+
+/// Angles at which the two directions are compared.
+const ANGLES: usize = 360;
+
+/// Largest distance between the mean radii of both directions over a degree, mm.
+fn hysteresis(common: &Circle, both: &[Vec<Weighted>; 2]) -> f64 {
+    let means = both.each_ref().map(|points| {
+        let mut sums = [(0.0, 0_usize); ANGLES];
+        for (point, _) in points {
+            let arm = point - common.centre;
+            let turned = (arm.y.atan2(arm.x) / TAU).rem_euclid(1.0);
+            let (sum, count) = &mut sums[((turned * ANGLES as f64) as usize).min(ANGLES - 1)];
+            *sum += common.deviation(point);
+            *count += 1;
+        }
+        sums.map(|(sum, count)| (count > 0).then(|| sum / count as f64))
+    });
+    let distances = means[0].iter().zip(&means[1]).filter_map(|(one, other)| Some(((*one)? - (*other)?).abs()));
+    distances.fold(0.0, f64::max)
 }
 
 /// The circle with the least sum of squared radial deviations: an algebraic fit, then Gauss-Newton.

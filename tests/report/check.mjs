@@ -1,0 +1,209 @@
+// Checks of report pages in Chromium: check.mjs CHROMIUM FOLDER [SCREENSHOTS]
+
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+import { Browser, Page } from "./browser.mjs";
+
+const [, , chromium, folder, pictures] = process.argv;
+const url = name => pathToFileURL(join(folder, name)).href;
+let failures = 0;
+
+function check(what, holds, found = "") {
+  if (!holds) failures++;
+  console.log(`${holds ? "ok  " : "FAIL"} ${what}${holds ? "" : `: ${JSON.stringify(found)}`}`);
+}
+
+/** Scrolls through the page, so that every section is drawn. */
+async function drawAll(page) {
+  for (let last = -1, y = 0; y > last;) {
+    last = y;
+    y = await page.ask(`(scrollBy(0, 800), new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(scrollY)))))`);
+  }
+  await page.until(`[...document.querySelectorAll("section")].every(s => s.dataset.ready === "yes")`, "every section is drawn");
+  await page.ask("scrollTo(0, 0)");
+  await page.frames();
+}
+
+/** Pixels of a canvas that are not empty, and how many colours they have. */
+const painted = selector => `(() => {
+  const canvas = document.querySelector(${JSON.stringify(selector)});
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+  copy.drawImage(canvas, 0, 0);
+  const data = copy.getImageData(0, 0, canvas.width, canvas.height).data, colors = new Set();
+  let count = 0, sum = 0;
+  for (let k = 0; k < data.length; k += 4) if (data[k + 3] > 60) { count++; sum = (sum * 31 + data[k] * 3 + data[k + 1] * 5 + data[k + 2] * 7 + k) % 1000000007; colors.add(data[k] >> 4 << 8 | data[k + 1] >> 4 << 4 | data[k + 2] >> 4); }
+  return { count, colors: colors.size, sum };
+})()`;
+
+const LINES = ".drawing canvas:nth-of-type(2)", OVER = ".drawing canvas:nth-of-type(3)";
+const text = selector => `document.querySelector(${JSON.stringify(selector)}).textContent`;
+
+async function picture(page, name, selector) {
+  if (!pictures) return;
+  const box = await page.ask(`(() => { const b = document.querySelector(${JSON.stringify(selector)}).getBoundingClientRect(); return { x: b.left + scrollX, y: b.top + scrollY, width: b.width, height: b.height }; })()`);
+  writeFileSync(join(pictures, name), await page.screenshot(box));
+}
+
+async function quiet(page, name) {
+  check(`${name}: nothing on the console`, page.faults.length === 0, page.faults);
+  check(`${name}: no request to a network`, page.requests.length === 0, page.requests);
+}
+
+async function part(browser, { flat = false } = {}) {
+  const name = flat ? "part without WebGL" : "part";
+  const page = await Page.open(browser, url("part.html"));
+  await drawAll(page);
+  check(`${name}: drawn by ${flat ? "a plain canvas" : "WebGL"}`, await page.ask(`document.querySelector(".drawing").dataset.renderer`) === (flat ? "2d" : "webgl"));
+  const before = await page.ask(painted(LINES));
+  check(`${name}: the path is painted, in the colours of its error`, before.count > 1500 && before.colors > 12, before);
+  const plots = await page.ask(`[...document.querySelectorAll(".u-over")].length`);
+  check(`${name}: curves over time, distribution, spectrum, reversals, learning curve`, plots >= 8, plots);
+  check(`${name}: a hostile comment of the program stays text`, await page.ask(`document.body.textContent.includes("</script><b>") && !document.querySelector("td b")`));
+
+  // Plot to path, path to plot.
+  const over = await page.at(".plots .u-over", [0.31, 0.5]);
+  await page.mouse("mouseMoved", over);
+  await page.frames();
+  const place = await page.ask(text(".place"));
+  check(`${name}: pointing at a curve tells the place and the line of the program`, /line \d+ .*N\d+.*mm\/s.*before .* µm/.test(place), place);
+  const marked = await page.ask(painted(OVER));
+  await page.mouse("mouseMoved", [over[0] + 90, over[1]]);
+  await page.frames();
+  check(`${name}: and moves the mark on the path`, (await page.ask(painted(OVER))).sum !== marked.sum);
+  await page.at(".drawing");
+  const spot = await page.ask(`(() => { const c = document.querySelector(${JSON.stringify(LINES)}), box = c.getBoundingClientRect();
+    const copy = new OffscreenCanvas(c.width, c.height).getContext("2d"); copy.drawImage(c, 0, 0);
+    const data = copy.getImageData(0, 0, c.width, c.height).data;
+    for (let y = Math.round(c.height * 0.3); y < c.height; y++) for (let x = c.width >> 1; x < c.width; x++) if (data[4 * (y * c.width + x) + 3] > 200) return [box.left + x * box.width / c.width, box.top + y * box.height / c.height];
+  })()`);
+  await page.mouse("mouseMoved", spot);
+  await page.frames();
+  const pointed = await page.ask(text(".place"));
+  const legend = await page.ask(`document.querySelector(".plots .u-legend .u-value").textContent`);
+  check(`${name}: pointing at the path moves the cursor of the curves`, pointed !== place && pointed.includes(legend.replace(" s", "")), [pointed, legend]);
+
+  // Slider, runs, views, zoom.
+  await page.ask(`(() => { const s = document.querySelector(".bar input[type=range]"); s.value = 4; s.dispatchEvent(new Event("input")); })()`);
+  await page.frames();
+  const larger = await page.ask(painted(LINES));
+  check(`${name}: the slider magnifies the deviation`, larger.sum !== before.sum && (await page.ask(text(".bar output"))) === "× 10000", larger);
+  await page.click(`.bar [data-value="1"]`);
+  const after = await page.ask(painted(LINES));
+  const series = await page.ask(`document.querySelectorAll(".plots [data-panel=contour] .u-series").length`);
+  check(`${name}: the run after compensation alone`, after.sum !== larger.sum && series === 2, series);
+  check(`${name}: and its worst lines`, (await page.ask(text(".worst h3"))).endsWith("after"));
+  await page.click(`.bar [data-value="0"]`);
+  const worst = await page.ask(`(() => { const row = document.querySelector(".worst tbody tr"); return { text: row.textContent, index: Number(row.dataset.index) }; })()`);
+  check(`${name}: the worst line has its text and what happens there`, /N\d+/.test(worst.text) && /reverses|corner|curve|straight|start/.test(worst.text), worst.text);
+  await page.click(".worst tbody tr");
+  await page.until(`document.querySelector(".place").textContent.startsWith("line ")`);
+  const line = await page.ask(`document.querySelector(".worst tbody tr td:nth-child(2)").textContent`);
+  check(`${name}: clicking it jumps there`, (await page.ask(text(".place"))).startsWith(`line ${line} `), line);
+  await new Promise(resolve => setTimeout(resolve, 300));
+  const [shown, wanted] = await page.ask(`[document.querySelector(".plots .u-legend .u-value").textContent, document.querySelector(".worst tbody tr td:nth-child(4)").textContent]`);
+  check(`${name}: with the cursors of the curves`, Number.parseFloat(shown) === Number(wanted), [shown, wanted]);
+  await page.ask(`[...document.querySelectorAll(".bar button")].find(b => b.textContent === "show all").click()`);
+  await page.frames();
+  const range = `(() => { const t = [...document.querySelectorAll(".plots .u-axis")]; return document.querySelectorAll(".plots .u-over").length; })()`;
+  await page.ask(range);
+  const flatView = await page.ask(painted(LINES));
+  await page.click(`.bar [data-value="3D"]`);
+  const space = await page.ask(painted(LINES));
+  const center = await page.at(".drawing", [0.5, 0.5]);
+  await page.drag(center, [center[0] + 150, center[1] + 40]);
+  const turned = await page.ask(painted(LINES));
+  check(`${name}: in space, and turned by dragging`, space.sum !== flatView.sum && turned.sum !== space.sum && turned.count > 500);
+  const curve = await page.at(".plots .u-over", [0.2, 0.5]), width = await page.ask(`document.querySelector(".plots .u-over").clientWidth`);
+  await page.drag(curve, [curve[0] + 0.2 * width, curve[1]]);
+  await new Promise(resolve => setTimeout(resolve, 100));
+  const zoomed = await page.ask(painted(LINES));
+  check(`${name}: zooming the curves fades the rest of the path`, zoomed.sum !== turned.sum, zoomed);
+
+  // Dark, data, narrow, printed.
+  await page.click("#theme");
+  const dark = await page.ask(`[getComputedStyle(document.body).backgroundColor, document.documentElement.dataset.theme]`);
+  check(`${name}: dark`, dark[1] === "dark" && dark[0] !== "rgb(255, 255, 255)" && (await page.ask(painted(LINES))).sum !== zoomed.sum, dark);
+  await page.ask(`(window.saved = [], URL.createObjectURL = blob => { saved.push(blob.text()); return "#"; }, HTMLAnchorElement.prototype.click = () => {})`);
+  await page.ask(`(document.getElementById("json").click(), document.querySelectorAll("button.csv").forEach(b => b.click()))`);
+  const [json, ...tables] = await page.ask("Promise.all(saved)");
+  const data = JSON.parse(json).groups[0].sections.find(section => section.kind === "path");
+  const rms = data.runs[0].error_um[0].map((x, k) => (x === null ? null : Math.hypot(x, data.runs[0].error_um[1][k], data.runs[0].error_um[2][k]))).filter(v => v !== null);
+  check(`${name}: the JSON holds the samples as numbers`, Math.abs(Math.max(...rms) - data.runs[0].max_um) < 2e-3, [Math.max(...rms), data.runs[0].max_um]);
+  check(`${name}: every section can be had as CSV`, tables.length >= 8 && tables.every(table => table.split("\r\n").length > 2 && !table.includes("[object")), tables.map(table => table.length));
+  await page.send("Emulation.setDeviceMetricsOverride", { width: 380, height: 800, deviceScaleFactor: 1, mobile: true });
+  await page.frames();
+  check(`${name}: fits a narrow screen`, await page.ask("document.documentElement.scrollWidth <= 380"), await page.ask("document.documentElement.scrollWidth"));
+  await page.send("Emulation.setDeviceMetricsOverride", { width: 1280, height: 900, deviceScaleFactor: 1, mobile: false });
+  const { data: pdf } = await page.send("Page.printToPDF", {});
+  check(`${name}: prints`, pdf.length > 20000, pdf.length);
+  await quiet(page, name);
+  await page.close();
+}
+
+/** A page whose sections are all drawn, without a fault. */
+async function other(browser, name, kinds) {
+  const page = await Page.open(browser, url(`${name}.html`));
+  await drawAll(page);
+  const found = await page.ask(`[...new Set([...document.querySelectorAll("section")].map(s => s.dataset.kind))].sort().join(" ")`);
+  check(`${name}: has ${kinds}`, found === kinds, found);
+  const empty = await page.ask(`[...document.querySelectorAll("section canvas")].filter(c => c.clientHeight > 100).filter(c => !c.width).length`);
+  check(`${name}: no figure is empty`, empty === 0, empty);
+  await quiet(page, name);
+  return page;
+}
+
+/** A million samples: how soon the page stands, and how long a frame takes while it is panned. */
+async function large(browser) {
+  const page = await Page.open(browser, url("large.html"));
+  await page.until(`document.querySelector("[data-kind=path]").dataset.ready === "yes"`);
+  const ready = await page.ask("Math.round(performance.now())");
+  await drawAll(page);
+  const frame = await page.ask(`(async () => {
+    const host = document.querySelector(".plots");
+    host.focus();
+    const key = key => host.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+    const next = () => new Promise(requestAnimationFrame);
+    for (let k = 0; k < 4; k++) key("+");
+    const from = performance.now();
+    for (let k = 0; k < 20; k++) { key(k % 2 ? "ArrowLeft" : "ArrowRight"); await next(); }
+    return (performance.now() - from) / 20;
+  })()`);
+  console.log(`     a million samples: open after ${ready} ms, ${frame.toFixed(0)} ms for a frame while panning`);
+  check("large: opens within two seconds", ready < 2000, ready);
+  // A bound for a busy machine without a graphics card.
+  check("large: pans smoothly", frame < 300, frame);
+  await quiet(page, "large");
+  await page.close();
+}
+
+const browser = new Browser(chromium);
+try {
+  await part(browser);
+  if (pictures) {
+    const page = await Page.open(browser, url("part.html"), { width: 1000, height: 1000 });
+    await drawAll(page);
+    await picture(page, "report-part.png", ".path .drawing");
+    await page.ask(`(document.querySelector('.bar [data-value="0"]').click(), document.querySelector(".worst tbody tr").click())`);
+    await new Promise(resolve => setTimeout(resolve, 700));
+    await page.ask(`document.querySelectorAll(".plots .plot").forEach((plot, k) => { if (k > 3) plot.remove(); })`);
+    await picture(page, "report-line.png", ".path");
+    await page.close();
+  }
+  for (const [name, kinds, selector] of [["five-axis", "chart path table", ".path .drawing"], ["circle", "chart path polar table", ".polar canvas"], ["model", "chart table", null], ["comparison", "chart path polar table", null]]) {
+    const page = await other(browser, name, kinds);
+    if (selector) await picture(page, `report-${name}.png`, selector);
+    await page.close();
+  }
+  await large(browser);
+} finally {
+  await browser.close();
+}
+const plain = new Browser(chromium, ["--disable-3d-apis"]);
+try {
+  await part(plain, { flat: true });
+} finally {
+  await plain.close();
+}
+if (failures) console.log(`${failures} checks failed`);
+process.exit(failures ? 1 : 0);
