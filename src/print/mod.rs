@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod compensation;
+pub mod feeds;
 pub mod figures;
 pub mod identification;
 pub mod measurement;
