@@ -91,6 +91,34 @@ pub fn iterations(text: &str) -> Result<usize, String> {
     within(text, 0, 1000)
 }
 
+/// Increase in percent.
+pub fn percent(text: &str) -> Result<f64, String> {
+    within(text.strip_suffix('%').unwrap_or(text), 0.0, 1e4)
+}
+
+/// Relative change from a percentage with its sign: `+1%`, `-20%`.
+pub fn change(text: &str) -> Result<f64, String> {
+    Ok(0.01 * within(text.strip_suffix('%').unwrap_or(text), -99.0, 1e4)?)
+}
+
+/// Feed in a program, mm/min.
+pub fn feed_mm_min(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 1e6)
+}
+
+/// Lines that no program exceeds.
+const MOST_LINES: usize = 1_000_000_000;
+
+/// First and last line of a program: `120-480`, or one line.
+pub fn lines(text: &str) -> Result<(usize, usize), String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let (first, last) = (within(first, 1, MOST_LINES)?, within(last, 1, MOST_LINES)?);
+    if first > last {
+        return Err(format!("`{text}` ends before it begins; lines are given as 120-480"));
+    }
+    Ok((first, last))
+}
+
 /// Zero or more, of any unit.
 pub fn not_negative(text: &str) -> Result<f64, String> {
     within(text, 0.0, 1e6)
@@ -164,6 +192,10 @@ mod tests {
             assert_eq!(gain(text).unwrap_err(), format!("`{text}` is not a number from 0.001 to 2"));
         }
         assert_eq!((gain("2"), offset_mm(" -12.5 "), count("7")), (Ok(2.0), Ok(-12.5), Ok(7)));
+        assert_eq!((change("+1%"), change("-20"), percent("50%")), (Ok(0.01), Ok(-0.2), Ok(50.0)));
+        assert!(change("-100%").is_err() && change("1x").is_err());
+        assert_eq!((lines("120-480"), lines("7")), (Ok((120, 480)), Ok((7, 7))));
+        assert!(lines("0-3").is_err() && lines("9-3").unwrap_err().contains("120-480"));
         assert!(count("0").is_err() && count("1.5").is_err() && iterations("18446744073709551616").is_err());
         assert!(length_mm("1e300um").is_err() && length_mm("2").unwrap_err().contains("unit"));
     }

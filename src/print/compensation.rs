@@ -6,7 +6,6 @@ use std::path::Path;
 use gcode::{Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
 use motion::contour::ContourSummary;
-use pipeline::feed_adjustment::{Adjusted, Goal, SAME_TIME};
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
 use pipeline::refit::RefitSettings;
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
@@ -330,43 +329,6 @@ fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
         (_, true) => NO_GAIN.to_owned(),
         (_, false) => format!("{NO_GAIN} on the {changeable} moves that may be changed (not changed: {})", fixed.join(", ")),
     }
-}
-
-/// Lines above the tolerance that are named one by one.
-const NAMED: usize = 5;
-
-pub fn show_feeds(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
-    let (before_s, after_s) = adjusted.cycle_s;
-    let (slower, faster) = adjusted.moves;
-    printer.line(format!(
-        "feeds: {slower} moves slower, {faster} faster; cycle time {before_s:.2} → {after_s:.2} s; predicted MAX on feed moves {} → {} µm, tolerance {} µm",
-        um(adjusted.max_mm.0),
-        um(adjusted.max_mm.1),
-        um(goal.tolerance_mm)
-    ));
-    if goal.keep_time && after_s > before_s * (1.0 + SAME_TIME) {
-        printer.line("warning: the other moves cannot win all of the time back within the tolerance and the axes' limits");
-    }
-    for (line, error) in adjusted.above.iter().take(NAMED) {
-        printer.line(format!("warning: line {line}: predicted contour error {} µm at the slowest feed that helps", um(*error)));
-    }
-    if adjusted.above.len() > NAMED {
-        printer.line(format!("warning: {} more moves stay above the tolerance", adjusted.above.len() - NAMED));
-    }
-}
-
-pub fn feeds_json(adjusted: &Adjusted, goal: Goal) -> Value {
-    json!({
-        "tolerance_um": goal.tolerance_mm * 1e3,
-        "keep_time": goal.keep_time,
-        "slower_moves": adjusted.moves.0,
-        "faster_moves": adjusted.moves.1,
-        "cycle_before_s": adjusted.cycle_s.0,
-        "cycle_after_s": adjusted.cycle_s.1,
-        "max_before_um": adjusted.max_mm.0 * 1e3,
-        "max_after_um": adjusted.max_mm.1 * 1e3,
-        "lines_above": adjusted.above.iter().map(|(line, error)| json!({ "line": line, "max_um": error * 1e3 })).collect::<Vec<_>>(),
-    })
 }
 
 /// Where the model is out of its depth, with lines where there is a program.

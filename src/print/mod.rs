@@ -4,6 +4,7 @@ pub mod check;
 pub mod comparison;
 pub mod compensation;
 pub mod diagnosis;
+pub mod feeds;
 pub mod figures;
 pub mod identification;
 pub mod measurement;

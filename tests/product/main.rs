@@ -10,6 +10,7 @@ mod control_test;
 mod dialogue;
 mod dwells;
 mod expand;
+mod fastest;
 mod feeds;
 mod files;
 mod five_axis;

@@ -106,6 +106,18 @@ pub enum Error {
         /// Multiple of the limit that is not exceeded.
         times: f64,
     },
+    /// No feed of the program may change.
+    #[error(
+        "{name}: no feed may change: {}",
+        if *named { "no compensable feed move lies in the lines or uses the tools that --lines and --tools name" }
+        else { "the program has no compensable move with a feed in units per minute or revolution (G94, G95)" }
+    )]
+    NoFeedToChange {
+        /// Name of the program.
+        name: String,
+        /// Whether lines or tools were named.
+        named: bool,
+    },
     /// No sample of the path is evaluated.
     #[error("the path has no samples")]
     NoSamples,

@@ -46,6 +46,16 @@ pub enum VerifyError {
         /// Distance, mm.
         off_mm: f64,
     },
+    /// A move has another feed than was chosen.
+    #[error("the move of line {line} has F{is} instead of F{wanted} in the output")]
+    Feed {
+        /// Line.
+        line: usize,
+        /// F in the output.
+        is: f64,
+        /// Intended F, in the units of the program.
+        wanted: f64,
+    },
     /// The output has an additional move.
     #[error("line {line} of the output moves where the program does not")]
     Extra {

@@ -13,6 +13,7 @@ mod refitted;
 mod segment;
 mod settings;
 mod verify;
+mod verify_feeds;
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -27,6 +28,7 @@ use crate::part::{Part, PathSegment, Section, stated};
 use block_writer::{INCREMENT_DECIMALS, counts_increments, stated_axes};
 use modes::rounds_less;
 use segment::Segment;
+use verify_feeds::verify_feeds;
 
 pub use element::{Element, ElementArc};
 pub use mark::{Mark, comes_from, marked_line};
@@ -141,6 +143,9 @@ pub fn write_program(
     gcode::evaluate(&mut written, &part.options, &|name| part.subprogram(name))?;
     let toolpath = gcode::interpret(&written, &part.options)?;
     verify(part, &(0..part.toolpath.moves.len()), &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
+    if settings.encoding == TimeEncoding::Keep && part.feed_factors.iter().any(|factor| *factor != 1.0) {
+        verify_feeds(part, &refitted, &toolpath)?;
+    }
     Ok((bytes, refitted.largest_shift_mm))
 }
 

@@ -18,7 +18,7 @@ impl Compensate {
     /// The program, where it is compensated in windows. What needs all of it at once is done without them: a picture of the forecast, other
     /// feeds, a recorded command, setpoints, the papers' laws.
     pub(super) fn long(&self, source: &Source, setup: &Setup, format: &OutputSettings) -> Result<Option<LongProgram>> {
-        let whole = self.report.report.is_some() || self.tolerance.is_some() || self.reference.is_some() || self.strict;
+        let whole = self.report.report.is_some() || self.feeds.is_used() || self.reference.is_some() || self.strict;
         if whole || format.program().is_none() || LawName::from(self.law) != LawName::ModelBased {
             return Ok(None);
         }

@@ -1,5 +1,6 @@
 //! `precomp compensate`: the main job.
 
+mod feeds;
 mod long;
 
 use std::path::PathBuf;
@@ -9,13 +10,13 @@ use clap::{Args, ValueEnum};
 use compensation::CorrectionLimits;
 use machine::MachineSpec;
 use models::Bundle;
-use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
+use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
-use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_length, parse_not_negative};
+use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_not_negative};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
@@ -26,6 +27,8 @@ use crate::progress::Shown;
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
+use feeds::{Chosen, FeedArgs};
+
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
 /// Only points of feed moves change. The output is read again and compared with what was meant before it is written.
@@ -34,6 +37,7 @@ use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, 
   precomp compensate part.nc -m mill.model -o compensated.nc --report forecast.html
   precomp compensate reference.csv -m mill.model -o compensated.csv
   precomp compensate part.nc -m mill.model -o compensated.nc --reference run-of-part.log
+  precomp compensate part.nc -m mill.model -o compensated.nc --tolerance 5um --fastest --may-exceed-feed 100
   precomp compensate part.nc -m mill.model -o setpoints.csv --format pvt --spacing 5")]
 pub struct Compensate {
     /// Part program (G-code or Heidenhain dialogue) or reference (.csv, .parquet)
@@ -72,17 +76,13 @@ pub struct Compensate {
     /// Largest increase of the cycle time by the compensated program, percent. When left out: 1, and no limit with --format or --spacing
     #[arg(long, value_name = "PERCENT", value_parser = parse_not_negative)]
     cycle_limit: Option<f64>,
-    /// Slow moves down whose predicted contour error stays above this after compensation: 2um, 0.002mm
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
-    tolerance: Option<f64>,
-    /// With --tolerance: speed other moves up until the cycle takes no longer than before
-    #[arg(long, requires = "tolerance")]
-    keep_time: bool,
+    #[command(flatten)]
+    feeds: FeedArgs,
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Log of an uncompensated run of INPUT: its command replaces the plan, for controls that plan differently from precomp
-    #[arg(long, value_name = "LOG", conflicts_with = "tolerance")]
+    #[arg(long, value_name = "LOG", conflicts_with_all = ["tolerance", "max_time", "pareto"])]
     reference: Option<PathBuf>,
     #[command(flatten)]
     columns: LogArgs,
@@ -131,6 +131,7 @@ impl Compensate {
     }
 
     fn compensate(&self) -> Result<()> {
+        self.feeds.check()?;
         let printer = Printer::new(self.common.json.as_deref());
         let (model, source) = rayon::join(|| read::model(&self.model), || Source::open(&self.input));
         let (model, source) = (model?, source?);
@@ -234,7 +235,7 @@ impl Compensate {
         }
     }
 
-    /// Learns the reference; with --tolerance the feeds too.
+    /// Learns the reference, and the feeds where they may change.
     fn learn(
         &self,
         input: Input,
@@ -249,20 +250,27 @@ impl Compensate {
             forecasts.note(event);
             shown.event(event)
         };
-        let Some(tolerance_mm) = self.tolerance else {
+        if !self.feeds.is_used() {
             let outcome = model_based_ilc(&input, model, &settings, &progress)?;
             return Ok(Learned { input, outcome, feeds: Value::Null });
-        };
+        }
         let Input::Program(part) = input else {
-            let why = "--tolerance changes feeds: only part programs have them, references carry their time";
+            let why =
+                "--tolerance, --max-time and --pareto change feeds: only part programs have them, references carry their time";
             return Err(Usage(why.into()).into());
         };
-        let goal = Goal { tolerance_mm, keep_time: self.keep_time };
-        let adjusted = adjust(*part, model, &settings, goal, &progress)?;
-        print::show_feeds(printer, &adjusted, goal);
-        let feeds = print::feeds_json(&adjusted, goal);
-        let Adjusted { input, outcome, .. } = adjusted;
-        Ok(Learned { input, outcome, feeds })
+        let (chosen, feeds) = self.feeds.choose(*part, model, &settings, printer, &progress)?;
+        match chosen {
+            Chosen::Adjusted(adjusted) => {
+                let Adjusted { input, outcome, .. } = *adjusted;
+                Ok(Learned { input, outcome, feeds })
+            }
+            Chosen::Same(part) => {
+                let input = Input::Program(part);
+                let outcome = model_based_ilc(&input, model, &settings, &progress)?;
+                Ok(Learned { input, outcome, feeds })
+            }
+        }
     }
 
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {

@@ -1,0 +1,135 @@
+//! The shortest cycle within a tolerance, and the least error within a cycle time.
+
+use models::Bundle;
+
+use super::adjusted::{Adjusted, Bounds, above, changed_moves, chip_loads, unlimited_s};
+use super::limits::FeedLimits;
+use super::search::Search;
+use super::trial::{Trial, errors_mm};
+use crate::error::Result;
+use crate::model_based_ilc::{FewerPoints, Settings, model_based_ilc};
+use crate::part::Part;
+use crate::progress::Progress;
+
+/// Trials of the search for the shortest cycle in which factors rise and fall.
+const ROUNDS: usize = 8;
+/// Tolerances in the search for the least error, from the error at the highest feeds down to this share of it, and trials for each of them.
+const TOLERANCES: usize = 6;
+const LEAST_TOLERANCE: f64 = 0.2;
+const ROUNDS_EACH: usize = 2;
+/// Tolerances below the least error found so far, and their ratio to it.
+const REFINEMENTS: usize = 4;
+const FINER: f64 = 0.95;
+/// Relative increase of the cycle time that a program of fewer points may have.
+const SAME_CYCLE: f64 = 2e-3;
+
+/// Compensates `part` with the feeds of the shortest cycle whose predicted contour error stays within `tolerance_mm`.
+///
+/// Feeds change within `limits`, and not above the speeds of the model's training data. Moves that exceed the tolerance whatever their feed
+/// get the feed of their least error; [`Adjusted::above`] names them.
+///
+/// # Errors
+/// When `limits` leave no feed to change, planning fails, or the path does not fit the model.
+pub(super) fn fastest(
+    part: Part,
+    model: &Bundle,
+    settings: &Settings,
+    tolerance_mm: f64,
+    limits: &FeedLimits,
+    progress: Progress<'_>,
+) -> Result<Adjusted> {
+    let (mut search, before, at_bounds) = begin(part, model, settings, limits, progress)?;
+    let trial = search.settle(at_bounds, tolerance_mm, ROUNDS)?;
+    finish(trial, &before, tolerance_mm, model, settings, progress)
+}
+
+/// Compensates `part` with the feeds of the least predicted MAX whose cycle takes at most `1 + change` times as long as programmed.
+///
+/// Where no feeds within `limits` are fast enough, the shortest cycle is taken; [`Adjusted::cycle_s`] shows it.
+///
+/// # Errors
+/// As [`fastest`].
+pub(super) fn within_time(
+    part: Part,
+    model: &Bundle,
+    settings: &Settings,
+    change: f64,
+    limits: &FeedLimits,
+    progress: Progress<'_>,
+) -> Result<Adjusted> {
+    let (mut search, before, at_bounds) = begin(part, model, settings, limits, progress)?;
+    let most_s = before.cycle_s * (1.0 + change);
+    let most_mm = at_bounds.max_mm();
+    let mut trial = search.sweep(at_bounds, (most_mm, LEAST_TOLERANCE * most_mm), TOLERANCES, ROUNDS_EACH)?;
+    for _ in 0..REFINEMENTS {
+        let Some(best_mm) = search.best_within(most_s).map(|visit| visit.max_mm) else { break };
+        trial = search.settle(trial, FINER * best_mm, ROUNDS_EACH)?;
+        if search.best_within(most_s).is_none_or(|visit| visit.max_mm >= best_mm) {
+            break;
+        }
+    }
+    let shortest = || search.visits.iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s));
+    if let Some(factors) = search.best_within(most_s).or_else(shortest).map(|visit| visit.factors.clone()) {
+        trial = search.run_with(trial, &factors)?;
+    }
+    finish(trial, &before, f64::INFINITY, model, settings, progress)
+}
+
+/// What a program comes to at its programmed feeds, and the bounds of its cycle.
+struct Before {
+    cycle_s: f64,
+    max_mm: f64,
+    bounds: Bounds,
+}
+
+/// Begins a search: trials at the programmed feeds and at their bounds.
+fn begin<'a>(
+    part: Part,
+    model: &'a Bundle,
+    settings: &Settings,
+    limits: &FeedLimits,
+    progress: Progress<'a>,
+) -> Result<(Search<'a>, Before, Trial)> {
+    let programmed_s = part.plan.desired.trajectory().duration_s();
+    let allowed: Vec<bool> = (0..part.toolpath.moves.len()).map(|index| limits.allows(&part, index)).collect();
+    let (part, machine_s) = unlimited_s(part, |index| allowed[index])?;
+    let (mut search, trial) = Search::begin(part, model, settings, limits, progress)?;
+    let max_mm = trial.max_mm();
+    let at_bounds = search.run_at_bounds(trial)?;
+    let bounds = Bounds { allowed_s: at_bounds.planned_s(), machine_s };
+    Ok((search, Before { cycle_s: programmed_s, max_mm, bounds }, at_bounds))
+}
+
+/// The result of a search. The program gets fewer points where that neither exceeds the tolerance nor takes longer.
+fn finish(
+    trial: Trial,
+    before: &Before,
+    tolerance_mm: f64,
+    model: &Bundle,
+    settings: &Settings,
+    progress: Progress<'_>,
+) -> Result<Adjusted> {
+    let (cycle_s, max_mm) = (trial.cycle_s(), trial.max_mm());
+    let Trial { input, mut outcome, errors_mm: mut errors } = trial;
+    if settings.written.is_some() && settings.fewer_points == FewerPoints::WhereForecastAllows {
+        let fewer = model_based_ilc(&input, model, settings, progress)?;
+        let of_fewer = errors_mm(&input, &fewer)?;
+        let is_short = fewer.cycle_s.is_some_and(|(_, after_s)| after_s <= cycle_s * (1.0 + SAME_CYCLE));
+        if is_short && of_fewer.iter().all(|error| *error <= tolerance_mm.min(max_mm)) {
+            (outcome, errors) = (fewer, of_fewer);
+        }
+    }
+    let trial = Trial { input, outcome, errors_mm: errors };
+    let (cycle_s, max_mm, worst_mm) = (trial.cycle_s(), trial.max_mm(), trial.worst_mm()?);
+    let part = trial.part()?;
+    Ok(Adjusted {
+        cycle_s: (before.cycle_s, cycle_s),
+        bounds: Some(before.bounds),
+        moves: changed_moves(part),
+        max_mm: (before.max_mm, max_mm),
+        above: above(part, &worst_mm, tolerance_mm),
+        chip_loads: chip_loads(part),
+        input: trial.input,
+        outcome: trial.outcome,
+    })
+}

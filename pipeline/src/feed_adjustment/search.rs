@@ -1,0 +1,187 @@
+//! Search for the feeds of the shortest cycle within a tolerance.
+//!
+//! The problem: the least sum of `length / feed` over groups of moves, with the predicted error of every group after compensation within the
+//! tolerance, and feeds within their bounds. The error of a group has no formula: compensation, replanning and the feeds of its neighbours take
+//! part in it. Every trial therefore plans, compensates and forecasts the whole program, and moves all factors at once, each by the secant of its
+//! own trials in the logarithms of feed and error. First factors may rise and fall; at last they only fall where the tolerance is exceeded, so
+//! that the search ends.
+
+use models::{Bundle, OperatingRange};
+
+use super::group::{Group, groups};
+use super::limits::FeedLimits;
+use super::trial::Trial;
+use crate::error::Result;
+use crate::model_based_ilc::{FewerPoints, Settings};
+use crate::part::Part;
+use crate::progress::Progress;
+
+/// Time on both sides of a sample whose groups may cause its error, s: a model-based correction reaches as far.
+const REACH_S: f64 = 0.02;
+
+/// A trial: its factors, one a group, and what it came to.
+#[derive(Debug, Clone)]
+pub(super) struct Visit {
+    pub factors: Vec<f64>,
+    /// Duration of the program as written, s.
+    pub cycle_s: f64,
+    /// Predicted errors over feed moves, mm.
+    pub max_mm: f64,
+    pub rms_mm: f64,
+}
+
+/// Search over the factors of all groups.
+pub(super) struct Search<'a> {
+    model: &'a Bundle,
+    ranges: Vec<OperatingRange>,
+    settings: Settings,
+    progress: Progress<'a>,
+    pub groups: Vec<Group>,
+    /// All trials.
+    pub visits: Vec<Visit>,
+}
+
+impl<'a> Search<'a> {
+    /// Begins with a trial at the programmed feeds, within the limits.
+    pub fn begin(
+        part: Part,
+        model: &'a Bundle,
+        settings: &Settings,
+        limits: &FeedLimits,
+        progress: Progress<'a>,
+    ) -> Result<(Self, Trial)> {
+        limits.check(&part)?;
+        let groups = groups(&part, limits, &durations_s(&part));
+        // Of the points of a trial only the error counts, not their number.
+        let fewer_points = match settings.fewer_points {
+            FewerPoints::Never => FewerPoints::Never,
+            FewerPoints::WhereTooSlow | FewerPoints::WhereForecastAllows => FewerPoints::WhereTooSlow,
+        };
+        let settings = Settings { fewer_points, ..*settings };
+        let mut search = Self { model, ranges: model.coverage(), settings, progress, groups, visits: Vec::new() };
+        let trial = search.run(part)?;
+        Ok((search, trial))
+    }
+
+    /// Plans, compensates and forecasts `part` with the factors of the groups.
+    pub fn run(&mut self, part: Part) -> Result<Trial> {
+        let factors = self.factors(part.toolpath.moves.len());
+        let part = if part.feed_factors == factors { part } else { part.with_feeds(factors)? };
+        let trial = Trial::of(part, self.model, &self.settings, self.progress)?;
+        let errors = self.errors_mm(&trial)?;
+        for (group, error) in self.groups.iter_mut().zip(errors) {
+            group.note(error);
+        }
+        self.visits.push(Visit {
+            factors: self.groups.iter().map(|group| group.factor).collect(),
+            cycle_s: trial.cycle_s(),
+            max_mm: trial.max_mm(),
+            rms_mm: trial.outcome.after.tip.rms_mm,
+        });
+        Ok(trial)
+    }
+
+    /// Sets the factors of all groups to these, and runs the program with them.
+    pub fn run_with(&mut self, trial: Trial, factors: &[f64]) -> Result<Trial> {
+        if self.groups.iter().map(|group| group.factor).eq(factors.iter().copied()) {
+            return Ok(trial);
+        }
+        for (group, factor) in self.groups.iter_mut().zip(factors) {
+            group.factor = *factor;
+        }
+        self.run(trial.into_part()?)
+    }
+
+    /// Sets the factors of all groups to their bounds, and runs the program with them.
+    pub fn run_at_bounds(&mut self, trial: Trial) -> Result<Trial> {
+        let mut bounds = self.groups.clone();
+        bounds.iter_mut().for_each(|group| group.set(group.highest));
+        let factors: Vec<f64> = bounds.iter().map(|group| group.factor).collect();
+        self.run_with(trial, &factors)
+    }
+
+    /// Looks for the shortest cycle within `tolerance_mm` in up to `rounds` trials in which factors rise and fall, and as many in which they
+    /// only fall. Returns the trial of the shortest cycle that keeps the tolerance, else the last one.
+    pub fn settle(&mut self, mut trial: Trial, tolerance_mm: f64, rounds: usize) -> Result<Trial> {
+        self.groups.iter_mut().for_each(Group::restart);
+        let mut best: Option<Visit> = None;
+        for round in 0..2 * rounds {
+            if self.groups.iter().all(|group| group.holds(tolerance_mm))
+                && let Some(visit) = self.visits.last()
+                && best.as_ref().is_none_or(|best| visit.cycle_s < best.cycle_s)
+            {
+                best = Some(visit.clone());
+            }
+            let may_raise = round < rounds;
+            if !may_raise && best.is_some() {
+                break;
+            }
+            let changed = self.groups.iter_mut().fold(false, |any, group| group.step(tolerance_mm, may_raise) | any);
+            if !changed {
+                break;
+            }
+            trial = self.run(trial.into_part()?)?;
+        }
+        match best {
+            Some(best) => self.run_with(trial, &best.factors),
+            None => Ok(trial),
+        }
+    }
+
+    /// Settles for `count` tolerances in turn, from `most_mm` down to `least_mm`, which is not above it.
+    pub fn sweep(&mut self, mut trial: Trial, (most_mm, least_mm): (f64, f64), count: usize, rounds: usize) -> Result<Trial> {
+        for number in 1..=count {
+            let tolerance_mm = most_mm * (least_mm / most_mm).powf(number as f64 / count as f64);
+            trial = self.settle(trial, tolerance_mm, rounds)?;
+        }
+        Ok(trial)
+    }
+
+    /// The trial of the least MAX whose cycle takes at most `most_s`.
+    pub fn best_within(&self, most_s: f64) -> Option<&Visit> {
+        let in_time = self.visits.iter().filter(|visit| visit.cycle_s <= most_s);
+        in_time.min_by(|a, b| a.max_mm.total_cmp(&b.max_mm).then(a.cycle_s.total_cmp(&b.cycle_s)))
+    }
+
+    /// Factors of all moves of a program.
+    fn factors(&self, moves: usize) -> Vec<f64> {
+        let mut factors = vec![1.0; moves];
+        for group in &self.groups {
+            factors[group.moves.clone()].fill(group.factor);
+        }
+        factors
+    }
+
+    /// Largest predicted error of every group, mm, with what lies within [`REACH_S`] of its moves. A group above its programmed feed that is
+    /// faster than the training data of the model has no forecast: its error counts as infinite.
+    fn errors_mm(&self, trial: &Trial) -> Result<Vec<f64>> {
+        let part = trial.part()?;
+        let mut group_of = vec![None; part.toolpath.moves.len()];
+        for (number, group) in self.groups.iter().enumerate() {
+            group_of[group.moves.clone()].fill(Some(number));
+        }
+        let reach = (REACH_S / part.settings.period_s).round() as usize;
+        let at = |sample: usize| part.move_at(sample).and_then(|index| group_of[index]);
+        let mut worst = vec![0.0_f64; self.groups.len()];
+        for (k, error) in trial.errors_mm.iter().enumerate() {
+            for number in [k.saturating_sub(reach), k, k + reach].into_iter().filter_map(at) {
+                worst[number] = worst[number].max(*error);
+            }
+        }
+        for (k, _) in trial.too_fast(&self.ranges).iter().enumerate().filter(|(_, fast)| **fast) {
+            if let Some(number) = at(k).filter(|number| self.groups[*number].factor > 1.0) {
+                worst[number] = f64::INFINITY;
+            }
+        }
+        Ok(worst)
+    }
+}
+
+/// Planned duration of every move, s.
+fn durations_s(part: &Part) -> Vec<f64> {
+    let mut durations_s = vec![0.0; part.toolpath.moves.len()];
+    for index in (0..part.plan.samples.len()).filter_map(|k| part.move_at(k)) {
+        durations_s[index] += part.settings.period_s;
+    }
+    durations_s
+}
