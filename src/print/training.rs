@@ -60,7 +60,8 @@ pub fn json(trained: &Trained, seconds: f64) -> Value {
 pub fn stretches(trained: &Trained) -> Option<String> {
     let Stretches { runs, samples, of } = trained.stretches.as_ref()?;
     let share = 100.0 * *samples as f64 / *of as f64;
-    let what = format!("trained on {samples} of {of} samples ({share:.0} %), in {} stretches that show most of the motion", runs.len());
+    let what =
+        format!("trained on {samples} of {of} samples ({share:.0} %), in {} stretches that show most of the motion", runs.len());
     Some(format!("{what}; --most-samples takes more"))
 }
 
