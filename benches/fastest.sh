@@ -13,7 +13,7 @@ figure() { # FILE KEY: the first number with this key
   sed -n "s/.*\"$2\": \(-\{0,1\}[0-9.e-]*\),\{0,1\}$/\1/p" "$1" | head -1
 }
 run() { # NAME PROGRAM: seconds, RMS and MAX of a run, against the original
-  "$precomp" simulate "$2" --machine "$machine" --against "$program" --work-offset "$offset" --seed 900 -o "$1.csv" --json "$1.json" > /dev/null
+  "$precomp" simulate "$2" --machine "$machine" --against "$program" --work-offset "$offset" --decimal-point unit --seed 900 -o "$1.csv" --json "$1.json" > /dev/null
 }
 row() { # NAME FILE
   printf '%-14s %-28s %-16s %9.2f %9.3f %9.3f\n' "$machine" "$(basename "$program")" "$1" \
@@ -42,7 +42,7 @@ for machine in $machines; do
   for argument in "${arguments[@]}"; do
     program=${argument%@*} offset=0,0,0
     [ "$program" = "$argument" ] || offset=${argument#*@}
-    compensate=("$precomp" compensate "$program" -m machine.model --work-offset "$offset")
+    compensate=("$precomp" compensate "$program" -m machine.model --work-offset "$offset" --decimal-point unit)
     run raw "$program"
     row uncompensated raw.json
     "${compensate[@]}" -o same.nc > /dev/null 2>&1
