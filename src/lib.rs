@@ -24,7 +24,7 @@ pub use cli::{main, status};
 #[doc(hidden)]
 pub use commands::{
     compare::unseen,
-    compensate::{AT_BOUND, Effort},
+    compensate::{AT_BOUND, Chosen, Effort, FeedArgs},
     measure::EstimatorName,
     simulate::SensorName,
     train::FeatureName,

@@ -7,10 +7,11 @@ use datasets::{Log as Recorded, reference_content};
 use models::Bundle;
 use motion::Trajectory;
 use numpy::{PyArray1, PyArray2};
-use pipeline::feed_adjustment::{Adjusted, Goal, adjust};
+use pipeline::feed_adjustment::Adjusted;
 use pipeline::model_based_ilc::{LawName, Outcome, Settings};
 use pipeline::windows::{Joined, LongProgram};
 use pipeline::{Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, model_based_ilc};
+use precomp::Chosen;
 use precomp::output::{Printer, Usage};
 use precomp::print::compensation as print;
 use precomp::print::figures::{contour_json, orientation_json};
@@ -253,7 +254,7 @@ impl Job<'_> {
     /// The program, where it is compensated in windows; the same ones as on the command line.
     fn long(&self, source: &Source, format: &OutputSettings) -> Result<Option<LongProgram>> {
         let options = self.options;
-        let whole = options.tolerance.is_some() || self.recorded.is_some() || options.strict;
+        let whole = options.feeds.is_used() || self.recorded.is_some() || options.strict;
         if whole || format.program().is_none() || LawName::from(options.law) != LawName::ModelBased {
             return Ok(None);
         }
@@ -301,7 +302,7 @@ impl Job<'_> {
         Ok((recorded.input, Some(readback_json(&recorded.readback))))
     }
 
-    /// Learns the reference; with a tolerance the feeds too.
+    /// Learns the reference, and the feeds where they may change.
     fn learn(
         &self,
         input: Input,
@@ -310,20 +311,27 @@ impl Job<'_> {
         progress: Progress<'_>,
     ) -> Result<(Input, Outcome, Value)> {
         let settings = Settings { written: format.program().filter(|_| input.part().is_some()), ..self.options.settings() };
-        let Some(tolerance_mm) = self.options.tolerance else {
+        self.options.feeds.check()?;
+        if !self.options.feeds.is_used() {
             let outcome = model_based_ilc(&input, self.model, &settings, progress)?;
             return Ok((input, outcome, Value::Null));
-        };
+        }
         let Input::Program(part) = input else {
-            let why = "tolerance changes feeds: only part programs have them, references carry their time";
+            let why = "tolerance, max_time and pareto change feeds: only part programs have them, references carry their time";
             return Err(Usage(why.into()).into());
         };
-        let goal = Goal { tolerance_mm, keep_time: self.options.keep_time };
-        let adjusted = adjust(*part, self.model, &settings, goal, progress)?;
-        print::show_feeds(printer, &adjusted, goal);
-        let feeds = print::feeds_json(&adjusted, goal);
-        let Adjusted { input, outcome, .. } = adjusted;
-        Ok((input, outcome, feeds))
+        let (chosen, feeds) = self.options.feeds.choose(*part, self.model, &settings, printer, progress)?;
+        match chosen {
+            Chosen::Adjusted(adjusted) => {
+                let Adjusted { input, outcome, .. } = *adjusted;
+                Ok((input, outcome, feeds))
+            }
+            Chosen::Same(part) => {
+                let input = Input::Program(part);
+                let outcome = model_based_ilc(&input, self.model, &settings, progress)?;
+                Ok((input, outcome, feeds))
+            }
+        }
     }
 
     fn show_limits(&self, printer: &Printer, is_planned: bool) {

@@ -7,8 +7,9 @@ use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, Args, CommandFactory, Parser};
 use compensation::CorrectionLimits;
 use pipeline::model_based_ilc::Settings;
+use pipeline::training::MOST_SAMPLES;
 use precomp::args::{LawArg, LogArgs, OutputArgs, ProgramArgs};
-use precomp::{Effort, EstimatorName, FeatureName, SensorName, numbers};
+use precomp::{Effort, EstimatorName, FeatureName, FeedArgs, SensorName, numbers};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
@@ -123,10 +124,8 @@ pub struct CompensateOptions {
     pub strict: bool,
     #[arg(long, value_parser = numbers::not_negative)]
     cycle_limit: Option<f64>,
-    #[arg(long, value_parser = numbers::length_mm)]
-    pub tolerance: Option<f64>,
-    #[arg(long, requires = "tolerance")]
-    pub keep_time: bool,
+    #[command(flatten)]
+    pub feeds: FeedArgs,
 }
 
 impl CompensateOptions {
@@ -153,6 +152,8 @@ pub struct TrainOptions {
     pub features: FeatureName,
     #[arg(long, default_value_t = 0.2, value_parser = numbers::held_out)]
     pub held_out: f64,
+    #[arg(long, default_value_t = MOST_SAMPLES, value_parser = numbers::samples)]
+    pub most_samples: usize,
     #[arg(long)]
     pub checkpoints: Option<PathBuf>,
 }

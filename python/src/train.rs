@@ -50,6 +50,7 @@ pub fn train(
     let settings = TrainSettings {
         recipe: read::recipe(&options.predictor).or_raise()?.with_features(options.features.into()),
         held_out: options.held_out,
+        most_samples: options.most_samples,
         seed,
         checkpoints: options.checkpoints,
     };

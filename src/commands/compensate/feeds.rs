@@ -50,7 +50,9 @@ pub struct FeedArgs {
 
 /// A part with its feeds, and their compensation where they were adjusted.
 pub enum Chosen {
+    /// The part with the feeds of its program.
     Same(Box<Part>),
+    /// Other feeds, with their compensation.
     Adjusted(Box<Adjusted>),
 }
 

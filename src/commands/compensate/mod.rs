@@ -27,7 +27,7 @@ use crate::progress::Shown;
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
-use feeds::{Chosen, FeedArgs};
+pub use feeds::{Chosen, FeedArgs};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
