@@ -3,6 +3,8 @@
 use motion::MotionError;
 use thiserror::Error;
 
+use crate::FileFaults;
+
 /// Errors of this crate and of every [`crate::Machine`].
 #[derive(Debug, Error)]
 pub enum MachineError {
@@ -12,6 +14,9 @@ pub enum MachineError {
     /// The description of a machine is invalid.
     #[error("the machine description is not sound: {0}")]
     BadDescription(String),
+    /// A machine file or controller profile has faults.
+    #[error("{0}")]
+    BadFile(FileFaults),
     /// The state of a simulated drive became non-finite.
     #[error(
         "the drive of axis `{axis}` is unstable: its position is no longer finite at {time_s:.3} s; lower its gains or its integration step"
@@ -25,4 +30,10 @@ pub enum MachineError {
     /// A trajectory was invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
+}
+
+impl From<FileFaults> for MachineError {
+    fn from(faults: FileFaults) -> Self {
+        Self::BadFile(faults)
+    }
 }

@@ -41,11 +41,11 @@ use motion::Trajectory;
 pub use options::{Interpolation, Sensor, SimulationOptions};
 pub use simulated::{Run, SimulatedMachine};
 pub use spec::{
-    AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, CommentStyle, ControlSpec, ControllerSpec, CornerRule, DriveSpec,
-    FiveAxisSpec, FrictionSpec, GearSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec, Mount, Patch,
-    PathSpec, PreslidingSpec, ProfileFormat, ProgramDecimalPoint, ProgramDialect, ProgramWords, RotaryAxis, RotaryDriveSpec,
-    RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave, ScrewSpec, TableSpec,
-    TorqueHarmonic, UNSTATED_BLEND_MM, WORK_SYSTEMS, Warming, Wave,
+    AxisSpec, BUILTIN_CONTROLLERS, BUILTIN_MACHINES, CommentStyle, ControlSpec, ControllerSpec, CornerRule, DriveSpec, FileFault,
+    FileFaults, FiveAxisSpec, FrictionSpec, GearSpec, Harmonic, KinematicsSpec, LinearAxis, LoopSpec, MachineSpec, MotorSpec,
+    Mount, Patch, PathSpec, PreslidingSpec, ProfileFormat, ProgramDecimalPoint, ProgramDialect, ProgramWords, RotaryAxis,
+    RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
+    ScrewSpec, TableSpec, TorqueHarmonic, UNSTATED_BLEND_MM, WORK_SYSTEMS, Warming, Wave,
 };
 
 /// A machine: commanded motion in, actual motion out.

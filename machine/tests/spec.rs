@@ -64,8 +64,8 @@ fn a_machine_without_drives_has_limits_but_cannot_be_simulated() {
 #[test]
 fn unsound_files_are_refused_with_key_and_remedy() {
     let cases: [(&str, &str, &[&str]); 18] = [
-        ("lead_mm = 5.0", "lead_mm = -5.0", &["axes.x.drive.screw.lead_mm", "-5", "positive"]),
-        ("lead_mm = 5.0", "lead_mm = nan", &["axes.x.drive.screw.lead_mm", "NaN", "finite"]),
+        ("lead_mm = 5.0", "lead_mm = -5.0", &["`drive.screw.lead_mm`", "-5", "positive"]),
+        ("lead_mm = 5.0", "lead_mm = nan", &["`drive.screw.lead_mm`", "NaN", "finite"]),
         ("lead_mm = 5.0", "lead = 5.0", &["lead"]),
         ("sampling_period_ms = 2.0", "sampling_period_ms = 0.0", &["sampling_period_ms", "positive"]),
         ("sampling_period_ms = 2.0", "sampling_period_ms = 2.5", &["sampling_period_ms", "position_period_ms", "multiple"]),
@@ -90,7 +90,7 @@ fn unsound_files_are_refused_with_key_and_remedy() {
     for (from, to, words) in cases {
         assert!(BALLSCREW.contains(from), "{from}");
         let error = MachineSpec::from_toml(&BALLSCREW.replacen(from, to, 1)).unwrap_err();
-        assert!(matches!(error, MachineError::BadDescription(_)));
+        assert!(matches!(error, MachineError::BadFile(_)), "{error}");
         for word in words {
             assert!(error.to_string().contains(word), "{to}: {error} lacks `{word}`");
         }
@@ -181,7 +181,7 @@ fn invalid_rotary_axes_are_refused_with_rotary_keys() {
     for (from, to, words) in cases {
         assert!(BC.contains(from), "{from}");
         let error = MachineSpec::from_toml(&BC.replacen(from, to, 1)).unwrap_err();
-        assert!(matches!(error, MachineError::BadDescription(_)));
+        assert!(matches!(error, MachineError::BadFile(_)), "{error}");
         for word in words {
             assert!(error.to_string().contains(word), "{to}: {error} lacks `{word}`");
         }
@@ -234,7 +234,7 @@ fn a_rotary_axis_needs_a_drive_to_be_simulated() {
     assert!(error.contains("axis `b` has no `drive`") && error.contains("[axes.drive]"), "{error}");
     // Without the common values those of the axes are incomplete.
     let error = MachineSpec::from_toml(&format!("{}{}", &BC[..start], &BC[end..])).unwrap_err().to_string();
-    assert!(error.contains("missing field"), "{error}");
+    assert!(error.contains("is missing"), "{error}");
 }
 
 #[test]
@@ -312,8 +312,79 @@ fn no_number_is_taken_out_of_its_range() {
 #[test]
 fn a_number_out_of_range_is_refused_with_its_range() {
     let error = MachineSpec::from_toml(&BALLSCREW.replacen("lead_mm = 5.0", "lead_mm = 1e300", 1)).unwrap_err().to_string();
-    assert!(error.contains("axes.x.drive.screw.lead_mm") && error.contains("positive and finite, from 0.01 to 1e6"), "{error}");
+    assert!(error.contains("`drive.screw.lead_mm`") && error.contains("positive and finite, from 0.01 to 1e6"), "{error}");
     let profile = "decimals = 5\nformat = \"keep\"\npoint_spacing_ms = 1e-300\n";
     let error = machine::ControllerSpec::from_toml(profile).unwrap_err().to_string();
     assert!(error.contains("controller.point_spacing_ms") && error.contains("from 0.01 to 10000"), "{error}");
+}
+
+#[test]
+fn every_fault_of_a_file_is_told_at_once_with_its_place() {
+    let text = "name = \"mill\"
+sampling_period_ms = \"1\"
+sensr = \"motor\"
+[path]
+velocity_mm_s = 100
+acceleration_mm_s2 = 1500
+jerk_mm_s3 = -5
+[[axes]]
+name = \"x\"
+kind = \"linear\"
+velocity_mm_s = 100
+acceleration_mm_s2 = 1e99
+jerk_mm_s3 = 5e4
+[[axes]]
+name = \"y\"
+kind = \"linear\"
+velocity_mm_s = 100
+aceleration_mm_s2 = 1500
+jerk_mm_s3 = 5e4
+[[axes]]
+name = \"c\"
+velocity_rad_s = 1
+[controller]
+decimals = 4
+format = \"g95\"
+";
+    let error = MachineSpec::from_toml(text).unwrap_err();
+    let MachineError::BadFile(faults) = &error else { panic!("{error}") };
+    let found: Vec<(usize, usize, &str)> =
+        faults.all().iter().map(|fault| (fault.line, fault.column, fault.message.as_str())).collect();
+    let expected = [
+        (2, 1, "`sampling_period_ms`: invalid type"),
+        (3, 1, "`sensr` is no key; did you mean `sensor`?"),
+        (4, 2, "`path.centripetal_mm_s2` is missing"),
+        (7, 1, "`path.jerk_mm_s3` is -5; it must be positive"),
+        (12, 1, "`axes.x.acceleration_mm_s2` is 1e99; it must be positive and finite, from"),
+        (14, 1, "`axes.y.acceleration_mm_s2` is missing"),
+        (18, 1, "`axes.y.aceleration_mm_s2` is no key; did you mean `acceleration_mm_s2`?"),
+        (20, 1, "`axes.c.kind` is missing; give `kind = \"linear\"`"),
+        (23, 2, "`controller.point_spacing_ms` is missing"),
+        (25, 1, "`controller.format`: unknown variant `g95`, expected one of"),
+    ];
+    assert_eq!(found.len(), expected.len(), "{error}");
+    for ((line, column, message), (expected_line, expected_column, start)) in found.iter().zip(expected) {
+        assert!(
+            (*line, *column) == (expected_line, expected_column) && message.starts_with(start),
+            "{line}:{column} {message}\n{error}"
+        );
+    }
+    assert!(error.to_string().starts_with("10 faults\n  line 2, column 1: "), "{error}");
+}
+
+#[test]
+fn faults_of_a_shared_drive_are_told_once_where_they_stand() {
+    let faults = |text: &str| match MachineSpec::from_toml(text) {
+        Err(MachineError::BadFile(faults)) => faults,
+        other => panic!("{other:?}"),
+    };
+    let at = BALLSCREW.lines().position(|line| line.contains("lead_mm = 5.0")).unwrap() + 1;
+    let wrong = faults(&BALLSCREW.replacen("lead_mm = 5.0", "lead_m = 5.0", 1));
+    let lines: Vec<usize> = wrong.all().iter().map(|fault| fault.line).collect();
+    assert!(wrong.all().len() == 2 && lines.contains(&at), "{wrong}");
+    // What several values must keep together is told at the place of the first.
+    let period = faults(&BALLSCREW.replacen("sampling_period_ms = 2.0", "sampling_period_ms = 2.5", 1));
+    assert_eq!(period.all()[0].line, BALLSCREW.lines().position(|line| line.starts_with("sampling_period_ms")).unwrap() + 1);
+    // Text that is not TOML has its place too.
+    assert_eq!(faults("name = \"a\"\nsampling_period_ms = = 3\n").all()[0].line, 2);
 }

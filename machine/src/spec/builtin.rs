@@ -22,16 +22,6 @@ pub const BUILTIN_CONTROLLERS: [(&str, &str); 5] = [
 ];
 
 impl ControllerSpec {
-    /// Reads a controller profile: the keys of a machine file's `[controller]`, at top level.
-    ///
-    /// # Errors
-    /// If the text is not TOML, a key is unknown or missing, or a value is out of range.
-    pub fn from_toml(text: &str) -> Result<Self, MachineError> {
-        let spec: Self = toml::from_str(text).map_err(|error| MachineError::BadDescription(error.to_string()))?;
-        spec.check()?;
-        Ok(spec)
-    }
-
     /// The built-in profile called `name`.
     ///
     /// # Errors

@@ -48,6 +48,16 @@ fn shown(bound: f64) -> String {
     if bound == 0.0 || (1e-3..1e5).contains(&bound.abs()) { bound.to_string() } else { format!("{bound:e}") }
 }
 
+/// Refuses `value` unless it is within the range of `key`, where that has one.
+pub(super) fn in_range(key: &str, value: f64) -> Result<(), MachineError> {
+    match range_of(key) {
+        None => Ok(()),
+        Some((low, _)) if low > 0.0 => positive(key, value),
+        Some((0.0, _)) => not_negative(key, value),
+        Some(_) => finite(key, value),
+    }
+}
+
 /// Refuses `value` unless it is finite and in 0..=1.
 pub(super) fn share(key: &str, value: f64) -> Result<(), MachineError> {
     within(key, value, (0.0..=1.0).contains(&value), "a share between 0 and 1")
