@@ -25,6 +25,7 @@ pub use cli::{main, status};
 pub use commands::{
     compare::unseen,
     compensate::{AT_BOUND, Chosen, Effort, FeedArgs},
+    excite::RegionArgs,
     measure::EstimatorName,
     simulate::SensorName,
     train::FeatureName,

@@ -174,6 +174,23 @@ pub fn axis_travel(text: &str) -> Result<Travel, String> {
     if axis.len() == 1 && range[0] < range[1] { Ok(Travel { axis, range }) } else { Err(fault()) }
 }
 
+/// Position of an axis, mm or degrees: `x=150`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Position {
+    /// Name of the axis.
+    pub axis: String,
+    /// The position.
+    pub at: f64,
+}
+
+/// Position of an axis: `x=150`.
+pub fn axis_position(text: &str) -> Result<Position, String> {
+    let fault = || format!("`{text}` is no position: write an axis and its position, as in x=150");
+    let (axis, at) = text.split_once('=').ok_or_else(fault)?;
+    let axis = axes(axis)?;
+    if axis.len() == 1 { Ok(Position { axis, at: within(at, -1e6, 1e6)? }) } else { Err(fault()) }
+}
+
 fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Result<T, String> {
     match text.trim().parse::<T>() {
         // A value that is no number is in no range.

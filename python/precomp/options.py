@@ -83,6 +83,7 @@ class ExciteOptions(OutputOptions, total=False):
     seconds: float
     travel: float
     rotation: float
+    origin: Mapping[str, float]
 
 
 class CompareOptions(ProgramOptions, SimulationOptions, total=False):

@@ -121,7 +121,7 @@ pub fn excite(
     progress::run(py, None, &Failure::default(), move |_| {
         let setup = options.output.setup(&machine)?;
         let plan = ExcitationPlan::of_seconds(options.seconds);
-        let travel = travel(&machine, options.travel, options.rotation.to_radians());
+        let travel = travel(&machine, &options.region.region(&machine))?;
         let runs = plan_runs(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, seed)?;
         let spacing_s = options.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
         let style = Style::of(&options.output.settings(&setup).refit(), spacing_s, &setup);

@@ -9,7 +9,7 @@ use compensation::CorrectionLimits;
 use pipeline::model_based_ilc::Settings;
 use pipeline::training::MOST_SAMPLES;
 use precomp::args::{LawArg, LogArgs, OutputArgs, ProgramArgs};
-use precomp::{Effort, EstimatorName, FeatureName, FeedArgs, SensorName, numbers};
+use precomp::{Effort, EstimatorName, FeatureName, FeedArgs, RegionArgs, SensorName, numbers};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
@@ -209,10 +209,8 @@ pub struct ExciteOptions {
     pub output: OutputArgs,
     #[arg(long, default_value_t = 60.0, value_parser = numbers::excitation_s)]
     pub seconds: f64,
-    #[arg(long, default_value_t = 60.0, value_parser = numbers::travel_mm)]
-    pub travel: f64,
-    #[arg(long, default_value_t = 180.0, value_parser = numbers::rotation_deg)]
-    pub rotation: f64,
+    #[command(flatten)]
+    pub region: RegionArgs,
 }
 
 /// Options of `compare`.

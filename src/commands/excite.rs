@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use datasets::{ExcitationPlan, excite, reference_content};
+use machine::MachineSpec;
 use models::OperatingRange;
-use motion::Trajectory;
+use motion::{AxisKind, Trajectory};
 use pipeline::Setup;
-use pipeline::excitation::{ControlProgram, Style, control_test, in_program_words, program, travel};
+use pipeline::excitation::{ControlProgram, Region, Style, control_test, in_program_words, program, travel};
 use pipeline::units::in_programs;
 use serde_json::{Map, Value, json};
 
@@ -31,7 +32,9 @@ const COVERED: f64 = 0.9;
 ///
 /// Record commanded and actual positions of every run and of the control test, one log each, and hand the logs to `precomp train`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  precomp excite --machine mill.toml -o excitation")]
+#[command(
+    after_help = "Examples:\n  precomp excite --machine mill.toml -o excitation\n  precomp excite --machine mill.toml --origin x=150,y=100,z=-40 --travel 50 -o excitation"
+)]
 pub struct Excite {
     #[command(flatten)]
     common: Common,
@@ -43,14 +46,38 @@ pub struct Excite {
     /// Seconds of motion in all, up to 4000
     #[arg(long, default_value_t = 60.0, value_parser = numbers::excitation_s)]
     seconds: f64,
-    /// Linear axes keep within ± this range, mm, and within their own travel
-    #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = numbers::travel_mm)]
-    travel: f64,
-    /// Rotary axes keep within ± this range, degrees, and within their own travel
-    #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = numbers::rotation_deg)]
-    rotation: f64,
+    #[command(flatten)]
+    region: RegionArgs,
     #[command(flatten)]
     output: OutputArgs,
+}
+
+/// Where excitation moves.
+#[derive(Debug, Args)]
+pub struct RegionArgs {
+    /// Linear axes keep within ± this range about the origin, mm, and within their own travel
+    #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = numbers::travel_mm)]
+    travel: f64,
+    /// Rotary axes keep within ± this range about the origin, degrees, and within their own travel
+    #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = numbers::rotation_deg)]
+    rotation: f64,
+    /// Middle of the motion by axis, mm or degrees; an axis that is not named moves about 0, or as near to it as its travel allows
+    #[arg(long, value_name = "AXIS=POS", value_delimiter = ',', value_parser = numbers::axis_position)]
+    origin: Vec<numbers::Position>,
+}
+
+impl RegionArgs {
+    /// The region on `machine`.
+    #[must_use]
+    pub fn region(&self, machine: &MachineSpec) -> Region {
+        let is_rotary = |name: &str| machine.motion_axes().iter().any(|axis| axis.name == name && axis.kind == AxisKind::Rotary);
+        let position = |at: &numbers::Position| (at.axis.clone(), if is_rotary(&at.axis) { at.at.to_radians() } else { at.at });
+        Region {
+            travel_mm: self.travel,
+            turn_rad: self.rotation.to_radians(),
+            origin: self.origin.iter().map(position).collect(),
+        }
+    }
 }
 
 impl Excite {
@@ -75,7 +102,7 @@ impl Excite {
         let machine = read::machine(&self.machine.machine)?;
         let setup = self.output.setup(&machine)?;
         let plan = ExcitationPlan::of_seconds(self.seconds);
-        let travel = travel(&machine, self.travel, self.rotation.to_radians());
+        let travel = travel(&machine, &self.region.region(&machine))?;
         let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let printer = Printer::new(self.common.json.as_deref());
         let mut outputs = Outputs::default();

@@ -9,6 +9,7 @@ mod control;
 mod control_test;
 mod dialogue;
 mod dwells;
+mod excite;
 mod expand;
 mod fastest;
 mod feeds;

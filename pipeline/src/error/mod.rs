@@ -214,6 +214,28 @@ pub enum Error {
         /// Difference found when it was read back.
         source: ProgramFault,
     },
+    /// The origin of an excitation names an axis that the machine lacks.
+    #[error("the origin names axis `{axis}`, and the machine has {}", known.join(", "))]
+    OriginOfNoAxis {
+        /// Name of the axis.
+        axis: String,
+        /// Names of the machine's axes.
+        known: Vec<String>,
+    },
+    /// The origin of an excitation leaves no room to either side.
+    #[error("the origin of axis `{axis}` is {origin} {unit}; excitation keeps within {low:.3} to {high:.3} {unit} of its travel")]
+    OriginOutside {
+        /// Name of the axis.
+        axis: String,
+        /// Stated origin, in `unit`.
+        origin: f64,
+        /// Lowest position, in `unit`.
+        low: f64,
+        /// Highest position, in `unit`.
+        high: f64,
+        /// Unit of positions in programs.
+        unit: &'static str,
+    },
     /// The logs are not fit for training.
     #[error("the log is not fit for training:\n  {}", reasons.join("\n  "))]
     UnfitLogs {

@@ -9,4 +9,4 @@ mod recording;
 
 pub use control_test::{ControlProgram, control_test};
 pub use program::{Style, program};
-pub use recording::{TRAVEL_MM, TURN_RAD, in_program_words, record, travel};
+pub use recording::{Region, TRAVEL_MM, TURN_RAD, in_program_words, record, travel};

@@ -1,0 +1,68 @@
+//! Where excitation moves.
+
+use crate::common::Folder;
+
+/// A machine that counts X from one end of its travel and Z downwards from the other; Y has no stated travel.
+const ROUTER: &str = "name = \"router\"
+sampling_period_ms = 2.0
+path = { velocity_mm_s = 150.0, acceleration_mm_s2 = 1000.0, jerk_mm_s3 = 50000.0, centripetal_mm_s2 = 1000.0 }
+axes = [
+  { name = \"x\", kind = \"linear\", velocity_mm_s = 150.0, acceleration_mm_s2 = 1000.0, jerk_mm_s3 = 50000.0, travel_mm = [0.0, 600.0] },
+  { name = \"y\", kind = \"linear\", velocity_mm_s = 150.0, acceleration_mm_s2 = 1000.0, jerk_mm_s3 = 50000.0 },
+  { name = \"z\", kind = \"linear\", velocity_mm_s = 50.0, acceleration_mm_s2 = 500.0, jerk_mm_s3 = 50000.0, travel_mm = [-80.0, 0.0] },
+]
+";
+
+/// Lowest and highest position of an axis in all runs of the folder `e`.
+fn covered(figures: &serde_json::Value, axis: &str) -> (f64, f64) {
+    let range = &figures["covered"][axis];
+    (range[0].as_f64().unwrap(), range[1].as_f64().unwrap())
+}
+
+#[test]
+fn motion_lies_within_the_travel_about_a_stated_origin_or_near_zero() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("router.toml"), ROUTER).unwrap();
+    let words = ["excite", "--machine", "router.toml", "-o", "e", "--seconds", "30"];
+
+    // About zero there is no room on this machine: the motion begins at the end of the travel.
+    let figures = folder.figures(&words);
+    let ((x_low, x_high), (y_low, y_high), (z_low, z_high)) =
+        (covered(&figures, "x"), covered(&figures, "y"), covered(&figures, "z"));
+    assert!(x_low >= 30.0 && x_high <= 150.0 && x_high - x_low > 80.0, "{x_low} {x_high}");
+    assert!(y_low >= -60.0 && y_high <= 60.0 && y_high - y_low > 80.0, "{y_low} {y_high}");
+    assert!(z_low >= -76.0 && z_high <= -4.0 && z_high - z_low > 45.0, "{z_low} {z_high}");
+
+    let figures = folder.figures(&[&words[..], &["--origin", "x=300,y=-200", "--origin", "z=-30", "--travel", "50"]].concat());
+    let ((x_low, x_high), (y_low, y_high), (z_low, z_high)) =
+        (covered(&figures, "x"), covered(&figures, "y"), covered(&figures, "z"));
+    assert!(x_low >= 250.0 && x_high <= 350.0 && x_high - x_low > 60.0, "{x_low} {x_high}");
+    assert!(y_low >= -250.0 && y_high <= -150.0 && y_high - y_low > 60.0, "{y_low} {y_high}");
+    assert!(z_low >= -76.0 && z_high <= -4.0, "{z_low} {z_high}");
+    let program = std::fs::read_to_string(folder.path("e/01-full.nc")).unwrap();
+    let first_x = program.lines().find_map(|line| line.strip_prefix("G0 X")).unwrap();
+    let first_x: f64 = first_x.split_whitespace().next().unwrap().parse().unwrap();
+    assert!((250.0..=350.0).contains(&first_x), "{first_x}");
+    // The control test keeps within the same region.
+    let test = std::fs::read_to_string(folder.path("e/control-test.nc")).unwrap();
+    let xs = test.lines().flat_map(|line| line.split_whitespace().find_map(|word| word.strip_prefix('X')?.parse::<f64>().ok()));
+    assert!(xs.clone().count() > 20);
+    xs.for_each(|x| assert!((250.0..=350.0).contains(&x), "{x}"));
+}
+
+#[test]
+fn an_origin_without_room_is_refused() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("router.toml"), ROUTER).unwrap();
+    let words = ["excite", "--machine", "router.toml", "-o", "e"];
+    for (origin, status, said) in [
+        ("x=599", 1, "the origin of axis `x` is 599 mm; excitation keeps within 30.000 to 570.000 mm"),
+        ("a=10", 1, "the origin names axis `a`, and the machine has x, y, z"),
+        ("300", 2, "as in x=150"),
+        ("xy=3", 2, "as in x=150"),
+    ] {
+        let message = folder.fails(status, &[&words[..], &["--origin", origin]].concat());
+        assert!(message.contains(said), "{message}");
+        assert!(!folder.path("e").exists());
+    }
+}
