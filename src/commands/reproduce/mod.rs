@@ -60,7 +60,7 @@ pub struct Reproduce {
     /// Seeds of data, training and noise over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
-    /// Seconds of excitation that models are trained on; by default 120, for Paper D's tables its 30,106 samples
+    /// Seconds of excitation that models are trained on; by default 120, for Paper D's tables about its 30,106 samples
     #[arg(long, value_parser = numbers::excitation_s)]
     seconds: Option<f64>,
     #[arg(skip)]
