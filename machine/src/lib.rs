@@ -34,6 +34,7 @@ mod options;
 mod random;
 mod simulated;
 mod spec;
+mod testbed;
 
 pub use draft::{AxisDraft, Draft, Known, Missing, MissingValue, draft};
 pub use error::MachineError;
@@ -47,6 +48,7 @@ pub use spec::{
     RotaryDriveSpec, RotaryFrictionSpec, RotaryJointSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
     ScrewSpec, TableSpec, TorqueHarmonic, UNSTATED_BLEND_MM, WORK_SYSTEMS, Warming, Wave,
 };
+pub use testbed::Testbed;
 
 /// A machine: commanded motion in, actual motion out.
 pub trait Machine {

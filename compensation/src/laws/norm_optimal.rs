@@ -300,4 +300,44 @@ mod tests {
             assert!(off <= 1e-9 * largest, "a = {a}: off by {off} of {largest}");
         }
     }
+
+    /// The axes' RMS error after so many updates of a run along an L, on the machine that the responses describe.
+    fn settled(settings: NormOptimalSettings, updates: usize) -> f64 {
+        let leg = |from: i32, k: i32| f64::from((k - from).clamp(0, 60)) * 0.05;
+        let columns = vec![(0..150).map(|k| leg(10, k)).collect(), (0..150).map(|k| leg(70, k)).collect(), vec![0.0; 150]];
+        let path = Trajectory::new(0.002, motion::Axis::xyz(), columns).unwrap();
+        let kinematics = std::sync::Arc::new(motion::Cartesian::new(motion::Axis::xyz()));
+        let desired = DesiredPath::new(path.clone(), kinematics).unwrap();
+        let run = |reference: &Trajectory| {
+            let columns = reference.columns().iter().zip(responses()).map(|(column, response)| {
+                let mut actual = vec![0.0; column.len()];
+                response.apply(column, &mut actual);
+                actual
+            });
+            reference.with_columns(columns.collect()).unwrap()
+        };
+        let mut law = NormOptimalIlc::new(settings, responses()).unwrap();
+        let mut reference = path.clone();
+        for _ in 0..updates {
+            reference = law.update(&desired, &reference, &run(&reference)).unwrap();
+        }
+        let error = path.tracking_error(&run(&reference)).unwrap().concat();
+        (dot(&error, &error) / error.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn without_r_learning_is_deadbeat() {
+        let settings = NormOptimalSettings { r: 0.0, ..NormOptimalSettings::default() };
+        let (none, one, five) = (settled(settings, 0), settled(settings, 1), settled(settings, 5));
+        assert!(one < 0.1 * none, "{none} {one}");
+        assert!((one - five).abs() < 1e-6 * one, "{one} {five}");
+    }
+
+    #[test]
+    fn the_settled_error_depends_on_s_and_not_on_r() {
+        let error = |s, r| settled(NormOptimalSettings { a: 0.0, s, r }, 60);
+        let (least, slow, loose) = (error(1e-3, 1e-4), error(1e-3, 3e-3), error(1e-2, 1e-3));
+        assert!((slow - least).abs() < 1e-3 * least, "{least} {slow}");
+        assert!(loose > 1.5 * least, "{least} {loose}");
+    }
 }

@@ -2,7 +2,8 @@
 
 use gcode::{Dialect, Options, Units, format_angle, format_coordinate, format_number};
 use machine::ProgramWords;
-use motion::{DesiredPath, Vec6};
+use motion::curves::library;
+use motion::{DesiredPath, Kinematics, Vec6};
 
 use crate::error::Result;
 use crate::input::Input;
@@ -17,19 +18,38 @@ use crate::setup::Setup;
 /// When the curve does not exist, or the machine cannot run it.
 pub fn curve_program(name: &str, feed_mm_s: f64, spacing_mm: f64, setup: &Setup) -> Result<Part> {
     let curve = Input::curve(name, feed_mm_s, setup)?;
-    let program = gcode::parse(short_lines(curve.desired(), feed_mm_s, spacing_mm)?);
+    planned(name, &points(curve.desired(), spacing_mm), feed_mm_s, setup)
+}
+
+/// As [`curve_program`], with points in equal steps of the curve's parameter, as Paper A makes its programs. For machines without rotary axes.
+///
+/// # Errors
+/// As [`curve_program`].
+pub fn curve_program_in_steps(name: &str, feed_mm_s: f64, step: f64, setup: &Setup) -> Result<Part> {
+    let curve = library::by_name(name)?;
+    let (from, to) = curve.domain();
+    let steps = ((to - from) / step).ceil().max(1.0) as usize;
+    let point = |i: usize| {
+        let tip = curve.point((from + step * i as f64).min(to));
+        Vec6::new(tip.x, tip.y, tip.z, 0.0, 0.0, 0.0)
+    };
+    planned(name, &(0..=steps).map(point).collect::<Vec<_>>(), feed_mm_s, setup)
+}
+
+/// The program through these points, planned.
+fn planned(name: &str, points: &[Vec6], feed_mm_s: f64, setup: &Setup) -> Result<Part> {
+    let program = gcode::parse(short_lines(points, setup.kinematics.as_ref(), feed_mm_s)?);
     let options = Options::from(Dialect::Fanuc);
     Part::planned(name, program, options, &WorkOffsets::default().or_zero(), setup, &setup.plan_settings())
 }
 
-/// Program through points of the path at least `spacing_mm` apart, including its ends.
-fn short_lines(path: &DesiredPath, feed_mm_s: f64, spacing_mm: f64) -> Result<String> {
+/// Program of lines through tip and rotary coordinates.
+fn short_lines(points: &[Vec6], kinematics: &dyn Kinematics, feed_mm_s: f64) -> Result<String> {
     let mut text = String::from("G21 G90 G94 G17 G40 G49 G80\n");
-    let kinematics = path.kinematics().as_ref();
     if kinematics.has_rotary_axes() {
         text.push_str("G43.4 H1\n");
     }
-    for (number, point) in points(path, spacing_mm).into_iter().enumerate() {
+    for (number, point) in points.iter().enumerate() {
         match number {
             0 => text.push_str("G0"),
             1 => text += &format!("G1F{}", format_number(feed_mm_s * 60.0, DECIMALS)?),

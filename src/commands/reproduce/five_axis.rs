@@ -21,6 +21,7 @@ use serde_json::{Value, json};
 use training::Recipe;
 
 use super::Reproduce;
+use super::found::{Entry, Found, Section};
 use crate::output::{Printer, table};
 use crate::read;
 
@@ -91,9 +92,9 @@ struct Row {
 
 /// Methods in the order of the table, learning runs before the one that counts, and figures, one a seed.
 #[derive(Default)]
-struct Found(Vec<(&'static str, usize, Vec<Figures>)>);
+struct Methods(Vec<(&'static str, usize, Vec<Figures>)>);
 
-impl Found {
+impl Methods {
     fn push(&mut self, method: &'static str, runs: usize, figures: Figures) {
         match self.0.iter_mut().find(|(known, ..)| *known == method) {
             Some((.., all)) => all.push(figures),
@@ -116,10 +117,10 @@ fn tracking(low_pass: Option<LowPass>) -> Box<dyn CompensationLaw> {
 
 impl Reproduce {
     /// Paper C's two paths on the machine `bc`, unless another five-axis machine is named.
-    pub(super) fn five_axis(&self, printer: &Printer) -> Result<Vec<Value>> {
+    pub(super) fn five_axis(&self, printer: &Printer) -> Result<Found> {
         let named = read::machine(&self.machine.machine)?;
         let spec = if named.kinematics()?.has_rotary_axes() { named } else { MachineSpec::builtin("bc")? };
-        let logs = record(&spec, self.seconds, TRAVEL_MM, self.common.seed)?;
+        let logs = record(&spec, self.seconds(), TRAVEL_MM, self.common.seed)?;
         let recipe = Recipe::builtin("staged")?;
         let trained = train(&logs, Some(&spec), &TrainSettings::of(recipe, self.common.seed), SILENT)?;
         let setup = Setup::new(&spec, None)?;
@@ -137,7 +138,7 @@ impl Reproduce {
                 rows.extend(found.means().map(row));
             }
         }
-        Ok(show(printer, &rows, setup.period_s))
+        Ok(Found { tables: show(printer, &rows, setup.period_s), sections: sections(&rows) })
     }
 
     /// One machine a seed.
@@ -145,11 +146,11 @@ impl Reproduce {
         (1..=self.seeds).map(|seed| SimulatedMachine::new(spec, self.common.seed.wrapping_add(1000 * seed)))
     }
 
-    fn on_samples(&self, spec: &MachineSpec, bundle: &Bundle, input: &Input, runs: usize) -> Result<Found> {
+    fn on_samples(&self, spec: &MachineSpec, bundle: &Bundle, input: &Input, runs: usize) -> Result<Methods> {
         let desired = input.desired();
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
         let first_run = model_based_ilc(input, bundle, &Settings::default(), SILENT)?.reference;
-        let mut found = Found::default();
+        let mut found = Methods::default();
         for machine in self.machines(spec) {
             let mut machine = machine?;
             let laws = [
@@ -173,13 +174,13 @@ impl Reproduce {
         Ok(found)
     }
 
-    fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, program: &Input, runs: usize) -> Result<Found> {
+    fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, program: &Input, runs: usize) -> Result<Methods> {
         let part = program.program()?;
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
         let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..Settings::default() };
         let first_run = model_based_ilc(program, bundle, &settings, SILENT)?.reference;
-        let mut found = Found::default();
+        let mut found = Methods::default();
         for machine in self.machines(spec) {
             let mut machine = machine?;
             let laws = [
@@ -222,6 +223,39 @@ fn show(printer: &Printer, rows: &[Row], period_s: f64) -> Vec<Value> {
     rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)).map(say_table).collect()
 }
 
+const MACHINE: &str =
+    "Another machine with the paper's position gains; the paper prints neither its friction nor the formula of the path.";
+const BY_TIME: &str = "Tracking error of two readings: here sample by sample behind the first run's command. On references that keep their time it converges \
+                       like spatial ILC; on programs, whose time the control plans anew in every run, it does not.";
+const BY_OWN: &str = "Tracking error of two readings: here behind each run's own command. On the saddle this one, like the paper's, ends close to spatial ILC.";
+const OURS: &str = "Not in the paper.";
+
+fn sections(rows: &[Row]) -> Vec<Section> {
+    let section = |rows: &[Row]| {
+        let first = &rows[0];
+        let (figures, note) = match first.table {
+            "I" => ("9 to 11", ""),
+            "II" => ("13 to 15", ""),
+            _ => ("16", "The first row of the paper's table, 1500 mm/min uncompensated, is that of table II."),
+        };
+        Section {
+            paper: 'C',
+            title: format!(
+                "Table {}: {} at {} mm/min, {} (and figures {figures})",
+                first.table,
+                first.curve,
+                first.feed_mm_min,
+                first.given.text()
+            ),
+            note: format!("α = {ALPHA}, {} updates. {note}", rows.iter().map(|row| row.runs).max().unwrap_or_default())
+                .trim()
+                .into(),
+            entries: rows.iter().flat_map(Row::entries).collect(),
+        }
+    };
+    rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)).map(section).collect()
+}
+
 const HEADER: [&str; 7] = [
     "method",
     "learning runs",
@@ -233,6 +267,26 @@ const HEADER: [&str; 7] = [
 ];
 
 impl Row {
+    fn entries(&self) -> Vec<Entry> {
+        let [tip_max, tip_rms, turn_max, turn_rms] = printed(self);
+        let why = match self.method {
+            _ if tip_max.is_none() => OURS,
+            TRACKING => BY_TIME,
+            OWN => BY_OWN,
+            _ => MACHINE,
+        };
+        let name = |figure: &str| format!("{}, {figure}", self.method);
+        let mut entries = vec![
+            Entry::um(name("tip MAX"), tip_max, self.figures.tip.max_mm, why),
+            Entry::um(name("tip RMS"), tip_rms, self.figures.tip.rms_mm, why),
+        ];
+        if let Some(direction) = self.figures.orientation {
+            entries.push(Entry::of(name("direction MAX"), "µrad", turn_max, direction.max_rad * 1e6, why));
+            entries.push(Entry::of(name("direction RMS"), "µrad", turn_rms, direction.rms_rad * 1e6, why));
+        }
+        entries
+    }
+
     fn cells(&self, period_s: f64) -> Vec<String> {
         let printed = printed(self).map(|value| value.map_or("–".to_owned(), |value| format!("{value}")));
         let [tip_max, tip_rms, turn_max, turn_rms] = printed;

@@ -1,21 +1,33 @@
 //! `precomp reproduce`: the papers' tables, printed beside what this build measures.
 
+mod circle;
 mod estimators;
 mod feed;
 mod five_axis;
+mod found;
+mod missing;
+mod page;
+mod paper_d;
 mod pre_compensation;
 mod prediction;
 mod raster;
 mod spatial;
+mod testbed;
+mod trained;
+
+use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
+use self::found::Found;
+use self::trained::Trained;
 use crate::args::{Common, MachineArgs};
 use crate::files::Files;
 use crate::numbers;
-use crate::output::{Printer, write_json};
+use crate::output::{Outputs, Printer};
 
 /// Print the papers' tables beside what this build measures
 ///
@@ -23,7 +35,8 @@ use crate::output::{Printer, write_json};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   precomp reproduce table-1
-  precomp reproduce table-2 table-3 --paper --seeds 3      # Paper D's networks as printed: hours")]
+  precomp reproduce table-2 table-3 --quick --seeds 3
+  precomp reproduce --all --page papers.md                 # every table and figure as one page")]
 pub struct Reproduce {
     /// Tables; all when none is given
     #[arg(value_enum)]
@@ -32,20 +45,39 @@ pub struct Reproduce {
     common: Common,
     #[command(flatten)]
     machine: MachineArgs,
-    /// Networks as the paper prints them (3 × 128 units, up to 1000 epochs) instead of small ones (64 units)
+    /// All tables and figures
+    #[arg(long, conflicts_with = "tables")]
+    all: bool,
+    /// Write the printed values beside the measured ones as a page in Markdown
+    #[arg(long, value_name = "FILE.md")]
+    page: Option<PathBuf>,
+    /// Small networks (64 units) instead of Paper D's (3 × 128 units, up to 1000 epochs)
     #[arg(long)]
+    quick: bool,
+    /// The papers' networks, which are the default now
+    #[arg(long, hide = true, conflicts_with = "quick")]
     paper: bool,
     /// Seeds of data, training and noise over which figures are averaged
     #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
-    /// Seconds of excitation that models are trained on
-    #[arg(long, default_value_t = 120.0, value_parser = numbers::excitation_s)]
-    seconds: f64,
+    /// Seconds of excitation that models are trained on; by default 120, for Paper D's tables about its 30,106 samples
+    #[arg(long, value_parser = numbers::excitation_s)]
+    seconds: Option<f64>,
+    #[arg(skip)]
+    trained: Trained,
 }
 
 /// A table of a paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TableName {
+    /// Paper A, figure 3: its contour-error estimator on a circle of 1.5 mm
+    Circle,
+    /// Paper A: spatial ILC with four gains; tracking-error ILC with the feed planned anew
+    Spatial,
+    /// Paper B, table I: slower corners, found by the curve-to-chord ratio
+    Feed,
+    /// Paper C, tables I to III: five axes, spatial and tracking-error ILC, and the compensated first run
+    FiveAxis,
     /// Paper D, table I: contour-error estimators on the flower
     #[value(name = "table-1")]
     Table1,
@@ -61,38 +93,81 @@ enum TableName {
     /// Paper D, tables V and VI: contour error before and after pre-compensation, and of converged ILC
     #[value(name = "table-5")]
     Table5,
-    /// Paper A: spatial ILC with four gains; tracking-error ILC with the feed planned anew
-    Spatial,
-    /// Paper B, table I: slower corners, found by the curve-to-chord ratio
-    Feed,
-    /// Paper E, figures 4 to 6: norm-optimal ILC of a raster scan, single axes to contour
+    /// Paper E, figures 4 to 8, on its testbed: norm-optimal ILC of a raster scan, deadbeat, S against R
+    Testbed,
+    /// Paper E, figures 4, 5 and 8, on the simulated drives, which stand in for its experiment
     Raster,
-    /// Paper C, tables I to III: five axes, spatial and tracking-error ILC, and the compensated first run
-    FiveAxis,
 }
+
+/// Seconds of excitation for models that no paper prescribes.
+const SECONDS: f64 = 120.0;
 
 impl Reproduce {
     pub fn files(&self) -> Files {
-        Files::of(self.common.json.as_deref()).reads_machine(&*self.machine.machine)
+        Files::of(self.common.json.as_deref()).reads_machine(&*self.machine.machine).writes("--page", self.page.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
+        let started = Instant::now();
         let printer = Printer::new(self.common.json.as_deref());
         let tables = if self.tables.is_empty() { TableName::value_variants().to_vec() } else { self.tables.clone() };
-        let mut figures = Vec::new();
+        let mut found = Found::default();
         for name in tables {
-            figures.extend(match name {
-                TableName::Table1 => self.table_1(&printer)?,
-                TableName::Table2 => self.table_2(&printer)?,
-                TableName::Table3 => self.table_3(&printer)?,
-                TableName::Table4 => self.table_4(&printer)?,
-                TableName::Table5 => self.table_5(&printer)?,
-                TableName::Spatial => self.spatial(&printer)?,
-                TableName::Feed => self.feed(&printer)?,
-                TableName::Raster => self.raster(&printer)?,
-                TableName::FiveAxis => self.five_axis(&printer)?,
-            });
+            let begun = Instant::now();
+            found.extend(self.table(name, &printer)?);
+            printer.line(format!("took {}\n", page::duration(begun.elapsed().as_secs_f64())));
         }
-        write_json(self.common.json.as_deref(), &json!({ "tables": figures }))
+        found.add_missing(missing::sections());
+        let seconds = started.elapsed().as_secs_f64();
+        let mut outputs = Outputs::default();
+        if let Some(path) = &self.page {
+            outputs.add(path, page::page(&found.sections, &self.command(), seconds, &self.left_out()));
+            printer.line(format!("page in {}", path.display()));
+        }
+        printer.line(format!("all took {}", page::duration(seconds)));
+        outputs.write(self.common.json.as_deref(), &json!({ "tables": found.tables, "seconds": seconds }))
+    }
+
+    fn table(&self, name: TableName, printer: &Printer) -> Result<Found> {
+        match name {
+            TableName::Circle => self.circle(printer),
+            TableName::Spatial => self.spatial(printer),
+            TableName::Feed => self.feed(printer),
+            TableName::FiveAxis => self.five_axis(printer),
+            TableName::Table1 => self.table_1(printer),
+            TableName::Table2 => self.table_2(printer),
+            TableName::Table3 => self.table_3(printer),
+            TableName::Table4 => self.table_4(printer),
+            TableName::Table5 => self.table_5(printer),
+            TableName::Testbed => self.testbed(printer),
+            TableName::Raster => self.raster(printer),
+        }
+    }
+
+    /// The command that makes the same page, but for paths.
+    fn command(&self) -> String {
+        let names = self.tables.iter().filter_map(ValueEnum::to_possible_value);
+        let mut words = vec!["precomp reproduce".to_owned()];
+        words.extend(names.map(|name| name.get_name().to_owned()));
+        words.extend(
+            [(self.all, "--all"), (self.quick, "--quick")].iter().filter(|(set, _)| *set).map(|(_, word)| (*word).into()),
+        );
+        words.extend((self.seeds != 1).then(|| format!("--seeds {}", self.seeds)));
+        words.extend((self.common.seed != 1).then(|| format!("--seed {}", self.common.seed)));
+        words.extend(self.seconds.map(|seconds| format!("--seconds {seconds}")));
+        words.extend((self.machine.machine != "ballscrew").then(|| format!("--machine {}", self.machine.machine)));
+        words.push("--page FILE.md".into());
+        words.join(" ")
+    }
+
+    /// Names of the tables that are not asked for.
+    fn left_out(&self) -> Vec<String> {
+        let all = TableName::value_variants().iter().filter(|name| !self.tables.is_empty() && !self.tables.contains(name));
+        all.filter_map(ValueEnum::to_possible_value).map(|name| name.get_name().to_owned()).collect()
+    }
+
+    /// Seconds of excitation for the models of Papers B and C.
+    fn seconds(&self) -> f64 {
+        self.seconds.unwrap_or(SECONDS)
     }
 }
