@@ -11,10 +11,11 @@ mod lags;
 mod limits_from_log;
 mod settings;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 
-use datasets::{Log, Purpose, Recording, Report, assess_runs, moving_axes};
+use datasets::{Check, Log, Purpose, Recording, Report, Severity, assess_runs, moving_axes};
 use machine::MachineSpec;
 use models::{AxisManifest, AxisPredictor, Bundle, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind};
@@ -108,7 +109,7 @@ pub fn train_on_stretches(
     let of: usize = recordings.iter().map(Recording::len).sum();
     let chosen = datasets::stretches(recordings, settings.most_samples.min(of.saturating_sub(1)))?.unwrap_or_default();
     let (runs, rows): (Vec<Log>, Vec<Range<usize>>) = chosen.into_iter().map(|stretch| (stretch.log, stretch.rows)).unzip();
-    check_fit(&runs)?;
+    check_stretches(&runs)?;
     let limits = match spec {
         Some(spec) => Limits::Given(spec),
         None => Limits::Reached(Reached::of_recordings(recordings)?),
@@ -121,6 +122,19 @@ pub fn train_on_stretches(
 fn check_fit(logs: &[Log]) -> Result<()> {
     let report = check(logs);
     if report.is_refused() { Err(Error::unfit(&report)) } else { Ok(()) }
+}
+
+/// Refuses stretches that are not fit as a set, or of which most are not fit: a single one may show a standstill and nothing else.
+fn check_stretches(runs: &[Log]) -> Result<()> {
+    let report = check(runs);
+    let (mut unfit, mut of_set) = (BTreeSet::new(), false);
+    for finding in report.of(Severity::Refuse) {
+        match &finding.place.run {
+            Some(run) if finding.check != Check::Runs => drop(unfit.insert(run.as_str())),
+            _ => of_set = true,
+        }
+    }
+    if of_set || 2 * unfit.len() > runs.len() { Err(Error::unfit(&report)) } else { Ok(()) }
 }
 
 /// Where the limits of a model come from.
