@@ -33,6 +33,7 @@ pub fn text(error: &anyhow::Error) -> String {
 #[derive(Debug, Default)]
 pub struct Outputs {
     files: Vec<(PathBuf, Vec<u8>)>,
+    spools: Vec<(PathBuf, File)>,
 }
 
 impl Outputs {
@@ -50,6 +51,11 @@ impl Outputs {
         Ok(())
     }
 
+    /// One more file, whose content is in a file already.
+    pub fn add_spool(&mut self, (path, spool): (PathBuf, File)) {
+        self.spools.push((path, spool));
+    }
+
     /// Writes all files, and the figures to the path of `--json`. All files are complete, under temporary names, before the first one is renamed.
     /// Missing folders are made.
     ///
@@ -62,7 +68,7 @@ impl Outputs {
         if let Some(path) = json.filter(|_| !to_stdout) {
             self.add(path, text.as_bytes());
         }
-        datasets::write_all(&self.files).context("cannot write")?;
+        datasets::write_all_and(&self.files, &mut self.spools).context("cannot write")?;
         if to_stdout {
             std::io::stdout().write_all(text.as_bytes())?;
         }

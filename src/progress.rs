@@ -98,6 +98,7 @@ pub fn title(job: Job) -> &'static str {
         Job::TuningIlc => "tuning ILC",
         Job::Comparing => "comparing",
         Job::Windows => "compensating windows",
+        Job::Forecasting => "forecasting",
         Job::ComparingPrograms => "comparing programs",
     }
 }

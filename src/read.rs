@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use datasets::{Inspection, Log, Purpose, ReadOptions, Report, assess, inspect, read_log};
+use datasets::{Inspection, Log, LongFile, Purpose, ReadOptions, Report, assess, inspect, read_log};
 use gcode::{Dialect, Program};
 use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
@@ -265,13 +265,47 @@ pub fn inspection(path: &Path, options: &ReadOptions) -> Result<Inspection> {
 pub fn log_to_measure(path: &Path, options: &ReadOptions, printer: &Printer) -> Result<Log> {
     let (log, mut report) = log(path, options)?;
     report.extend(assess(&log, Purpose::Measuring));
+    fit_to_measure(path, &report, printer)?;
+    Ok(log)
+}
+
+/// Prints what was found in a log.
+///
+/// # Errors
+/// When the log is not fit for measuring.
+pub fn fit_to_measure(path: &Path, report: &Report, printer: &Printer) -> Result<()> {
     for finding in &report.findings {
         printer.line(finding);
     }
     if report.is_refused() {
         return Err(Refusal(format!("{} is not fit for measuring", path.display())).into());
     }
-    Ok(log)
+    Ok(())
+}
+
+/// Number of samples above which a log or reference is read in pieces: some 50 MB of positions, and 300 MB of what is computed from them.
+const LONG_SAMPLES: usize = 500_000;
+
+/// The log, where it is to be read in pieces.
+///
+/// # Errors
+/// As [`log`].
+pub fn long_log(path: &Path, options: &ReadOptions) -> Result<Option<LongFile>> {
+    if !path.is_file() {
+        return Ok(None);
+    }
+    LongFile::log(path, options, LONG_SAMPLES).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// The reference, where it is to be read in pieces.
+///
+/// # Errors
+/// When the file cannot be read or is not a reference.
+pub fn long_reference(path: &Path) -> Result<Option<LongFile>> {
+    if !is_reference(path) || !path.is_file() {
+        return Ok(None);
+    }
+    LongFile::reference(path, &ReadOptions::default(), LONG_SAMPLES).map_err(|error| Refusal(error.to_string()).into())
 }
 
 /// The model in a bundle file.

@@ -69,6 +69,7 @@ fn bench(spec: &MachineSpec, name: &str, desired: &DesiredPath) -> Result<(), Fa
         desired,
         &limits,
         &CutOffCandidates { turn_s: Some(lag_s.clamp(0.01, 0.1)), updates: 4, cut_offs: 5 },
+        None,
         &mut measure,
     )?;
     let first = candidates[0].clone();

@@ -80,6 +80,8 @@ pub fn descend(
     };
     let mut iterations = vec![start];
     let (mut best, mut damping, mut failures) = (0, settings.damping[0], 0);
+    // Of the best run, until another one is better.
+    let mut old: Option<Vec<f64>> = None;
     while iterations.len() < settings.runs {
         if iterations[best].measure <= settings.floor {
             return Ok((iterations, Ended::AtFloor));
@@ -88,7 +90,12 @@ pub fn descend(
         let next = law.update(desired, &iterations[best].reference, &iterations[best].actual)?;
         let next = run(limits.apply(desired, &next)?)?;
         let before = iterations[best].measure;
-        let mixed = kept_where_better(desired, &iterations[best], &next, law.reach())?;
+        let of_best = match old.take() {
+            Some(known) => known,
+            None => local_error(desired, &iterations[best], law.reach())?,
+        };
+        let mixed = kept_where_better(desired, &iterations[best], &of_best, &next, law.reach())?;
+        old = Some(of_best);
         iterations.push(next);
         if let Some(mixed) = mixed {
             iterations.push(run(limits.apply(desired, &mixed)?)?);
@@ -98,7 +105,7 @@ pub fn descend(
         let reached = iterations[latest].measure;
         let worth = reached < (1.0 - WORTH) * before;
         if reached < before {
-            best = latest;
+            (best, old) = (latest, None);
         }
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
@@ -113,20 +120,16 @@ pub fn descend(
 const IN_DOUBT: f64 = 0.02;
 
 /// The reference of `best` plus a share of the step to `next` at each sample, from the samples
-/// within `reach`: `o² / (o² + n²)` with the mean squares `o` and `n` of the contour error before
+/// within `reach`: `o² / (o² + n²)` with the mean squares `o` (`old`) and `n` of the contour error before
 /// and after. `None` if nearly all of the step remains.
 fn kept_where_better(
     desired: &DesiredPath,
     best: &Iteration,
+    old: &[f64],
     next: &Iteration,
     reach: usize,
 ) -> Result<Option<Trajectory>, CompensationError> {
-    let path = desired.tips();
-    let local = |round: &Iteration| -> Result<Vec<f64>, CompensationError> {
-        let errors = Exact::default().estimate(&desired.tips_of(&round.actual)?, &path)?;
-        Ok(around(&errors.iter().map(|error| error.magnitude_mm.powi(2)).collect::<Vec<f64>>(), reach))
-    };
-    let (old, new) = (local(best)?, local(next)?);
+    let new = local_error(desired, next, reach)?;
     let share = |(old, new): (&f64, &f64)| {
         let (old, new) = (old * old, new * new);
         if old + new > 0.0 { old / (old + new) } else { 1.0 }
@@ -139,6 +142,12 @@ fn kept_where_better(
     let columns = best.reference.columns().iter().zip(next.reference.columns());
     let columns = columns.map(|(b, n)| b.iter().zip(n).zip(&shares).map(|((b, n), share)| b + share * (n - b)).collect());
     Ok(Some(best.reference.with_columns(columns.collect())?))
+}
+
+/// Mean square of a run's contour error within `reach` of each sample, mm².
+fn local_error(desired: &DesiredPath, run: &Iteration, reach: usize) -> Result<Vec<f64>, CompensationError> {
+    let errors = Exact::default().estimate(&desired.tips_of(&run.actual)?, &desired.tips())?;
+    Ok(around(&errors.iter().map(|error| error.magnitude_mm.powi(2)).collect::<Vec<f64>>(), reach))
 }
 
 /// Mean over the samples within `reach` of each.
@@ -175,7 +184,7 @@ const NEXT_CUT_OFF: f64 = 0.4;
 
 /// The spatial law on `machine` with decreasing cut-offs from near the Nyquist frequency. Returns
 /// all runs in order, the uncompensated one first. Lower cut-offs are tried while the predicted
-/// cost falls; if the highest gains nothing, down to the first that does.
+/// cost falls; if the highest gains nothing, down to the first that does. The uncompensated run is made where it is not given.
 ///
 /// # Errors
 /// When the machine refuses a reference, or a moved pose cannot be reached.
@@ -184,6 +193,7 @@ pub fn spatial_candidates(
     desired: &DesiredPath,
     limits: &CorrectionLimits,
     settings: &CutOffCandidates,
+    uncompensated: Option<Iteration>,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Vec<Iteration>, CompensationError> {
     let period_s = desired.trajectory().period_s();
@@ -196,7 +206,7 @@ pub fn spatial_candidates(
         let mut law = if let Some(turn_s) = settings.turn_s { law.with_tracking_in_turns(turn_s) } else { law };
         let stop = StopRule::while_better(settings.updates, WORTH);
         // The uncompensated run is the same for every cut-off.
-        let first = iterations.first().cloned();
+        let first = iterations.first().or(uncompensated.as_ref()).cloned();
         let learned = learn_from(machine, &mut law, desired, first, None, limits, &stop, measure)?.iterations;
         let uncompensated = learned[0].measure;
         let reached = learned.iter().map(|iteration| iteration.measure).fold(f64::INFINITY, f64::min);
@@ -266,7 +276,7 @@ mod tests {
         let path = circles();
         let (limits, mut machine) = (CorrectionLimits { settle_s: 0.05, ..CorrectionLimits::default() }, Slow);
         let settings = CutOffCandidates { turn_s: Some(0.02), updates: 4, cut_offs: 5 };
-        let iterations = spatial_candidates(&mut machine, &path, &limits, &settings, &mut off).unwrap();
+        let iterations = spatial_candidates(&mut machine, &path, &limits, &settings, None, &mut off).unwrap();
         let best = iterations.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap().clone();
         assert!(best.measure < 0.1 * iterations[0].measure, "{} of {}", best.measure, iterations[0].measure);
         let responses = ImpulseResponse::probe_model(&mut machine, path.trajectory(), 0.4).unwrap();
@@ -339,15 +349,18 @@ mod tests {
             Iteration { reference, actual, measure: 0.0 }
         };
         let (best, next) = (round(0..half, 0.0), round(half..samples, 0.1));
-        let kept = kept_where_better(&path, &best, &next, 10).unwrap().unwrap();
-        let shift = |k: usize| kept.columns()[2][k];
+        let kept = |best: &Iteration, next: &Iteration| {
+            kept_where_better(&path, best, &local_error(&path, best, 10).unwrap(), next, 10).unwrap()
+        };
+        let mixed = kept(&best, &next).unwrap();
+        let shift = |k: usize| mixed.columns()[2][k];
         assert!(
             (shift(half / 2) - 0.1).abs() < 1e-6 && shift(half + half / 2).abs() < 1e-6,
             "{} {}",
             shift(half / 2),
             shift(half + half / 2)
         );
-        assert!(kept_where_better(&path, &round(0..samples, 0.0), &round(0..0, 0.1), 10).unwrap().is_none());
+        assert!(kept(&round(0..samples, 0.0), &round(0..0, 0.1)).is_none());
     }
 
     #[test]

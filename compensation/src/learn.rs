@@ -98,16 +98,22 @@ pub(crate) fn learn_from(
             }
             None => (machine.run(&reference)?, None),
         };
-        // The law does not wait for the cost, which only decides whether its update counts.
+        let is_last = |figure: f64| figure >= (1.0 - stop.worth) * least(&rounds, best) && update - best >= stop.patience;
+        // The law does not wait for the cost, which only decides whether its update counts; where all cores have other work, it does.
+        let is_alone = rayon::current_thread_index().is_none();
+        if !is_alone && figure.is_none() {
+            figure = Some(measure(desired, &actual));
+        }
+        let updates = update < stop.updates && (is_alone || !figure.is_some_and(is_last));
         let next = rayon::in_place_scope(|scope| {
             if figure.is_none() {
                 scope.spawn(|_| figure = Some(measure(desired, &actual)));
             }
-            (update < stop.updates).then(|| law.update(desired, &reference, &actual))
+            updates.then(|| law.update(desired, &reference, &actual))
         });
         let figure = figure.unwrap_or(f64::INFINITY);
         rounds.push(Iteration { reference, actual, measure: figure });
-        if figure < (1.0 - stop.worth) * rounds[best].measure {
+        if figure < (1.0 - stop.worth) * least(&rounds, best) {
             best = update;
         }
         match next {
@@ -116,6 +122,11 @@ pub(crate) fn learn_from(
         }
     }
     Ok(Learned { iterations: rounds })
+}
+
+/// Cost of the best of the runs.
+fn least(rounds: &[Iteration], best: usize) -> f64 {
+    rounds.get(best).map_or(f64::INFINITY, |round| round.measure)
 }
 
 #[cfg(test)]

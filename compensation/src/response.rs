@@ -154,6 +154,20 @@ impl ImpulseResponse {
     /// # Errors
     /// As [`ImpulseResponse::probe`].
     pub fn probe_model(machine: &mut dyn Machine, path: &Trajectory, memory_s: f64) -> Result<Vec<Self>, CompensationError> {
+        let without = machine.run(path)?;
+        Self::probe_model_beside(machine, path, &without, memory_s)
+    }
+
+    /// As [`ImpulseResponse::probe_model`], where `without` is the run of `path`.
+    ///
+    /// # Errors
+    /// As [`ImpulseResponse::probe`].
+    pub fn probe_model_beside(
+        machine: &mut dyn Machine,
+        path: &Trajectory,
+        without: &Trajectory,
+        memory_s: f64,
+    ) -> Result<Vec<Self>, CompensationError> {
         let taps = ((memory_s / path.period_s()).ceil() as usize).clamp(1, (path.len() / 4).max(1));
         let octaves = taps.ilog2() + 1;
         let mut state = 0x9E37_79B9_7F4A_7C15_u64;
@@ -177,7 +191,7 @@ impl ImpulseResponse {
         let probes: Vec<Vec<f64>> = path.axes().iter().map(&mut probe).collect();
         let probed = path.columns().iter().zip(&probes);
         let probed = path.with_columns(probed.map(|(x, u)| x.iter().zip(u).map(|(x, u)| x + u).collect()).collect())?;
-        let (without, with) = (machine.run(path)?, machine.run(&probed)?);
+        let with = machine.run(&probed)?;
         let answers = with.columns().iter().zip(without.columns());
         let found = probes.par_iter().zip(answers.collect::<Vec<_>>()).map(|(probe, (with, without))| {
             let answer: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
@@ -239,8 +253,14 @@ const BLOCK: usize = 512;
 /// Taps that are summed in one pass over a block.
 const TOGETHER: usize = 8;
 
-/// `y(k) = Σ taps(i)·u(k + i − before)`, with zeros outside of `u`.
+/// `y(k) = Σ taps(i)·u(k + i − before)`, with zeros outside of `u`, with the widest vectors of the processor. Every term is rounded on its
+/// own: the same bits at every width.
 fn slide(taps: &[f64], u: &[f64], before: usize, y: &mut [f64]) {
+    pulp::Arch::new().dispatch(|| slide_blocks(taps, u, before, y));
+}
+
+#[inline(always)]
+fn slide_blocks(taps: &[f64], u: &[f64], before: usize, y: &mut [f64]) {
     let count = taps.len().next_multiple_of(TOGETHER);
     let mut padded_taps = taps.to_vec();
     padded_taps.resize(count, 0.0);

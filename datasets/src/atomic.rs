@@ -1,7 +1,7 @@
 //! Atomic writes: a file is complete or unchanged.
 
 use std::fs::{File, Metadata};
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -29,22 +29,48 @@ pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), 
 /// # Errors
 /// When a file cannot be written; unless renaming itself failed, every path is then as it was before and no folder is left behind.
 pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), DatasetError> {
+    write_all_and(files, &mut [])
+}
+
+/// As [`write_all`], and also `spools`: each a path with a file that holds its content and may be unnamed.
+///
+/// # Errors
+/// As [`write_all`], and when a spool cannot be read.
+pub fn write_all_and(files: &[(PathBuf, Vec<u8>)], spools: &mut [(PathBuf, File)]) -> Result<(), DatasetError> {
     let mut folders = NewFolders::default();
-    let written = files
-        .iter()
-        .filter(|(path, _)| !is_special(path))
-        .map(|(path, content)| {
-            folders.make(folder_of(path))?;
-            write_temporary(path, |file| file.write_all(content).map_err(|source| DatasetError::io(path, source)))
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    for (path, content) in files.iter().filter(|(path, _)| is_special(path)) {
-        let written = File::options().write(true).open(path).and_then(|mut device| device.write_all(content));
+    let held = files.iter().map(|(path, content)| (path.as_path(), Content::Held(content)));
+    let spooled = spools.iter_mut().map(|(path, file)| (path.as_path(), Content::Spooled(file)));
+    let (special, plain): (Vec<_>, Vec<_>) = held.chain(spooled).partition(|(path, _)| is_special(path));
+    let written = plain.into_iter().map(|(path, content)| {
+        folders.make(folder_of(path))?;
+        write_temporary(path, |file| content.write_to(file).map_err(|source| DatasetError::io(path, source)))
+    });
+    let written = written.collect::<Result<Vec<_>, _>>()?;
+    for (path, content) in special {
+        let written = File::options().write(true).open(path).and_then(|mut device| content.write_to(&mut device));
         written.map_err(|source| DatasetError::io(path, source))?;
     }
     written.into_iter().try_for_each(Temporary::commit)?;
     folders.made.clear();
     Ok(())
+}
+
+/// Content of a file to be written.
+enum Content<'a> {
+    Held(&'a [u8]),
+    Spooled(&'a mut File),
+}
+
+impl Content<'_> {
+    fn write_to(self, out: &mut File) -> std::io::Result<()> {
+        match self {
+            Self::Held(bytes) => out.write_all(bytes),
+            Self::Spooled(spool) => {
+                spool.rewind()?;
+                std::io::copy(spool, out).map(drop)
+            }
+        }
+    }
 }
 
 /// Checks that files can be made in the folder `at`, or in the nearest existing folder above it. Where the file system can, the
@@ -58,6 +84,11 @@ pub fn try_folder(at: &Path) -> std::io::Result<()> {
         return Err(std::io::Error::new(std::io::ErrorKind::NotADirectory, format!("{} is not a folder", there.display())));
     }
     tempfile::tempfile_in(there).map(drop)
+}
+
+/// A file without a name on the file system of `path`; for devices and pipes, where the system has its temporary files.
+pub(crate) fn unnamed_beside(path: &Path) -> std::io::Result<File> {
+    if is_special(path) { tempfile::tempfile() } else { tempfile::tempfile_in(existing(folder_of(path))) }
 }
 
 /// Whether names in the folder `at`, or in the nearest existing folder above it, are one name whatever their case: found by

@@ -14,10 +14,10 @@ use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Sour
 
 /// Largest magnitude of a position, mm or rad: a kilometre, or 160,000 revolutions of an endless
 /// axis.
-const FARTHEST: f64 = 1e6;
+pub(crate) const FARTHEST: f64 = 1e6;
 /// Largest magnitude of a time stamp, s: more than three thousand years; a clock may count from
 /// 1601.
-const LATEST_S: f64 = 1e11;
+pub(crate) const LATEST_S: f64 = 1e11;
 /// Shortest and longest sampling period, s: 1 MHz, and slower than any log that shows a motion.
 const SHORTEST_S: f64 = 1e-6;
 const LONGEST_S: f64 = 10.0;
@@ -151,7 +151,7 @@ pub(crate) fn uniform_columns(
 }
 
 /// Refuses an implausible sampling period.
-fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetError> {
+pub(crate) fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetError> {
     if (SHORTEST_S..=LONGEST_S).contains(&period_s) {
         return Ok(());
     }

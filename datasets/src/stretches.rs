@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{DatasetError, Log};
+use crate::{DatasetError, Log, Recording};
 
 /// Length of a stretch, s: many times the memory of an axis, so that little of it is lost at its start.
 const STRETCH_S: f64 = 10.0;
@@ -26,25 +26,41 @@ pub struct Stretch {
 
 /// A piece of a log with what it shows.
 struct Piece {
-    log: usize,
+    recording: usize,
     rows: Range<usize>,
     /// Seconds of every class of every axis.
     shown_s: Vec<f64>,
 }
 
-/// Stretches of `logs` of together at most about `most` samples, in their order; those beside each other are one. `None` where the logs hold
-/// no more than that.
+/// Stretches of `recordings` of together at most about `most` samples, in their order; those beside each other are one. `None` where the
+/// recordings hold no more than that. A file is read once to choose, and its chosen stretches once more.
 ///
 /// Chosen one by one, each time the stretch that adds most to the sum of ln(1 + seconds) over classes of position, speed and
 /// acceleration of every axis, so that rare motion comes before more of the same.
 ///
 /// # Errors
-/// Never for logs whose trajectories match.
-pub fn stretches(logs: &[Log], most: usize) -> Result<Option<Vec<Stretch>>, DatasetError> {
-    if logs.iter().map(Log::len).sum::<usize>() <= most {
+/// When a file cannot be read.
+pub fn stretches(recordings: &[Recording], most: usize) -> Result<Option<Vec<Stretch>>, DatasetError> {
+    if recordings.iter().map(Recording::len).sum::<usize>() <= most {
         return Ok(None);
     }
-    let mut left = cut(logs);
+    let runs = chosen(cut(recordings)?, most);
+    let mut out = Vec::new();
+    for (index, from) in recordings.iter().enumerate() {
+        let rows = runs.iter().filter(|(recording, _)| *recording == index).map(|(_, rows)| rows.clone());
+        let lead = (LEAD_S / from.period_s()).ceil() as usize;
+        from.read(rows, lead, |mut log, rows| {
+            log.name = format!("{} from {:.0} s", log.name, log.start_s + rows.start as f64 * log.period_s());
+            out.push(Stretch { log, rows });
+            Ok(())
+        })?;
+    }
+    Ok(Some(out))
+}
+
+/// The rows that are taken of every recording, in order.
+fn chosen(pieces: Vec<Piece>, most: usize) -> Vec<(usize, Range<usize>)> {
+    let mut left = pieces;
     let classes = left.first().map_or(0, |stretch| stretch.shown_s.len());
     let (mut shown_s, mut samples) = (vec![0.0; classes], 0);
     let mut chosen: Vec<Piece> = Vec::new();
@@ -57,21 +73,17 @@ pub fn stretches(logs: &[Log], most: usize) -> Result<Option<Vec<Stretch>>, Data
         shown_s.iter_mut().zip(&stretch.shown_s).for_each(|(sum, own)| *sum += own);
         chosen.push(stretch);
     }
-    chosen.sort_by_key(|stretch| (stretch.log, stretch.rows.start));
+    chosen.sort_by_key(|stretch| (stretch.recording, stretch.rows.start));
     let mut runs: Vec<(usize, Range<usize>)> = Vec::new();
     for stretch in chosen {
         match runs.last_mut() {
-            Some((log, rows)) if *log == stretch.log && rows.end == stretch.rows.start => rows.end = stretch.rows.end,
-            _ => runs.push((stretch.log, stretch.rows)),
+            Some((recording, rows)) if *recording == stretch.recording && rows.end == stretch.rows.start => {
+                rows.end = stretch.rows.end;
+            }
+            _ => runs.push((stretch.recording, stretch.rows)),
         }
     }
-    let stretch = |(log, rows): &(usize, Range<usize>)| {
-        let from: &Log = &logs[*log];
-        let name = format!("{} from {:.0} s", from.name, from.start_s + rows.start as f64 * from.period_s());
-        let lead = rows.start.min((LEAD_S / from.period_s()).ceil() as usize);
-        Ok(Stretch { log: from.part(name, rows.start - lead, rows.end)?, rows: lead..lead + rows.len() })
-    };
-    runs.iter().map(stretch).collect::<Result<_, _>>().map(Some)
+    runs
 }
 
 /// The piece that adds most; the first of equal ones in the logs.
@@ -80,32 +92,35 @@ fn best_of(left: &[Piece], shown_s: &[f64]) -> Option<usize> {
         let each = piece.shown_s.iter().zip(shown_s).filter(|(own, _)| **own > 0.0);
         each.map(|(own, sum)| ((1.0 + sum + own) / (1.0 + sum)).ln()).sum::<f64>() / piece.rows.len() as f64
     };
-    let order = |piece: &Piece| (piece.log, piece.rows.start);
+    let order = |piece: &Piece| (piece.recording, piece.rows.start);
     let gains: Vec<f64> = left.iter().map(gain).collect();
     (0..left.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(order(&left[*b]).cmp(&order(&left[*a]))))
 }
 
-/// All pieces of the logs.
-fn cut(logs: &[Log]) -> Vec<Piece> {
-    let axes = logs.first().map_or(0, |log| log.axes().len());
-    let scales: Vec<Scale> = (0..axes).map(|axis| Scale::of(logs, axis)).collect();
+/// All pieces of the recordings.
+fn cut(recordings: &[Recording]) -> Result<Vec<Piece>, DatasetError> {
+    let axes = recordings.first().map_or(0, |recording| recording.axes().len());
+    let scales: Vec<Scale> = (0..axes).map(|axis| Scale::of(recordings, axis)).collect();
     let mut out = Vec::new();
-    for (log, whole) in logs.iter().enumerate() {
+    for (recording, whole) in recordings.iter().enumerate() {
         let length = ((STRETCH_S / whole.period_s()).round() as usize).max(1);
-        for from in (0..whole.len()).step_by(length) {
-            let rows = from..(from + length).min(whole.len());
+        let rows = |from: usize| from..(from + length).min(whole.len());
+        let mut from = 0;
+        whole.read((0..whole.len()).step_by(length).map(rows), 0, |log, own| {
             let mut shown_s = vec![0.0; axes * CLASSES];
-            for (scale, (column, shown_s)) in scales.iter().zip(whole.reference.columns().iter().zip(shown_s.chunks_mut(CLASSES)))
-            {
-                scale.note(&column[rows.clone()], whole.period_s(), shown_s);
+            let columns = log.reference.columns().iter().zip(shown_s.chunks_mut(CLASSES));
+            for (scale, (column, shown_s)) in scales.iter().zip(columns) {
+                scale.note(column, log.period_s(), shown_s);
             }
-            out.push(Piece { log, rows, shown_s });
-        }
+            out.push(Piece { recording, rows: from..from + own.len(), shown_s });
+            from += own.len();
+            Ok(())
+        })?;
     }
-    out
+    Ok(out)
 }
 
-/// Range of an axis over all logs.
+/// Range of an axis over all recordings.
 struct Scale {
     low: f64,
     span: f64,
@@ -114,16 +129,15 @@ struct Scale {
 }
 
 impl Scale {
-    fn of(logs: &[Log], axis: usize) -> Self {
+    fn of(recordings: &[Recording], axis: usize) -> Self {
         let mut scale = Self { low: f64::INFINITY, span: 0.0, speed: 0.0, acceleration: 0.0 };
         let mut high = f64::NEG_INFINITY;
-        for log in logs {
-            let (column, period_s) = (&log.reference.columns()[axis], log.period_s());
-            (scale.low, high) = column.iter().fold((scale.low, high), |(low, high), at| (low.min(*at), high.max(*at)));
-            for three in column.windows(3) {
-                let (speed, acceleration) = rates(three, period_s);
-                (scale.speed, scale.acceleration) = (scale.speed.max(speed.abs()), scale.acceleration.max(acceleration.abs()));
-            }
+        for recording in recordings {
+            let Some(extent) = recording.extents().get(axis).copied() else { continue };
+            let period_s = recording.period_s();
+            (scale.low, high) = (scale.low.min(extent.low), high.max(extent.high));
+            scale.speed = scale.speed.max(extent.two_steps / (2.0 * period_s));
+            scale.acceleration = scale.acceleration.max(extent.bend / (period_s * period_s));
         }
         scale.span = (high - scale.low).max(0.0);
         scale
@@ -181,8 +195,9 @@ mod tests {
     #[test]
     fn rare_motion_is_among_the_stretches() {
         let log = log();
-        assert_eq!(stretches(std::slice::from_ref(&log), 10_000).unwrap(), None);
-        let chosen = stretches(std::slice::from_ref(&log), 3000).unwrap().unwrap();
+        let recordings = [Recording::from(log.clone())];
+        assert_eq!(stretches(&recordings, 10_000).unwrap(), None);
+        let chosen = stretches(&recordings, 3000).unwrap().unwrap();
         assert!(chosen.iter().map(|stretch| stretch.rows.len()).sum::<usize>() <= 3000);
         let column = |stretch: &Stretch| stretch.log.reference.columns()[0].clone();
         assert!(chosen.iter().any(|stretch| column(stretch)[stretch.rows.clone()].iter().any(|at| *at > 25.0)));
@@ -193,6 +208,6 @@ mod tests {
             assert_eq!(stretch.rows, 200.min(from + stretch.rows.start)..stretch.log.len());
             assert!(stretch.log.name.starts_with("run from "));
         }
-        assert_eq!(stretches(std::slice::from_ref(&log), 3000).unwrap().unwrap(), chosen);
+        assert_eq!(stretches(&recordings, 3000).unwrap().unwrap(), chosen);
     }
 }

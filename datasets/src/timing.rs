@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{Check, DatasetError, Finding, Severity};
 
 /// Deviation from the uniform grid, as a share of a period, above which a log is unevenly sampled.
-const UNIFORM_SHARE: f64 = 0.05;
+pub(crate) const UNIFORM_SHARE: f64 = 0.05;
 /// Deviation of an interval, as a share of the period, above which the report counts it.
 const OFF_SHARE: f64 = 0.25;
 /// Longest gap, in periods, that is interpolated; a longer one is a loss of rows.
@@ -40,13 +40,13 @@ pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timi
     let off_grid = times.iter().enumerate().map(|(k, time)| (time - first - k as f64 * mean_s).abs()).fold(0.0, f64::max);
     let backward = intervals.iter().position(|interval| *interval < 0.0);
     if mean_s > 0.0 && off_grid <= UNIFORM_SHARE * mean_s {
-        return Ok(Timing { period_s: snap(mean_s, 1e-6, 1e-4), resample: false, findings: Vec::new() });
+        return Ok(Timing { period_s: uniform_period_s(mean_s), resample: false, findings: Vec::new() });
     }
     let stalled = intervals.iter().position(|interval| *interval == 0.0);
     let resolution_s = intervals.iter().copied().filter(|interval| *interval > 0.0).fold(f64::INFINITY, f64::min);
     if backward.is_none() && stalled.is_some() && off_grid <= 1.01 * resolution_s && mean_s > 0.0 {
         return Ok(Timing {
-            period_s: snap(mean_s, 1e-6, 1e-4),
+            period_s: uniform_period_s(mean_s),
             resample: false,
             findings: vec![Finding::new(
                 Severity::Warn,
@@ -70,6 +70,11 @@ pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timi
     let period_s = snap(base_period_s(&intervals), 1e-4, 1e-2);
     check_span(path, &intervals, period_s, lines)?;
     Ok(Timing { period_s, resample: true, findings: report(times, &intervals, period_s, lines) })
+}
+
+/// The period of even time stamps that are `mean_s` apart, s.
+pub(crate) fn uniform_period_s(mean_s: f64) -> f64 {
+    snap(mean_s, 1e-6, 1e-4)
 }
 
 fn too_short(path: &Path, rows: usize) -> DatasetError {

@@ -43,6 +43,8 @@ pub enum Job {
     Comparing,
     /// Compensation of a long program; one step for each window.
     Windows,
+    /// Forecast of a long reference; one step for each piece.
+    Forecasting,
     /// Comparison of programs; one step for each program and noise seed.
     ComparingPrograms,
 }

@@ -135,8 +135,8 @@ fn measured(
         return Ok(Measurement(Report::new(print::readback_json(&found), printer)));
     }
     let found = measure::measure(&log, desired, options.estimator.estimator().as_mut())?;
-    print::show(&printer, &log, &found, desired.name() != "command")?;
-    let mut figures = print::json(&log, &found)?;
+    print::show(&printer, &found, desired.name() != "command");
+    let mut figures = print::json(&found);
     if let Some(model) = model {
         let fits = measure::fits(model, &log)?;
         print::show_fits(&printer, &fits);

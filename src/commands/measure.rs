@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use datasets::Log;
+use datasets::{Log, LongFile};
 use models::Bundle;
+use motion::Axis;
 use motion::contour::{ContourEstimator, Exact, HermiteFootPoint, MovingWindow, OsculatingCircle, SplineSearch, Tangent};
+use pipeline::measure::LongLog;
 use pipeline::{Input, Setup, measure};
 
 use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
@@ -98,6 +100,12 @@ impl Measure {
 
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
+        if self.measures_alone()
+            && let Some(file) = read::long_log(&self.log, &self.columns.options())?
+            && self.run_long(&file, &printer)?
+        {
+            return Ok(());
+        }
         let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
         let model = self.model.as_deref().map(read::model).transpose()?;
         let desired = self.desired(&log, model.as_ref(), &printer)?;
@@ -112,8 +120,8 @@ impl Measure {
             return write_json(self.common.json.as_deref(), &print::readback_json(&found));
         }
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
-        print::show(&printer, &log, &measured, self.desired.is_some())?;
-        let mut figures = print::json(&log, &measured)?;
+        print::show(&printer, &measured, self.desired.is_some());
+        let mut figures = print::json(&measured);
         let fits = model.map(|model| measure::fits(&model, &log)).transpose()?;
         if let Some(fits) = &fits {
             print::show_fits(&printer, fits);
@@ -129,6 +137,33 @@ impl Measure {
             Ok(vec![Group { name: desired.name().to_owned(), sections: all }])
         })?;
         outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// Whether only figures of the log against its own command are asked for: these do not need the whole log at once.
+    fn measures_alone(&self) -> bool {
+        self.desired.is_none() && self.report.report.is_none() && matches!(self.estimator, EstimatorName::Exact)
+    }
+
+    /// Measures a long log in pieces; `false` where that cannot be done.
+    fn run_long(&self, file: &LongFile, printer: &Printer) -> Result<bool> {
+        let model = self.model.as_deref().map(read::model).transpose()?;
+        let machine = read::real_machine(self.machine.as_deref(), self.model.as_deref().zip(model.as_ref()))?;
+        let setup = machine.as_ref().map(|(machine, _)| Setup::new(machine, None)).transpose()?;
+        let Some((log, findings)) = LongLog::new(file, setup.as_ref(), None)? else { return Ok(false) };
+        let mut report = file.report.clone();
+        report.extend(findings);
+        read::fit_to_measure(&self.log, &report, printer)?;
+        let turned = |axis: &&Axis| axis.slot() >= Some(3);
+        note_turned(&file.axes().iter().filter(turned).collect::<Vec<_>>(), printer);
+        let (measured, fits) = log.measure(model.as_ref())?;
+        print::show(printer, &measured, false);
+        let mut figures = print::json(&measured);
+        if let Some(fits) = &fits {
+            print::show_fits(printer, fits);
+            figures["model"] = print::fits_json(fits);
+        }
+        write_json(self.common.json.as_deref(), &figures)?;
+        Ok(true)
     }
 
     /// The path to measure against: what --desired says, or the log's own command.
@@ -157,11 +192,17 @@ impl Measure {
 
 /// Says which rotary axes of a log are taken to turn nothing.
 fn note_turned_axes(log: &Log, desired: &Input, printer: &Printer) {
-    let turned: Vec<&str> = log.axes().iter().filter(|axis| axis.slot() >= Some(3)).map(|axis| axis.name.as_str()).collect();
-    if !turned.is_empty() && !desired.desired().kinematics().has_rotary_axes() {
+    if !desired.desired().kinematics().has_rotary_axes() {
+        note_turned(&log.axes().iter().filter(|axis| axis.slot() >= Some(3)).collect::<Vec<_>>(), printer);
+    }
+}
+
+fn note_turned(axes: &[&Axis], printer: &Printer) {
+    if !axes.is_empty() {
+        let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
         printer.line(format!(
             "note: axes {} are taken to turn neither tool nor workpiece; say how they do with --machine",
-            turned.join(", ")
+            names.join(", ")
         ));
     }
 }

@@ -4,20 +4,21 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::Log;
+use datasets::{Log, LogSpool, LongFile};
 use machine::Machine;
 use models::{AxisManifest, Bundle};
-use motion::{Axis, Trajectory};
-use pipeline::statistics::rms_max;
+use motion::Axis;
+use pipeline::statistics::{Figures, rms_max};
 use pipeline::units::ErrorUnit;
-use pipeline::{Expectation, PositionTerms, Setup, machine_for};
+use pipeline::{Columns, Expectation, PositionTerms, Setup, forecast, machine_for};
 use serde_json::json;
 
 use crate::args::{Common, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, table};
 use crate::print::compensation as print;
-use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
+use crate::print::figures::{contour_json, orientation_json, text, tracking_figures_json, tracking_json};
+use crate::progress::Shown;
 use crate::read;
 use crate::report::{Group, Run, Track, asked, known, sections};
 
@@ -53,6 +54,12 @@ impl Predict {
     pub fn run(&self) -> Result<()> {
         let model = read::model(&self.model)?;
         let setup = Setup::of_model(&model)?;
+        if self.report.report.is_none()
+            && let Some(file) = read::long_reference(&self.input)?
+            && self.run_long(&model, &setup, &file)?
+        {
+            return Ok(());
+        }
         let input = read::input(&self.input, &setup, &self.program.settings(), self.program.feed)?;
         let reference = input.command();
         let actual = machine_for(&model, input.part())?.run(reference)?;
@@ -66,7 +73,9 @@ impl Predict {
         if let Some(expected) = &expected {
             print::show_expectation(&printer, expected);
         }
-        printer.line(errors(&model, reference, &actual)?);
+        let figures_of = |error: &Vec<f64>| rms_max(error);
+        let tracking: Vec<(f64, f64)> = reference.tracking_error(&actual)?.iter().map(figures_of).collect();
+        printer.line(errors(&model, reference.axes(), &tracking));
         let mut outputs = Outputs::default();
         if let Some(out) = &self.out {
             outputs.add_log(out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
@@ -93,16 +102,53 @@ impl Predict {
             }),
         )
     }
+
+    /// Forecasts a long reference in pieces; `false` where that cannot be done.
+    fn run_long(&self, model: &Bundle, setup: &Setup, file: &LongFile) -> Result<bool> {
+        let (printer, shown) = (Printer::new(self.common.json.as_deref()), Shown::default());
+        let spool = |out: &PathBuf| LogSpool::new(out, file.axes(), file.period_s());
+        let mut spool = self.out.as_ref().map(spool).transpose()?;
+        let mut write = |[reference, actual]: Columns<'_>| match &mut spool {
+            Some(spool) => Ok(spool.add(&reference, &actual)?),
+            None => Ok(()),
+        };
+        let Some(found) = forecast(model, setup, file, None, &mut write, &|event| shown.event(event))? else {
+            return Ok(false);
+        };
+        drop(shown);
+        let figures = Figures { tip: found.contour, orientation: None };
+        let name = self.input.file_name().unwrap_or_default().to_string_lossy();
+        printer.line(format!("{name}: {:.2} s; predicted {}", found.duration_s, text(&figures)));
+        if let Some(expected) = &found.expected {
+            print::show_expectation(&printer, expected);
+        }
+        printer.line(errors(model, &found.axes, &found.tracking));
+        let mut outputs = Outputs::default();
+        if let (Some(out), Some(spool)) = (&self.out, spool) {
+            outputs.add_spool(spool.finish()?);
+            printer.line(format!("forecast in {}", out.display()));
+        }
+        outputs.write(
+            self.common.json.as_deref(),
+            &json!({
+                "contour_um": contour_json(&figures.tip),
+                "expected_contour_um": found.expected.as_ref().map(print::expectation_json),
+                "orientation_urad": orientation_json(None),
+                "tracking_um": tracking_figures_json(&found.axes, &found.tracking),
+                "left_out": null,
+            }),
+        )?;
+        Ok(true)
+    }
 }
 
 /// The tracking error of every axis, and how well it is known.
-fn errors(model: &Bundle, reference: &Trajectory, actual: &Trajectory) -> Result<String> {
-    let errors = reference.tracking_error(actual)?;
-    let row = |((axis, error), known): ((&Axis, &Vec<f64>), &AxisManifest)| {
-        let ((rms, max), unit) = (rms_max(error), ErrorUnit::from(axis));
+fn errors(model: &Bundle, axes: &[Axis], figures: &[(f64, f64)]) -> String {
+    let row = |((axis, (rms, max)), known): ((&Axis, &(f64, f64)), &AxisManifest)| {
+        let unit = ErrorUnit::from(axis);
         let known = format!("±{}", unit.number(2.0 * known.held_out.rms));
-        vec![unit.label(&axis.name), unit.number(rms), unit.number(max), known]
+        vec![unit.label(&axis.name), unit.number(*rms), unit.number(*max), known]
     };
-    let rows: Vec<Vec<String>> = reference.axes().iter().zip(&errors).zip(&model.manifest.axes).map(row).collect();
-    Ok(table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows))
+    let rows: Vec<Vec<String>> = axes.iter().zip(figures).zip(&model.manifest.axes).map(row).collect();
+    table(&["axis", "tracking error RMS", "MAX", "known to (95 %)"], &rows)
 }

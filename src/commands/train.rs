@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use datasets::{Log, Severity};
+use datasets::{Log, LongFile, Recording, Severity};
 use machine::MachineSpec;
 use models::FeatureSet;
 use pipeline::identification::{Identified, KnownRun, identify};
@@ -106,6 +106,9 @@ impl Train {
     pub fn run(&self) -> Result<()> {
         let printer = Printer::new(self.common.json.as_deref());
         let machine = self.machine.as_deref().map(read::machine).transpose()?;
+        if let Some(recordings) = self.long_recordings()? {
+            return self.run_on_stretches(recordings, machine.as_ref(), &printer);
+        }
         let (logs, mut warnings) = self.logs()?;
         let programs = self.programs_of(&logs)?;
         let (logs, joined) = datasets::joined(logs);
@@ -126,19 +129,66 @@ impl Train {
         let mut trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
         trained.bundle.manifest.control = control.as_ref().map(Identified::summary);
         let seconds = started.elapsed().as_secs_f64();
-        show(&printer, &trained);
+        let control = control.map_or(serde_json::Value::Null, |control| identification::json(&control, identified_s));
+        self.write(&trained, &logs, (seconds, control), warnings, &printer)
+    }
+
+    /// Prints what was found, and writes the model.
+    fn write(
+        &self,
+        trained: &Trained,
+        logs: &[Log],
+        (seconds, control): (f64, serde_json::Value),
+        mut warnings: Vec<String>,
+        printer: &Printer,
+    ) -> Result<()> {
+        show(printer, trained);
         let doubts: Vec<String> = trained.doubts()?.iter().map(ToString::to_string).collect();
         doubts.iter().for_each(|doubt| printer.line(format!("warning: {doubt}")));
         warnings.extend(doubts);
         let mut outputs = Outputs::default();
         outputs.add(&self.out, trained.bundle.to_bytes()?);
         printer.line(format!("trained in {seconds:.1} s; model in {}", self.out.display()));
-        self.report.add(&mut outputs, &printer, (&self.title(), LEAD), || Ok(vec![model_group(&trained, &logs)]))?;
-        let mut figures = print::json(&trained, seconds);
+        self.report.add(&mut outputs, printer, (&self.title(), LEAD), || Ok(vec![model_group(trained, logs)]))?;
+        let mut figures = print::json(trained, seconds);
         figures["warnings"] = serde_json::json!(warnings);
-        figures["control"] =
-            control.as_ref().map_or(serde_json::Value::Null, |control| identification::json(control, identified_s));
+        figures["control"] = control;
         outputs.write(self.common.json.as_deref(), &figures)
+    }
+
+    /// The logs, where one of them is read in pieces: a new model of more samples than are trained on, without programs.
+    fn long_recordings(&self) -> Result<Option<Vec<Recording>>> {
+        if self.from.is_some() || !self.programs.is_empty() {
+            return Ok(None);
+        }
+        let options = self.columns.options();
+        let mut files: Vec<Option<LongFile>> = Vec::with_capacity(self.logs.len());
+        for path in &self.logs {
+            files.push(read::long_log(path, &options)?);
+        }
+        let samples: usize = files.iter().flatten().map(LongFile::len).sum();
+        if samples <= self.most_samples {
+            return Ok(None);
+        }
+        let held = |(path, file): (&PathBuf, Option<LongFile>)| match file {
+            Some(file) => Ok(Recording::File(file)),
+            None => Ok(Recording::Held(read::log(path, &options)?.0)),
+        };
+        self.logs.iter().zip(files).map(held).collect::<Result<Vec<_>>>().map(Some)
+    }
+
+    fn run_on_stretches(&self, recordings: Vec<Recording>, machine: Option<&MachineSpec>, printer: &Printer) -> Result<()> {
+        let findings = |(path, recording): (&PathBuf, &Recording)| -> Vec<String> {
+            let Recording::File(file) = recording else { return Vec::new() };
+            file.report.findings.iter().map(|finding| format!("{}: {finding}", path.display())).collect()
+        };
+        let warnings: Vec<String> = self.logs.iter().zip(&recordings).flat_map(findings).collect();
+        warnings.iter().for_each(|warning| printer.line(warning));
+        let (started, shown) = (Instant::now(), Shown::default());
+        let trained = training::train_on_stretches(&recordings, machine, &self.settings()?, &|event| shown.event(event))?;
+        drop(shown);
+        let seconds = started.elapsed().as_secs_f64();
+        self.write(&trained, &[], (seconds, serde_json::Value::Null), warnings, printer)
     }
 
     /// Title of the report.

@@ -1,7 +1,7 @@
 //! The figures of a run in words and as JSON.
 
 use motion::contour::ContourSummary;
-use motion::{MotionError, Trajectory};
+use motion::{Axis, MotionError, Trajectory};
 use pipeline::statistics::{Figures, OrientationSummary, rms_max};
 use pipeline::units::{ErrorUnit, um};
 use serde_json::{Value, json};
@@ -31,11 +31,16 @@ pub fn text(figures: &Figures) -> String {
 /// When reference and actual do not match.
 pub fn tracking_json(reference: &Trajectory, actual: &Trajectory) -> Result<Value, MotionError> {
     let errors = reference.tracking_error(actual)?;
-    let entries = reference.axes().iter().zip(errors).map(|(axis, error)| {
-        let ((rms, max), unit) = (rms_max(&error), ErrorUnit::from(axis));
+    Ok(tracking_figures_json(reference.axes(), &errors.iter().map(|error| rms_max(error)).collect::<Vec<_>>()))
+}
+
+/// The same of RMS and MAX of every axis, mm or rad.
+pub fn tracking_figures_json(axes: &[Axis], figures: &[(f64, f64)]) -> Value {
+    let entries = axes.iter().zip(figures).map(|(axis, (rms, max))| {
+        let unit = ErrorUnit::from(axis);
         // The key above all axes says µm already.
         let key = |quantity: &str| if unit == ErrorUnit::Micrometre { quantity.to_owned() } else { unit.key(quantity) };
-        (axis.name.clone(), json!({ key("rms"): unit.value(rms), key("max"): unit.value(max) }))
+        (axis.name.clone(), json!({ key("rms"): unit.value(*rms), key("max"): unit.value(*max) }))
     });
-    Ok(Value::Object(entries.collect()))
+    Value::Object(entries.collect())
 }

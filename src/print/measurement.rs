@@ -1,14 +1,11 @@
 //! What was measured of a run.
 
-use datasets::Log;
-use motion::MotionError;
 use motion::contour::CircularTest;
 use pipeline::measure::{Fit, Measurement, Readback, Segment};
-use pipeline::statistics::rms_max;
 use pipeline::units::{ErrorUnit, um};
 use serde_json::{Value, json};
 
-use super::figures::{contour_json, orientation_json, tracking_json};
+use super::figures::{contour_json, orientation_json, tracking_figures_json};
 use crate::output::{Printer, table};
 
 /// A readback in words.
@@ -49,7 +46,7 @@ pub fn show_readback(printer: &Printer, found: &Readback) {
 const SHOWN: usize = 10;
 
 /// Everything that was measured; `laid_over` where the run was laid over a path of its own.
-pub fn show(printer: &Printer, log: &Log, measured: &Measurement, laid_over: bool) -> Result<(), MotionError> {
+pub fn show(printer: &Printer, measured: &Measurement, laid_over: bool) {
     if laid_over {
         let offset = measured.matched.offset;
         let time = match measured.matched.delay_s {
@@ -58,35 +55,33 @@ pub fn show(printer: &Printer, log: &Log, measured: &Measurement, laid_over: boo
         };
         printer.line(format!("laid over the path: {time}, offset {:.4} {:.4} {:.4} mm", offset.x, offset.y, offset.z));
     }
-    printer.line(tracking(log, measured)?);
+    printer.line(tracking(measured));
     show_contour(printer, measured);
     printer.line(worst(measured));
     if !measured.reversals.is_empty() {
-        printer.line(format!("{} reversals, the largest glitches:", measured.reversals.len()));
+        printer.line(format!("{} reversals, the largest glitches:", measured.reversals_found));
         printer.line(reversals(measured));
     }
     if measured.segments.len() > 1 {
-        printer.line(format!("{} segments, the worst by RMS:", measured.segments.len()));
+        printer.line(format!("{} segments, the worst by RMS:", measured.segments_found));
         printer.line(segments(measured));
     }
     if let Some(circle) = &measured.circle {
         show_circle(printer, circle);
     }
-    Ok(())
 }
 
 /// Tracking error and lag of every axis.
-fn tracking(log: &Log, measured: &Measurement) -> Result<String, MotionError> {
+fn tracking(measured: &Measurement) -> String {
     let common = measured.common_lag_s();
     let ms = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.3}", value * 1e3));
-    let errors = log.reference.tracking_error(&log.actual)?;
-    let rows = log.axes().iter().zip(errors).zip(&measured.lags_s).map(|((axis, error), lag)| {
-        let ((rms, max), unit) = (rms_max(&error), ErrorUnit::from(axis));
+    let rows = measured.axes.iter().zip(&measured.tracking).zip(&measured.lags_s).map(|((axis, (rms, max)), lag)| {
+        let unit = ErrorUnit::from(axis);
         let against_mean = lag.zip(common).map(|(lag, common)| lag - common);
-        vec![unit.label(&axis.name), unit.number(rms), unit.number(max), ms(*lag), ms(against_mean)]
+        vec![unit.label(&axis.name), unit.number(*rms), unit.number(*max), ms(*lag), ms(against_mean)]
     });
     let header = ["axis", "tracking error RMS", "MAX", "lag ms", "against the mean ms"];
-    Ok(table(&header, &rows.collect::<Vec<_>>()))
+    table(&header, &rows.collect::<Vec<_>>())
 }
 
 fn show_contour(printer: &Printer, measured: &Measurement) {
@@ -181,10 +176,10 @@ fn show_circle(printer: &Printer, circle: &CircularTest) {
     }
 }
 
-pub fn json(log: &Log, measured: &Measurement) -> Result<Value, MotionError> {
+pub fn json(measured: &Measurement) -> Value {
     let ms = |value: Option<f64>| value.map(|value| value * 1e3);
     let lags: serde_json::Map<String, Value> =
-        log.axes().iter().zip(&measured.lags_s).map(|(axis, lag)| (axis.name.clone(), json!(ms(*lag)))).collect();
+        measured.axes.iter().zip(&measured.lags_s).map(|(axis, lag)| (axis.name.clone(), json!(ms(*lag)))).collect();
     let direction = |figures: Option<motion::contour::DirectionFigures>| {
         figures.map(|f| {
             json!({
@@ -205,10 +200,10 @@ pub fn json(log: &Log, measured: &Measurement) -> Result<Value, MotionError> {
             "hysteresis_um": circle.hysteresis_mm.map(|value| value * 1e3),
         })
     });
-    Ok(json!({
+    json!({
         "contour_um": contour_json(&measured.contour),
         "orientation_urad": orientation_json(measured.orientation.as_ref()),
-        "tracking_um": tracking_json(&log.reference, &log.actual)?,
+        "tracking_um": tracking_figures_json(&measured.axes, &measured.tracking),
         "delay_ms": ms(measured.matched.delay_s),
         "offset_mm": measured.matched.offset.as_slice(),
         "lag_ms": lags,
@@ -222,8 +217,10 @@ pub fn json(log: &Log, measured: &Measurement) -> Result<Value, MotionError> {
         "segments": measured.segments.iter().map(|one| json!({
             "line": one.line, "from_s": one.from_s, "samples": one.samples, "contour_um": contour_json(&one.contour),
         })).collect::<Vec<_>>(),
+        "reversals_found": measured.reversals_found,
+        "segments_found": measured.segments_found,
         "circular_test": circle,
-    }))
+    })
 }
 
 /// How the axes of a model do, as JSON.

@@ -50,16 +50,26 @@ impl Dialect {
 
     /// The fields of a line; separators between double quotes do not count.
     pub fn fields<'a>(&self, line: &'a str) -> Vec<&'a str> {
+        let mut fields = Vec::new();
+        self.each_field(line, |field| fields.push(field));
+        fields
+    }
+
+    /// Gives the fields of a line one by one, as [`Dialect::fields`] does.
+    pub fn each_field<'a>(&self, line: &'a str, take: impl FnMut(&'a str)) {
         if self.separator == ' ' {
-            return line.split_whitespace().collect();
+            return line.split_whitespace().for_each(take);
+        }
+        let plain = |field: &'a str| field.trim().trim_matches('"').trim();
+        if !line.contains('"') {
+            return line.split(self.separator).map(plain).for_each(take);
         }
         let mut quoted = false;
-        line.split(|character| {
+        let split = line.split(|character| {
             quoted ^= character == '"';
             character == self.separator && !quoted
-        })
-        .map(|field| field.trim().trim_matches('"').trim())
-        .collect()
+        });
+        split.map(plain).for_each(take);
     }
 
     /// The value of a field, if it is a number.

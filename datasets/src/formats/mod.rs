@@ -1,10 +1,13 @@
 //! File formats: one file per format, from bytes to a [`Table`].
 
 mod csv;
+mod csv_rows;
 mod dialect;
 mod halsampler;
 mod halscope;
 pub(crate) mod parquet;
+mod parquet_rows;
+mod rows;
 mod sinumerik_json;
 mod sinumerik_xml;
 mod text;
@@ -13,6 +16,10 @@ mod twincat;
 use std::path::Path;
 
 use crate::{DatasetError, Table};
+
+pub(crate) use csv_rows::{CsvHead, CsvRows};
+pub(crate) use parquet_rows::{ParquetRows, parquet_head};
+pub(crate) use rows::Rows;
 
 pub use csv::Csv;
 pub use halsampler::Halsampler;

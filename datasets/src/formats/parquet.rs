@@ -1,5 +1,6 @@
 //! Parquet tables.
 
+use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -9,10 +10,11 @@ use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type a
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::{ColumnDescriptor, Type};
+use parquet::schema::types::{ColumnDescriptor, SchemaDescriptor, Type};
 
 use super::LogFormat;
 use crate::{DatasetError, Table};
@@ -50,21 +52,12 @@ fn read(bytes: Bytes) -> Result<Table, ParquetError> {
     let mut table = Table::default();
     let mut rows = None;
     for (index, field) in schema.root_schema().get_fields().iter().enumerate() {
-        // A column of lists or structures has nested leaves with longer names.
-        let leaf = (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == index);
-        let leaf = leaf.filter(|&leaf| field.is_primitive() && is_number(&schema.column(leaf)));
         let mut values = Vec::new();
-        if let Some(leaf) = leaf {
+        if let Some(leaf) = leaf_of(&schema, index) {
             for group in 0..file.num_row_groups() {
-                if matches!(
-                    file.metadata().row_group(group).column(leaf).compression(),
-                    Compression::BROTLI(_) | Compression::LZO
-                ) {
-                    let message =
-                        "it is compressed with Brotli or LZO, which are not read; write it with Zstandard, Snappy, gzip or LZ4";
-                    return Err(ParquetError::General(message.to_owned()));
-                }
-                read_numbers(file.get_row_group(group)?.get_column_reader(leaf)?, &schema.column(leaf), &mut values)?;
+                check_codec(file.metadata().row_group(group), leaf)?;
+                let mut reader = file.get_row_group(group)?.get_column_reader(leaf)?;
+                while read_numbers(&mut reader, &schema.column(leaf), BATCH, &mut values)? > 0 {}
             }
             if *rows.get_or_insert(values.len()) != values.len() {
                 return Err(ParquetError::General(format!(
@@ -85,6 +78,23 @@ fn read(bytes: Bytes) -> Result<Table, ParquetError> {
     Ok(table)
 }
 
+/// The leaf of the column with this index, where it holds plain numbers.
+pub(super) fn leaf_of(schema: &SchemaDescriptor, column: usize) -> Option<usize> {
+    let field = schema.root_schema().get_fields().get(column)?;
+    // A column of lists or structures has nested leaves with longer names.
+    let leaf = (0..schema.num_columns()).find(|&leaf| schema.get_column_root_idx(leaf) == column);
+    leaf.filter(|&leaf| field.is_primitive() && is_number(&schema.column(leaf)))
+}
+
+/// Refuses codecs that are not read.
+pub(super) fn check_codec(group: &RowGroupMetaData, leaf: usize) -> Result<(), ParquetError> {
+    if matches!(group.column(leaf).compression(), Compression::BROTLI(_) | Compression::LZO) {
+        let message = "it is compressed with Brotli or LZO, which are not read; write it with Zstandard, Snappy, gzip or LZ4";
+        return Err(ParquetError::General(message.to_owned()));
+    }
+    Ok(())
+}
+
 /// Whether a leaf holds plain numbers: no lists, booleans, text, dates, times or decimals.
 fn is_number(leaf: &ColumnDescriptor) -> bool {
     use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE, UINT_8, UINT_16, UINT_32, UINT_64};
@@ -98,43 +108,60 @@ fn is_number(leaf: &ColumnDescriptor) -> bool {
         && matches!(leaf.physical_type(), Physical::INT32 | Physical::INT64 | Physical::FLOAT | Physical::DOUBLE)
 }
 
-fn read_numbers(reader: ColumnReader, leaf: &ColumnDescriptor, column: &mut Vec<f64>) -> Result<(), ParquetError> {
+/// Appends at most `most` values of a column, and returns their number; 0 at its end.
+pub(super) fn read_numbers(
+    reader: &mut ColumnReader,
+    leaf: &ColumnDescriptor,
+    most: usize,
+    column: &mut Vec<f64>,
+) -> Result<usize, ParquetError> {
     let unsigned = match leaf.logical_type_ref() {
         Some(LogicalType::Integer(integer)) => !integer.is_signed,
         _ => matches!(leaf.converted_type(), ConvertedType::UINT_32 | ConvertedType::UINT_64),
     };
     match reader {
-        ColumnReader::Int32ColumnReader(reader) if unsigned => read_as(reader, |value| f64::from(value.cast_unsigned()), column),
-        ColumnReader::Int32ColumnReader(reader) => read_as(reader, f64::from, column),
-        ColumnReader::Int64ColumnReader(reader) if unsigned => read_as(reader, |value| value.cast_unsigned() as f64, column),
-        ColumnReader::Int64ColumnReader(reader) => read_as(reader, |value| value as f64, column),
-        ColumnReader::FloatColumnReader(reader) => read_as(reader, f64::from, column),
-        ColumnReader::DoubleColumnReader(reader) => read_as(reader, |value| value, column),
+        ColumnReader::Int32ColumnReader(reader) if unsigned => {
+            read_as(reader, |value| f64::from(value.cast_unsigned()), most, column)
+        }
+        ColumnReader::Int32ColumnReader(reader) => read_as(reader, f64::from, most, column),
+        ColumnReader::Int64ColumnReader(reader) if unsigned => {
+            read_as(reader, |value| value.cast_unsigned() as f64, most, column)
+        }
+        ColumnReader::Int64ColumnReader(reader) => read_as(reader, |value| value as f64, most, column),
+        ColumnReader::FloatColumnReader(reader) => read_as(reader, f64::from, most, column),
+        ColumnReader::DoubleColumnReader(reader) => read_as(reader, |value| value, most, column),
         _ => Err(ParquetError::General(format!("column `{}` is not of numbers", leaf.name()))),
     }
 }
 
-/// Appends a column's values; a missing one becomes NaN.
+/// Passes over values of a column.
+pub(super) fn skip_rows(reader: &mut ColumnReader, rows: usize) -> Result<(), ParquetError> {
+    let skipped = match reader {
+        ColumnReader::Int32ColumnReader(reader) => reader.skip_records(rows),
+        ColumnReader::Int64ColumnReader(reader) => reader.skip_records(rows),
+        ColumnReader::FloatColumnReader(reader) => reader.skip_records(rows),
+        ColumnReader::DoubleColumnReader(reader) => reader.skip_records(rows),
+        _ => Ok(rows),
+    }?;
+    if skipped == rows { Ok(()) } else { Err(ParquetError::General("a column is shorter than stated".to_owned())) }
+}
+
+/// Appends values of a column; a missing one becomes NaN.
 fn read_as<T: DataType>(
-    mut reader: ColumnReaderImpl<T>,
+    reader: &mut ColumnReaderImpl<T>,
     number: impl Fn(T::T) -> f64,
+    most: usize,
     column: &mut Vec<f64>,
-) -> Result<(), ParquetError> {
+) -> Result<usize, ParquetError> {
     let (mut present, mut values) = (Vec::new(), Vec::new());
-    loop {
-        present.clear();
-        values.clear();
-        let (rows, found, _) = reader.read_records(BATCH, Some(&mut present), None, &mut values)?;
-        if rows == 0 {
-            return Ok(());
-        }
-        let mut numbers = values.drain(..found).map(&number);
-        if present.is_empty() {
-            column.extend(numbers);
-        } else {
-            column.extend(present.iter().map(|&level| if level > 0 { numbers.next().unwrap_or(f64::NAN) } else { f64::NAN }));
-        }
+    let (rows, found, _) = reader.read_records(most, Some(&mut present), None, &mut values)?;
+    let mut numbers = values.drain(..found).map(&number);
+    if present.is_empty() {
+        column.extend(numbers);
+    } else {
+        column.extend(present.iter().map(|&level| if level > 0 { numbers.next().unwrap_or(f64::NAN) } else { f64::NAN }));
     }
+    Ok(rows)
 }
 
 /// Writes columns of equal length as non-null double-precision numbers, compressed with Zstandard.
@@ -142,24 +169,62 @@ fn read_as<T: DataType>(
 /// # Errors
 /// When the file cannot be written.
 pub(crate) fn write(bytes: &mut Vec<u8>, columns: &[(String, Vec<f64>)]) -> Result<(), ParquetError> {
-    let field = |(name, _): &(String, Vec<f64>)| {
+    let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
+    let mut file = begun(bytes, &names)?;
+    add_group(&mut file, &columns.iter().map(|(_, values)| values.as_slice()).collect::<Vec<_>>())?;
+    file.close().map(drop)
+}
+
+fn begun<W: std::io::Write + Send>(out: W, names: &[String]) -> Result<SerializedFileWriter<W>, ParquetError> {
+    let field = |name: &String| {
         let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
         field.build().map(Arc::new)
     };
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
+    let fields = names.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let schema = Type::group_type_builder("log").with_fields(fields).build()?;
     let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
-    let mut file = SerializedFileWriter::new(bytes, Arc::new(schema), Arc::new(properties))?;
+    SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))
+}
+
+/// Adds columns of equal length as a row group.
+fn add_group<W: std::io::Write + Send>(file: &mut SerializedFileWriter<W>, columns: &[&[f64]]) -> Result<(), ParquetError> {
     let mut group = file.next_row_group()?;
-    for (_, values) in columns {
+    for values in columns {
         if let Some(mut column) = group.next_column()? {
             column.typed::<DoubleType>().write_batch(values, None, None)?;
             column.close()?;
         }
     }
-    group.close()?;
-    file.close()?;
-    Ok(())
+    group.close().map(drop)
+}
+
+/// A table that is written group by group, as [`write`] writes it whole.
+pub(crate) struct Writer(SerializedFileWriter<File>);
+
+impl Writer {
+    /// A table with columns of these names in `file`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn new(file: File, names: &[String]) -> Result<Self, ParquetError> {
+        begun(file, names).map(Self)
+    }
+
+    /// Adds columns of equal length as a row group.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn add(&mut self, columns: &[&[f64]]) -> Result<(), ParquetError> {
+        add_group(&mut self.0, columns)
+    }
+
+    /// The complete file.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn finish(self) -> Result<File, ParquetError> {
+        self.0.into_inner()
+    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,11 @@ pub(crate) struct Line<'a> {
     pub text: &'a str,
 }
 
+/// Marks of comment lines.
+pub(crate) const COMMENTS: [&str; 3] = ["#", "%", "//"];
+/// Byte-order marks of UTF-16.
+pub(crate) const UTF16: [&[u8]; 2] = [&[0xFF, 0xFE], &[0xFE, 0xFF]];
+
 /// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; invalid bytes
 /// become U+FFFD.
 pub(crate) fn decode(bytes: &[u8]) -> String {
@@ -33,7 +38,7 @@ pub(crate) fn lines(text: &str) -> (Vec<Line<'_>>, Vec<Line<'_>>) {
     for (index, text) in text.split('\n').enumerate() {
         let number = index + 1;
         let text = text.trim_matches([' ', '\r']);
-        let comment = ["#", "%", "//"].iter().find_map(|mark| text.strip_prefix(mark));
+        let comment = COMMENTS.iter().find_map(|mark| text.strip_prefix(mark));
         match comment {
             Some(text) if content.is_empty() => comments.push(Line { number, text: text.trim() }),
             Some(_) => {}

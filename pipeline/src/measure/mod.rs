@@ -6,7 +6,9 @@
 //! [`measure`] aligns a log with the path and evaluates contour error, lags, reversals and, on a full circle, the
 //! circular test. [`readback`] compares command and program, [`fits`] compares model and log.
 
+mod long;
 mod matching;
+mod measurement;
 mod model_check;
 mod readback;
 mod reversals;
@@ -15,75 +17,23 @@ use std::collections::BTreeMap;
 
 use datasets::Log;
 use motion::contour::{
-    CirclePlane, CircularTest, ContourError, ContourEstimator, ContourSummary, NominalCircle, circular_test, poses_at_places,
-    summary_of,
+    CirclePlane, CircularTest, ContourError, ContourEstimator, NominalCircle, circular_test, poses_at_places, summary_of,
 };
 use motion::{Vec3, lag_s};
 
 use crate::analysis::worst_samples;
 use crate::error::Result;
 use crate::input::Input;
-use crate::statistics::{self, OrientationSummary, summary_of_feed_moves};
+use crate::statistics::{self, rms_max, summary_of_feed_moves};
 
+use measurement::{APART_S, WORST};
+
+pub use long::LongLog;
 pub use matching::{Match, in_path_time, in_time_of, match_by_position, match_run, without_approach};
+pub use measurement::{Measurement, Segment, WorstPoint};
 pub use model_check::{Fit, fits};
 pub use readback::{Readback, readback};
 pub use reversals::{Reversal, reversal_samples, reversals};
-
-/// Number of worst positions that are reported, and their least distance in time, s.
-const WORST: usize = 5;
-const APART_S: f64 = 0.05;
-
-/// Measurement of a run. Lengths in mm, times in s.
-#[derive(Debug)]
-pub struct Measurement {
-    /// Contour error over the samples that count: of a program those of feed moves, of a reference all.
-    pub contour: ContourSummary,
-    /// Error of the tool orientation; `None` on a machine without rotary axes.
-    pub orientation: Option<OrientationSummary>,
-    /// Alignment of the run with the path.
-    pub matched: Match,
-    /// Lag of every axis's actual position behind its command, s; `None` where the axis does not move.
-    pub lags_s: Vec<Option<f64>>,
-    /// Reversals of the linear axes, in order of time.
-    pub reversals: Vec<Reversal>,
-    /// Positions of the largest contour errors, largest first; rapids are excluded.
-    pub worst: Vec<WorstPoint>,
-    /// Segments in order: program lines with feed moves, or motion between standstills.
-    pub segments: Vec<Segment>,
-    /// Circular-test figures; `None` where the path is not a full circle.
-    pub circle: Option<CircularTest>,
-    /// Contour error of every sample of the run.
-    pub errors: Vec<ContourError>,
-    /// Whether each of these samples counts in the figures.
-    pub counts: Vec<bool>,
-}
-
-/// A position in a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorstPoint {
-    /// Time in the log, s.
-    pub time_s: f64,
-    /// Foot point on the desired path, mm.
-    pub at: Vec3,
-    /// Contour error, mm.
-    pub error_mm: f64,
-    /// Program line, from 1; `None` without a program.
-    pub line: Option<usize>,
-}
-
-/// A segment of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Segment {
-    /// Program line, from 1; `None` without a program.
-    pub line: Option<usize>,
-    /// Time of its first sample, s.
-    pub from_s: f64,
-    /// Contour error over the segment.
-    pub contour: ContourSummary,
-    /// Number of samples.
-    pub samples: usize,
-}
 
 /// Measures `log` against the path `desired`, with contour errors from `estimator`.
 ///
@@ -113,27 +63,24 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         .collect();
     let circle = circle(&matched.path, &actual);
     let counted = (0..errors.len()).map(|k| counts(&k)).collect();
+    let reversals = reversals(log, &errors, &lags_s);
+    let segments = segments(&errors, &matched.path, period, part.is_some(), |k| line(k).filter(|_| counts(&k)));
     Ok(Measurement {
+        axes: log.axes().to_vec(),
+        tracking: log.reference.tracking_error(&log.actual)?.iter().map(|error| rms_max(error)).collect(),
         contour,
         orientation,
-        reversals: reversals(log, &errors, &lags_s),
+        reversals_found: reversals.len(),
+        reversals,
         worst: worst(&errors, period, counts, line),
-        segments: segments(&errors, &matched.path, period, part.is_some(), |k| line(k).filter(|_| counts(&k))),
+        segments_found: segments.len(),
+        segments,
         lags_s,
         circle,
         matched,
         counts: counted,
         errors,
     })
-}
-
-impl Measurement {
-    /// Common lag of all axes, s: the mean over the moving axes. It has little effect on the contour.
-    #[must_use]
-    pub fn common_lag_s(&self) -> Option<f64> {
-        let lags: Vec<f64> = self.lags_s.iter().flatten().copied().collect();
-        (!lags.is_empty()).then(|| lags.iter().sum::<f64>() / lags.len() as f64)
-    }
 }
 
 fn worst(

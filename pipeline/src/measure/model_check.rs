@@ -1,10 +1,14 @@
 //! Check whether a model still fits its machine.
 
-use datasets::{Log, scored};
-use models::{AxisSignal, Bundle};
+use std::ops::Range;
+
+use datasets::{Log, Piece, scored};
+use models::{AxisManifest, AxisPredictor, AxisSignal, Bundle};
+use motion::{Axis, Trajectory};
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::statistics::rms_max;
+use crate::pieces::{Approach, RmsMax};
 use crate::units::ErrorUnit;
 
 /// Ratio of the RMS error to that of the worst two seconds of held-out runs above which a model is stale, independent of
@@ -39,40 +43,121 @@ pub struct Fit {
 /// # Errors
 /// When the sampling periods differ, or the log has no axis of the model.
 pub fn fits(bundle: &Bundle, log: &Log) -> Result<Vec<Fit>> {
-    if (bundle.manifest.period_s / log.period_s() - 1.0).abs() > 1e-6 {
-        return Err(Error::OtherRate { model_ms: bundle.manifest.period_s * 1e3, log_ms: log.period_s() * 1e3 });
+    let mut sums = FitSum::new(bundle, log.axes(), log.period_s(), 0)?;
+    sums.add_samples(&log.reference, &log.actual, 0, 0..log.len());
+    Ok(sums.finish())
+}
+
+/// Fits of the axes, as the samples of a log come.
+pub(crate) struct FitSum<'a> {
+    period_s: f64,
+    axes: Vec<AxisSum<'a>>,
+}
+
+/// Errors of one axis.
+struct AxisSum<'a> {
+    manifest: &'a AxisManifest,
+    predictor: Box<dyn AxisPredictor>,
+    /// Index of the axis in the log.
+    index: usize,
+    /// First sample that counts.
+    skip: usize,
+    approach: Approach,
+    /// Over the samples within the operating range, and over all.
+    inside: WithinBand,
+    all: WithinBand,
+}
+
+#[derive(Default)]
+struct WithinBand {
+    errors: RmsMax,
+    within: usize,
+    count: usize,
+}
+
+impl WithinBand {
+    fn note(&mut self, error: f64, width: f64) {
+        self.errors.note(error);
+        self.within += usize::from(error.abs() <= width);
+        self.count += 1;
     }
-    let mut found = Vec::new();
-    for (axis, predictor) in bundle.manifest.axes.iter().zip(bundle.predictors()?) {
-        let (Some(reference), Some(actual)) = (log.reference.column(&axis.name), log.actual.column(&axis.name)) else { continue };
-        let signal = AxisSignal::uncompensated(reference, log.period_s());
-        let skip = scored(reference, log.period_s()).start;
-        let errors: Vec<f64> =
-            predictor.predict(&signal).iter().zip(reference.iter().zip(actual)).map(|(p, (r, x))| p - (r - x)).collect();
-        let widths = axis.band.at(&AxisSignal::uncompensated(&reference[skip..], log.period_s()));
-        let outside = axis.coverage.weights(reference, log.period_s(), false);
-        let all: Vec<(f64, f64, bool)> =
-            (skip..reference.len()).map(|k| (errors[k], widths[k - skip], outside[k].1.is_some())).collect();
-        let inside: Vec<(f64, f64)> =
-            all.iter().filter(|(.., outside)| !outside).map(|(error, width, _)| (*error, *width)).collect();
-        let evaluated =
-            if inside.is_empty() { all.iter().map(|(error, width, _)| (*error, *width)).collect() } else { inside.clone() };
-        let rms = rms_max(&evaluated.iter().map(|(error, _)| *error).collect::<Vec<_>>()).0;
-        let in_band =
-            evaluated.iter().filter(|(error, width)| error.abs() <= *width).count() as f64 / evaluated.len().max(1) as f64;
-        let uneven = axis.held_out.worst_window.max(1.0);
-        found.push(Fit {
-            axis: axis.name.clone(),
-            unit: ErrorUnit::from(axis),
-            rms,
-            stale: !inside.is_empty() && (rms > STALE * uneven * axis.held_out.rms || in_band < LEAST_IN_BAND),
-            expected: axis.held_out.rms,
-            in_band,
-            outside: 1.0 - inside.len() as f64 / all.len().max(1) as f64,
+}
+
+impl<'a> FitSum<'a> {
+    /// No samples yet of a log that is read in pieces with `before` samples before them.
+    pub(super) fn new(bundle: &'a Bundle, of_log: &[Axis], period_s: f64, before: usize) -> Result<Self> {
+        if (bundle.manifest.period_s / period_s - 1.0).abs() > 1e-6 {
+            return Err(Error::OtherRate { model_ms: bundle.manifest.period_s * 1e3, log_ms: period_s * 1e3 });
+        }
+        let mut axes = Vec::new();
+        for (manifest, predictor) in bundle.manifest.axes.iter().zip(bundle.predictors()?) {
+            let Some(index) = of_log.iter().position(|axis| axis.name == manifest.name) else { continue };
+            let (inside, all) = Default::default();
+            axes.push(AxisSum { manifest, predictor, index, skip: 0, approach: Approach::new(before), inside, all });
+        }
+        if axes.is_empty() {
+            return Err(Error::NoCommonAxis);
+        }
+        Ok(Self { period_s, axes })
+    }
+
+    /// Adds a piece of a log, in the order of the log.
+    pub(super) fn add(&mut self, piece: &Piece) {
+        if let Some(actual) = &piece.actual {
+            self.add_samples(&piece.reference, actual, piece.first, piece.own.clone());
+        }
+    }
+
+    /// Adds the samples `own` of trajectories that begin with sample `first` of the log.
+    fn add_samples(&mut self, reference: &Trajectory, actual: &Trajectory, first: usize, own: Range<usize>) {
+        let period_s = self.period_s;
+        self.axes.par_iter_mut().for_each(|axis| {
+            let (reference, actual) = (&reference.columns()[axis.index], &actual.columns()[axis.index]);
+            if first + own.start == 0 {
+                axis.skip = scored(reference, period_s).start;
+            }
+            axis.add(reference, actual, first, own.clone(), period_s);
         });
     }
-    if found.is_empty() {
-        return Err(Error::NoCommonAxis);
+
+    pub(super) fn finish(self) -> Vec<Fit> {
+        self.axes.into_iter().map(AxisSum::fit).collect()
     }
-    Ok(found)
+}
+
+impl AxisSum<'_> {
+    fn add(&mut self, reference: &[f64], actual: &[f64], first: usize, own: Range<usize>, period_s: f64) {
+        let approached = self.approach.to(reference, first, own.clone(), period_s);
+        let before = approached.len() - reference.len();
+        let predicted = self.predictor.predict(&AxisSignal::uncompensated(&approached, period_s));
+        // The widths at the start of a log are those of a path that begins with the samples that count.
+        let counted = self.skip.saturating_sub(first).clamp(own.start, own.end)..own.end;
+        let from = if first == 0 { counted.start } else { 0 };
+        let widths = self.manifest.band.at(&AxisSignal::uncompensated(&reference[from..], period_s));
+        let outside = self.manifest.coverage.weights(reference, period_s, false);
+        for k in counted {
+            let error = predicted[before + k] - (reference[k] - actual[k]);
+            self.all.note(error, widths[k - from]);
+            if outside[k].1.is_none() {
+                self.inside.note(error, widths[k - from]);
+            }
+        }
+    }
+
+    fn fit(self) -> Fit {
+        let Self { manifest, inside, all, .. } = self;
+        let evaluated = if inside.count == 0 { &all } else { &inside };
+        let rms = evaluated.errors.figures().0;
+        let in_band = evaluated.within as f64 / evaluated.count.max(1) as f64;
+        let uneven = manifest.held_out.worst_window.max(1.0);
+        Fit {
+            axis: manifest.name.clone(),
+            unit: ErrorUnit::from(manifest),
+            rms,
+            stale: inside.count > 0 && (rms > STALE * uneven * manifest.held_out.rms || in_band < LEAST_IN_BAND),
+            expected: manifest.held_out.rms,
+            in_band,
+            outside: 1.0 - inside.count as f64 / all.count.max(1) as f64,
+        }
+    }
 }

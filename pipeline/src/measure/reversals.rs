@@ -1,12 +1,13 @@
 //! Glitches of the contour error at axis reversals.
 
 use datasets::Log;
+use motion::Axis;
 use motion::contour::ContourError;
+
+use crate::pieces::Heading;
 
 /// Time after a reversal in which its glitch is searched for, s.
 const WINDOW_S: f64 = 0.06;
-/// Speed below which an axis counts as at standstill, mm/s or rad/s.
-const STILL: f64 = 0.05;
 
 /// A reversal of one axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,16 +24,25 @@ pub struct Reversal {
     pub glitch_mm: f64,
 }
 
+/// Component of the tip that an axis moves; `None` for axes other than x, y and z.
+pub(super) fn tip_component(axis: &Axis) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|name| *name == axis.name)
+}
+
+/// Samples from a reversal of the command to that of the axis, and the length of the glitch.
+pub(super) fn glitch_samples(lag_s: Option<f64>, period_s: f64) -> (usize, usize) {
+    ((lag_s.unwrap_or(0.0).max(0.0) / period_s).round() as usize, (WINDOW_S / period_s).round() as usize)
+}
+
 /// Reversals of the axes x, y and z, in order of time. `errors` are the contour errors of the log's samples, `lags_s`
 /// the lags of its axes.
 #[must_use]
 pub fn reversals(log: &Log, errors: &[ContourError], lags_s: &[Option<f64>]) -> Vec<Reversal> {
     let period = log.period_s();
-    let window = (WINDOW_S / period).round() as usize;
     let mut found = Vec::new();
     for (index, axis) in log.axes().iter().enumerate() {
-        let Some(component) = ["x", "y", "z"].iter().position(|name| *name == axis.name) else { continue };
-        let late = (lags_s.get(index).copied().flatten().unwrap_or(0.0).max(0.0) / period).round() as usize;
+        let Some(component) = tip_component(axis) else { continue };
+        let (late, window) = glitch_samples(lags_s.get(index).copied().flatten(), period);
         let column = &log.reference.columns()[index];
         for (k, from_positive) in reversal_samples(column, period) {
             let from = (k + late).min(errors.len());
@@ -49,17 +59,7 @@ pub fn reversals(log: &Log, errors: &[ContourError], lags_s: &[Option<f64>]) -> 
 /// Samples at which a commanded position (mm or rad) reverses, each with whether it rose before. Standstills in between do not matter.
 #[must_use]
 pub fn reversal_samples(positions: &[f64], period_s: f64) -> Vec<(usize, bool)> {
-    let mut found = Vec::new();
-    let mut heading = 0.0;
-    for k in 1..positions.len() {
-        let speed = (positions[k] - positions[k - 1]) / period_s;
-        if speed.abs() < STILL {
-            continue;
-        }
-        if heading * speed < 0.0 {
-            found.push((k, heading > 0.0));
-        }
-        heading = speed.signum();
-    }
-    found
+    let mut heading = Heading::default();
+    let turn = |(k, position): (usize, &f64)| Some((k, heading.turns(*position, period_s)?));
+    positions.iter().enumerate().filter_map(turn).collect()
 }

@@ -110,11 +110,11 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     let Learner { machine, coverage, known, floor_mm } = learner;
     let (weights, outside) = prepare(input, machine, coverage);
     let mut control = ControlledMachine::learned(machine, input.part()).disturbed(known.map(|known| known.repeated.as_slice()));
-    let max_shift = bound_of(settings, &mut control, input)?;
+    let (max_shift, uncompensated) = bound_of(settings, &mut control, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
     let mut task = Task::new(input, correction_limits, floor_mm, progress);
 
-    let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, settings)?;
+    let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, uncompensated, settings)?;
     let updates = runs.len() - 1;
     // A program whose whole does not gain may hold segments that do.
     let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
@@ -185,12 +185,13 @@ fn prepare(input: &Input, machine: &mut LearnedMachine, coverage: &[OperatingRan
     (weights, outside)
 }
 
-/// Bound of corrections, mm: the given one, else that for an uncompensated run of `machine`.
-fn bound_of(settings: &Settings, machine: &mut dyn Machine, input: &Input) -> Result<f64> {
-    Ok(match settings.max_shift {
-        Some(given) => given,
-        None => shift_bound(0.0, input.figures(&machine.run(input.trajectory())?)?.tip.max_mm),
-    })
+/// Bound of corrections, mm: the given one, else that for an uncompensated run of `machine`, with that run.
+fn bound_of(settings: &Settings, machine: &mut dyn Machine, input: &Input) -> Result<(f64, Option<Trajectory>)> {
+    if let Some(given) = settings.max_shift {
+        return Ok((given, None));
+    }
+    let run = machine.run(input.trajectory())?;
+    Ok((shift_bound(0.0, input.figures(&run)?.tip.max_mm), Some(run)))
 }
 
 /// Runs on the reference itself, the uncompensated one first.
@@ -203,10 +204,11 @@ fn learn_on_reference(
     task: &mut Task<'_>,
     control: &mut ControlledMachine<'_, LearnedMachine>,
     input: &Input,
+    uncompensated: Option<Trajectory>,
     settings: &Settings,
 ) -> Result<OnReference> {
     if settings.law == LawName::ModelBased {
-        let (runs, ended) = task.descend(control, settings.iterations)?;
+        let (runs, ended) = task.descend(control, uncompensated, settings.iterations)?;
         return Ok(OnReference { runs, ended });
     }
     let mut law = law(settings, input.trajectory(), control)?;
@@ -267,9 +269,10 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
 /// # Errors
 /// When the path does not fit the machine.
 pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Trajectory> {
-    let max_shift = bound_of(settings, machine, input)?;
+    let (max_shift, uncompensated) = bound_of(settings, machine, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, Vec::new());
-    let (runs, _) = Task::new(input, correction_limits, 0.0, SILENT).descend(machine, settings.iterations)?;
+    let mut task = Task::new(input, correction_limits, 0.0, SILENT);
+    let (runs, _) = task.descend(machine, uncompensated, settings.iterations)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }

@@ -99,11 +99,23 @@ impl<'a> Task<'a> {
 
     /// Iterates the spatial law with the cut-off of the best forecast, then makes Gauss–Newton steps on the contour
     /// error, where the axes are coordinates of the tip. Returns every run with its figures, and why the steps ended.
-    /// The time around turns and stops follows from the machine's own response.
-    pub fn descend(&mut self, machine: &mut dyn Machine, iterations: usize) -> Result<(Runs, Option<Ended>)> {
+    /// The time around turns and stops follows from the machine's own response. The uncompensated run is made where it is not given.
+    pub fn descend(
+        &mut self,
+        machine: &mut dyn Machine,
+        uncompensated: Option<Trajectory>,
+        iterations: usize,
+    ) -> Result<(Runs, Option<Ended>)> {
         let (desired, path) = (self.input.desired(), self.input.trajectory());
         let steps = !desired.kinematics().has_rotary_axes() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
-        let responses = if steps { ImpulseResponse::probe_model(machine, path, MODEL_RESPONSE_S)? } else { Vec::new() };
+        let uncompensated = match uncompensated {
+            Some(known) => known,
+            None => machine.run(path)?,
+        };
+        let responses = match steps {
+            true => ImpulseResponse::probe_model_beside(machine, path, &uncompensated, MODEL_RESPONSE_S)?,
+            false => Vec::new(),
+        };
         let late = responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
         let [least, most] = TURN_RANGE_S;
         let turn_s = late.clamp(least, most);
@@ -116,8 +128,10 @@ impl<'a> Task<'a> {
             CutOffCandidates { turn_s, updates, cut_offs: (CANDIDATE_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS) };
         let mut known = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, most_runs);
+        let first = Iteration { measure: measure(desired, &uncompensated), reference: path.clone(), actual: uncompensated };
         let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
-        let mut tried = self.checked(spatial_candidates(machine, desired, &self.correction_limits, &candidates, &mut measure))?;
+        let limits = &self.correction_limits;
+        let mut tried = self.checked(spatial_candidates(machine, desired, limits, &candidates, Some(first), &mut measure))?;
         let mut ended = None;
         if steps {
             let mut law = ContourOptimal::new(responses, Descent::default().damping[0])?;

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use datasets::Log;
+use datasets::{Log, Recording};
 use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis, Sensor};
-use models::OperatingRange;
-use motion::{AxisKind, PlanSettings};
+use motion::{Axis, AxisKind, PlanSettings};
 
 use crate::error::Result;
 
@@ -15,69 +14,114 @@ const RISE_S: f64 = 0.02;
 /// Half-width of the central difference for accelerations, s. Between neighbouring samples the rounding steps of a
 /// command would count as acceleration.
 const SPAN_S: f64 = 0.01;
+/// Length of the pieces of a file, s.
+const PIECE_S: f64 = 60.0;
 
-/// Largest acceleration of an axis over its runs, mm/s² or rad/s².
-fn acceleration<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> f64 {
-    let span = (SPAN_S / period_s).round().max(1.0) as usize;
+/// Largest acceleration of an axis over a run, mm/s² or rad/s².
+fn acceleration(run: &[f64], period_s: f64) -> f64 {
+    let span = span(period_s);
     let time_s = span as f64 * period_s;
-    runs.flat_map(|run| (2 * span..run.len()).map(move |k| (run[k] - 2.0 * run[k - span] + run[k - 2 * span]).abs()))
-        .fold(0.0, f64::max)
-        / (time_s * time_s)
+    let change = |k: usize| (run[k] - 2.0 * run[k - span] + run[k - 2 * span]).abs();
+    (2 * span..run.len()).map(change).fold(0.0, f64::max) / (time_s * time_s)
 }
 
-/// Machine description with the largest speeds and accelerations of the axes `moving` in `logs`.
-///
-/// # Errors
-/// When an axis never moved.
-pub fn spec(logs: &[&Log], moving: &[usize], period_s: f64) -> Result<MachineSpec> {
-    let mut path = (f64::INFINITY, f64::INFINITY);
-    let axes = moving
-        .iter()
-        .filter_map(|&index| {
-            let axis = logs.first()?.axes().get(index)?.clone();
-            let coverage = OperatingRange::of(logs.iter().map(|log| log.reference.columns()[index].as_slice()), period_s);
-            let columns = logs.iter().map(|log| log.reference.columns()[index].as_slice());
-            let (velocity, acceleration) = (coverage.velocity, acceleration(columns, period_s));
-            path = (path.0.min(velocity), path.1.min(acceleration));
-            let jerk = 2.0 * acceleration / RISE_S;
-            Some(match axis.kind {
-                AxisKind::Linear => AxisSpec::Linear(LinearAxis {
-                    name: axis.name,
-                    velocity_mm_s: velocity,
-                    acceleration_mm_s2: acceleration,
-                    jerk_mm_s3: jerk,
-                    travel_mm: None,
-                    drive: None,
-                }),
-                AxisKind::Rotary => AxisSpec::Rotary(RotaryAxis {
-                    name: axis.name,
-                    velocity_rad_s: velocity,
-                    acceleration_rad_s2: acceleration,
-                    jerk_rad_s3: jerk,
-                    travel_deg: None,
-                    drive: None,
-                }),
+fn span(period_s: f64) -> usize {
+    (SPAN_S / period_s).round().max(1.0) as usize
+}
+
+/// Largest speed and acceleration that every axis reached, mm or rad, s.
+#[derive(Debug, Default)]
+pub(super) struct Reached {
+    axes: Vec<(Axis, f64, f64)>,
+}
+
+impl Reached {
+    /// What the axes reached in `logs`.
+    pub fn of<'a>(logs: impl IntoIterator<Item = &'a Log>) -> Self {
+        let mut reached = Self::default();
+        logs.into_iter().for_each(|log| reached.add(log));
+        reached
+    }
+
+    /// The same of recordings, which are read in pieces.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub fn of_recordings(recordings: &[Recording]) -> Result<Self> {
+        let mut reached = Self::default();
+        for recording in recordings {
+            let (length, lead) = ((PIECE_S / recording.period_s()).ceil().max(1.0) as usize, 2 * span(recording.period_s()));
+            let rows = |from: usize| from..(from + length).min(recording.len());
+            recording.read((0..recording.len()).step_by(length).map(rows), lead, |log, _| {
+                reached.add(&log);
+                Ok(())
+            })?;
+        }
+        Ok(reached)
+    }
+
+    fn add(&mut self, log: &Log) {
+        if self.axes.is_empty() {
+            self.axes = log.axes().iter().map(|axis| (axis.clone(), 0.0, 0.0)).collect();
+        }
+        for ((_, velocity, most), column) in self.axes.iter_mut().zip(log.reference.columns()) {
+            let speed = column.windows(2).map(|pair| ((pair[1] - pair[0]) / log.period_s()).abs()).fold(0.0, f64::max);
+            *velocity = velocity.max(speed);
+            *most = most.max(acceleration(column, log.period_s()));
+        }
+    }
+
+    /// Machine description with what the axes `moving` reached as limits.
+    ///
+    /// # Errors
+    /// When an axis never moved.
+    pub fn spec(&self, moving: &[usize], period_s: f64) -> Result<MachineSpec> {
+        let mut path = (f64::INFINITY, f64::INFINITY);
+        let axes = moving
+            .iter()
+            .filter_map(|&index| {
+                let (axis, velocity, acceleration) = self.axes.get(index)?.clone();
+                path = (path.0.min(velocity), path.1.min(acceleration));
+                let jerk = 2.0 * acceleration / RISE_S;
+                Some(match axis.kind {
+                    AxisKind::Linear => AxisSpec::Linear(LinearAxis {
+                        name: axis.name,
+                        velocity_mm_s: velocity,
+                        acceleration_mm_s2: acceleration,
+                        jerk_mm_s3: jerk,
+                        travel_mm: None,
+                        drive: None,
+                    }),
+                    AxisKind::Rotary => AxisSpec::Rotary(RotaryAxis {
+                        name: axis.name,
+                        velocity_rad_s: velocity,
+                        acceleration_rad_s2: acceleration,
+                        jerk_rad_s3: jerk,
+                        travel_deg: None,
+                        drive: None,
+                    }),
+                })
             })
-        })
-        .collect();
-    let spec = MachineSpec {
-        name: "from the log".to_owned(),
-        sampling_period_ms: period_s * 1e3,
-        sensor: Sensor::default(),
-        path: PathSpec {
-            smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
-            short_line_acceleration: PlanSettings::default().short_line_acceleration,
-            velocity_mm_s: path.0,
-            acceleration_mm_s2: path.1,
-            jerk_mm_s3: 2.0 * path.1 / RISE_S,
-            centripetal_mm_s2: path.1,
-        },
-        kinematics: KinematicsSpec::default(),
-        control: None,
-        controller: None,
-        work_offsets: BTreeMap::new(),
-        axes,
-    };
-    spec.check()?;
-    Ok(spec)
+            .collect();
+        let spec = MachineSpec {
+            name: "from the log".to_owned(),
+            sampling_period_ms: period_s * 1e3,
+            sensor: Sensor::default(),
+            path: PathSpec {
+                smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
+                short_line_acceleration: PlanSettings::default().short_line_acceleration,
+                velocity_mm_s: path.0,
+                acceleration_mm_s2: path.1,
+                jerk_mm_s3: 2.0 * path.1 / RISE_S,
+                centripetal_mm_s2: path.1,
+            },
+            kinematics: KinematicsSpec::default(),
+            control: None,
+            controller: None,
+            work_offsets: BTreeMap::new(),
+            axes,
+        };
+        spec.check()?;
+        Ok(spec)
+    }
 }

@@ -11,10 +11,11 @@ mod lags;
 mod limits_from_log;
 mod settings;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 
-use datasets::{Log, Purpose, Report, assess_runs, moving_axes};
+use datasets::{Check, Log, Purpose, Recording, Report, Severity, assess_runs, moving_axes};
 use machine::MachineSpec;
 use models::{AxisManifest, AxisPredictor, Bundle, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind};
@@ -23,6 +24,7 @@ use training::AxisRun;
 use axis::{FittedAxis, fit_axis};
 use hash::data_hash;
 use lags::{axis_lag_s, common_delay_s};
+use limits_from_log::Reached;
 
 use crate::error::{Error, Result};
 use crate::progress::{Job, Progress, Steps};
@@ -79,20 +81,79 @@ pub fn check(logs: &[Log]) -> Report {
 /// # Errors
 /// When the logs are not fit for training, with the reasons, or `progress` cancels.
 pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings, progress: Progress<'_>) -> Result<Trained> {
-    let report = check(logs);
-    if report.is_refused() {
-        return Err(Error::unfit(&report));
+    check_fit(logs)?;
+    let samples: usize = logs.iter().map(Log::len).sum();
+    if samples > settings.most_samples {
+        let recordings: Vec<Recording> = logs.iter().cloned().map(Recording::from).collect();
+        return train_on_stretches(&recordings, spec, settings, progress);
     }
+    let rows: Vec<Range<usize>> = logs.iter().map(|log| 0..log.len()).collect();
+    let spec = match spec {
+        Some(spec) => Limits::Given(spec),
+        None => Limits::Reached(Reached::of(logs)),
+    };
+    fit(logs, &rows, spec, settings, progress)
+}
+
+/// As [`train`], on the stretches of recordings of any length that show most of their motion; of a file only these are held. The chosen
+/// stretches are checked.
+///
+/// # Errors
+/// As [`train`], and when a file cannot be read.
+pub fn train_on_stretches(
+    recordings: &[Recording],
+    spec: Option<&MachineSpec>,
+    settings: &TrainSettings,
+    progress: Progress<'_>,
+) -> Result<Trained> {
+    let of: usize = recordings.iter().map(Recording::len).sum();
+    let chosen = datasets::stretches(recordings, settings.most_samples.min(of.saturating_sub(1)))?.unwrap_or_default();
+    let (runs, rows): (Vec<Log>, Vec<Range<usize>>) = chosen.into_iter().map(|stretch| (stretch.log, stretch.rows)).unzip();
+    check_stretches(&runs)?;
+    let limits = match spec {
+        Some(spec) => Limits::Given(spec),
+        None => Limits::Reached(Reached::of_recordings(recordings)?),
+    };
+    let trained = fit(&runs, &rows, limits, settings, progress)?;
+    let samples = rows.iter().map(ExactSizeIterator::len).sum();
+    Ok(Trained { stretches: Some(Stretches { runs, samples, of }), ..trained })
+}
+
+fn check_fit(logs: &[Log]) -> Result<()> {
+    let report = check(logs);
+    if report.is_refused() { Err(Error::unfit(&report)) } else { Ok(()) }
+}
+
+/// Refuses stretches that are not fit as a set, or of which most are not fit: a single one may show a standstill and nothing else.
+fn check_stretches(runs: &[Log]) -> Result<()> {
+    let report = check(runs);
+    let (mut unfit, mut of_set) = (BTreeSet::new(), false);
+    for finding in report.of(Severity::Refuse) {
+        match &finding.place.run {
+            Some(run) if finding.check != Check::Runs => drop(unfit.insert(run.as_str())),
+            _ => of_set = true,
+        }
+    }
+    if of_set || 2 * unfit.len() > runs.len() { Err(Error::unfit(&report)) } else { Ok(()) }
+}
+
+/// Where the limits of a model come from.
+enum Limits<'a> {
+    Given(&'a MachineSpec),
+    Reached(Reached),
+}
+
+/// Trains on the samples `rows` of `logs`.
+fn fit(
+    logs: &[Log],
+    rows: &[Range<usize>],
+    limits: Limits<'_>,
+    settings: &TrainSettings,
+    progress: Progress<'_>,
+) -> Result<Trained> {
     let Some(first) = logs.first() else { return Err(Error::NoLog) };
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
-    let whole = logs;
-    let of = whole.iter().map(Log::len).sum();
-    let chosen = datasets::stretches(whole, settings.most_samples)?;
-    let chosen: Option<(Vec<Log>, Vec<Range<usize>>)> =
-        chosen.map(|chosen| chosen.into_iter().map(|stretch| (stretch.log, stretch.rows)).unzip());
-    let all: Vec<Range<usize>> = whole.iter().map(|log| 0..log.len()).collect();
-    let (logs, rows) = chosen.as_ref().map_or((whole, &all), |(logs, rows)| (logs.as_slice(), rows));
     let samples: usize = rows.iter().map(ExactSizeIterator::len).sum();
     let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
     let folds = datasets::folds(logs, settings.held_out, most, settings.seed)?;
@@ -112,19 +173,19 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         jobs.into_iter().map(|job| job.join().unwrap_or_else(|_| Err(Error::Thread))).collect()
     });
     let mut fitted: Vec<FittedAxis> = fitted.into_iter().collect::<Result<_>>()?;
-    let spec_of_model = match spec {
-        Some(spec) => spec.clone(),
-        None => limits_from_log::spec(&whole.iter().collect::<Vec<_>>(), &moving, period_s)?,
+    let (spec_of_model, limits_from_log) = match limits {
+        Limits::Given(spec) => (spec.clone(), false),
+        Limits::Reached(reached) => (reached.spec(&moving, period_s)?, true),
     };
     let manifest = Manifest {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         period_s,
         seed: settings.seed,
-        data_sha256: data_hash(whole),
-        common_delay_s: common_delay_s(whole, &moving),
+        data_sha256: data_hash(logs),
+        common_delay_s: common_delay_s(logs, &moving),
         machine_toml: spec_of_model.to_toml()?,
-        limits_from_log: spec.is_none(),
+        limits_from_log,
         control: None,
         axes: moving.iter().zip(&fitted).map(|(&axis, fitted)| manifest_of(&axes[axis], fitted)).collect(),
     };
@@ -135,9 +196,9 @@ pub fn train(logs: &[Log], spec: Option<&MachineSpec>, settings: &TrainSettings,
         bundle: Bundle::new(manifest, &predictors)?,
         notes,
         held_out,
-        lags_s: moving.iter().map(|&axis| axis_lag_s(whole, axis)).collect(),
+        lags_s: moving.iter().map(|&axis| axis_lag_s(logs, axis)).collect(),
         left_out: (0..axes.len()).filter(|axis| !moving.contains(axis)).map(|axis| axes[axis].name.clone()).collect(),
-        stretches: chosen.map(|(runs, _)| Stretches { runs, samples, of }),
+        stretches: None,
     })
 }
 
@@ -149,7 +210,7 @@ pub fn limits_of_logs(logs: &[&Log]) -> Result<MachineSpec> {
     let first = logs.first().ok_or(Error::NoLog)?;
     let moving: Vec<usize> =
         (0..first.axes().len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
-    limits_from_log::spec(logs, &moving, first.period_s())
+    Reached::of(logs.iter().copied()).spec(&moving, first.period_s())
 }
 
 fn runs(logs: &[Log], rows: &[Range<usize>], axis: usize) -> Vec<AxisRun> {

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use gcode::Edits;
 use motion::contour::ContourSummary;
 
-use super::tally::Tally;
 use super::window::{Done, OutsideLines};
 use crate::error::{Error, Result};
 use crate::expectation::{Expectation, ExpectationSum};
 use crate::model_based_ilc::WithoutGain;
 use crate::part::{Section, Whole};
 use crate::refit::{Mark, RefitSettings, write_head};
+use crate::tally::Tally;
 
 /// A compensated long program.
 #[derive(Debug)]

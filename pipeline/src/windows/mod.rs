@@ -8,7 +8,6 @@
 
 mod cuts;
 mod joined;
-mod tally;
 #[cfg(test)]
 mod tests;
 mod window;

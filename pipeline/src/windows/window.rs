@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use models::Bundle;
 
-use super::tally::Tally;
 use crate::error::Result;
 use crate::expectation::ExpectationSum;
 use crate::input::Input;
@@ -15,6 +14,7 @@ use crate::progress::SILENT;
 use crate::refit::{RefitSettings, WrittenSection, write_section};
 use crate::setup::Setup;
 use crate::statistics::{SampleErrors, counts};
+use crate::tally::Tally;
 use crate::travel;
 
 /// A window of a long program.

@@ -1,4 +1,4 @@
-//! Error figures over windows: sums, and a histogram for the 95th percentile.
+//! Error figures of what is not held: sums, and a histogram for the 95th percentile.
 
 use motion::contour::ContourSummary;
 
@@ -10,7 +10,7 @@ const BINS: usize = 4900;
 
 /// Errors of samples.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
+pub(crate) struct Tally {
     count: u64,
     square: f64,
     max_mm: f64,
@@ -26,7 +26,7 @@ impl Default for Tally {
 
 impl Tally {
     /// Adds the error of the sample with this index, mm.
-    pub(super) fn note(&mut self, sample: usize, error_mm: f64) {
+    pub(crate) fn note(&mut self, sample: usize, error_mm: f64) {
         self.count += 1;
         self.square += error_mm * error_mm;
         if error_mm > self.max_mm {
@@ -37,7 +37,7 @@ impl Tally {
     }
 
     /// Adds other samples, whose indices begin at `first`.
-    pub(super) fn add(&mut self, other: &Self, first: usize) {
+    pub(crate) fn add(&mut self, other: &Self, first: usize) {
         if other.max_mm > self.max_mm {
             (self.max_mm, self.max_at) = (other.max_mm, first + other.max_at);
         }
@@ -47,14 +47,17 @@ impl Tally {
     }
 
     /// The figures; the percentile to half a per cent. `None` without a sample.
-    pub(super) fn summary(&self) -> Option<ContourSummary> {
+    pub(crate) fn summary(&self) -> Option<ContourSummary> {
         let wanted = (0.95 * self.count as f64).ceil() as u64;
-        let mut seen = 0;
-        let bin = self.bins.iter().position(|count| {
-            seen += u64::from(*count);
-            seen >= wanted
+        let mut below = 0;
+        let (bin, count) = self.bins.iter().enumerate().find(|(_, count)| {
+            let is_in = below + u64::from(**count) >= wanted;
+            below += if is_in { 0 } else { u64::from(**count) };
+            is_in
         })?;
-        let p95_mm = (LEAST_MM * RATIO.powf(bin as f64 + 0.5)).min(self.max_mm);
+        // Within a bin samples are taken to lie evenly.
+        let within = (wanted - below) as f64 / f64::from(*count).max(1.0);
+        let p95_mm = (LEAST_MM * RATIO.powf(bin as f64 + within)).min(self.max_mm);
         let rms_mm = (self.square / self.count as f64).sqrt();
         (self.count > 0).then_some(ContourSummary { rms_mm, max_mm: self.max_mm, p95_mm, max_at: self.max_at })
     }

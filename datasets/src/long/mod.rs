@@ -1,0 +1,277 @@
+//! Logs and references that are too long to be held: read once for what they are, then in pieces as often as needed.
+
+mod findings;
+mod pieces;
+mod recording;
+mod stamps;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use motion::Axis;
+
+use crate::columns::recognise_reference;
+use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
+use crate::options::ReadOptions;
+use crate::read::{FARTHEST, LATEST_S, check_period, map_of, run_name, stated, uniform_columns};
+use crate::{Check, DatasetError, Finding, Report, Severity, Source, Table};
+use stamps::Stamps;
+
+pub use findings::PieceFindings;
+pub use pieces::{Lengths, Piece, Pieces};
+pub use recording::Recording;
+
+/// Rows that are read at once in the first pass.
+const BATCH: usize = 1 << 16;
+
+/// A log or reference in a file, with what the first pass over it found.
+#[derive(Debug)]
+pub struct LongFile {
+    path: PathBuf,
+    format: Format,
+    axes: Vec<Axis>,
+    /// Columns of the commanded positions, then those of the reported ones.
+    sources: Vec<Source>,
+    period_s: f64,
+    start_s: f64,
+    rows: usize,
+    extents: Vec<Extent>,
+    /// What reading found.
+    pub report: Report,
+}
+
+#[derive(Debug)]
+enum Format {
+    Csv(Box<CsvHead>),
+    Parquet,
+}
+
+/// Extent of a column, mm or rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Least position.
+    pub low: f64,
+    /// Largest position.
+    pub high: f64,
+    /// Largest distance between a sample and the second one after it.
+    pub two_steps: f64,
+    /// Largest second difference of neighbouring samples.
+    pub bend: f64,
+    last: [f64; 2],
+    seen: usize,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { low: f64::INFINITY, high: f64::NEG_INFINITY, two_steps: 0.0, bend: 0.0, last: [0.0; 2], seen: 0 }
+    }
+}
+
+impl Extent {
+    /// The extent of a column that is held.
+    #[must_use]
+    pub fn of(column: &[f64]) -> Self {
+        let mut extent = Self::default();
+        column.iter().for_each(|at| extent.note(*at));
+        extent
+    }
+
+    fn note(&mut self, at: f64) {
+        (self.low, self.high) = (self.low.min(at), self.high.max(at));
+        if self.seen >= 2 {
+            let [before, last] = self.last;
+            self.two_steps = self.two_steps.max((at - before).abs());
+            self.bend = self.bend.max((at - 2.0 * last + before).abs());
+        }
+        self.last = [self.last[1], at];
+        self.seen += 1;
+    }
+}
+
+/// Axes, time column, columns of positions, and names of columns that are not used.
+type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<String>);
+
+impl LongFile {
+    /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
+    /// CSV and Parquet, and uneven or repeated time stamps.
+    ///
+    /// # Errors
+    /// As [`read_log`](crate::read_log).
+    pub fn log(path: &Path, options: &ReadOptions, most: usize) -> Result<Option<Self>, DatasetError> {
+        Self::open(path, options, most, |table, options| {
+            let map = map_of(path, table, options)?;
+            let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
+            Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, map.unused))
+        })
+    }
+
+    /// The same for a reference; of a log, the commanded columns.
+    ///
+    /// # Errors
+    /// As [`read_reference`](crate::read_reference).
+    pub fn reference(path: &Path, options: &ReadOptions, most: usize) -> Result<Option<Self>, DatasetError> {
+        Self::open(path, options, most, |table, options| {
+            if options.columns.is_some() {
+                let map = map_of(path, table, options)?;
+                let sources = map.axes.iter().map(|axis| axis.reference).collect();
+                return Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, Vec::new()));
+            }
+            let (time, found) = recognise_reference(path, table)?;
+            let (axes, sources) = found.into_iter().unzip();
+            Ok((axes, time, sources, Vec::new()))
+        })
+    }
+
+    fn open(
+        path: &Path,
+        options: &ReadOptions,
+        most: usize,
+        columns: impl FnOnce(&Table, &ReadOptions) -> Result<Columns, DatasetError>,
+    ) -> Result<Option<Self>, DatasetError> {
+        let (format, table, rows) = match parquet_head(path)? {
+            Some((table, rows)) => (Format::Parquet, table, rows),
+            None => match CsvHead::of(path)? {
+                Some(head) => {
+                    let (table, rows) = (head.table.clone(), head.rows);
+                    (Format::Csv(Box::new(head)), table, rows)
+                }
+                None => return Ok(None),
+            },
+        };
+        if rows <= most {
+            return Ok(None);
+        }
+        let mut report = Report::default();
+        let options = stated(path, options, &mut report)?;
+        let (axes, time, sources, unused) = columns(&table, &options)?;
+        if !unused.is_empty() {
+            let text = format!("columns not used: {}", unused.join(", "));
+            report.push(Finding::new(Severity::Note, Check::Mended, text));
+        }
+        if time.is_none() {
+            // The head has all that an error about the period says.
+            let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(sources.iter().copied()).collect();
+            uniform_columns(path, &table, None, &named, options.period_s)?;
+        }
+        let (period_s, extents) = (options.period_s.unwrap_or_default(), vec![Extent::default(); axes.len()]);
+        let mut file = Self { path: path.to_owned(), format, axes, sources, period_s, start_s: 0.0, rows: 0, extents, report };
+        Ok(file.scan(&table, time)?.then_some(file))
+    }
+
+    /// The first pass: checks every value, and finds period, extents and the number of rows. Whether the file can be read in pieces.
+    fn scan(&mut self, head: &Table, time: Option<Source>) -> Result<bool, DatasetError> {
+        let mut wanted = self.sources.clone();
+        wanted.extend(time);
+        let mut rows = self.rows_of(&wanted)?;
+        let (mut columns, mut lines, mut stamps) = (vec![Vec::new(); wanted.len()], Vec::new(), Stamps::default());
+        while rows.read(BATCH, &mut columns, &mut lines)? > 0 {
+            for (slot, (column, source)) in columns.iter().zip(&wanted).enumerate() {
+                self.check_values(head, slot, source, column, &lines)?;
+            }
+            for (extent, column) in self.extents.iter_mut().zip(&columns) {
+                column.iter().for_each(|at| extent.note(*at));
+            }
+            if time.is_some() {
+                columns[self.sources.len()].iter().for_each(|time| stamps.note(*time));
+            }
+            self.rows += lines.len();
+            columns.iter_mut().for_each(Vec::clear);
+            lines.clear();
+            if stamps.is_hopeless() {
+                return Ok(false);
+            }
+        }
+        if let Some(why) = rows.cut_off() {
+            self.report.findings.insert(0, Finding::new(Severity::Warn, Check::Mended, why));
+        }
+        if time.is_some() {
+            let Some(period_s) = stamps.period_s() else { return Ok(false) };
+            check_period(&self.path, period_s)?;
+            (self.period_s, self.start_s) = (period_s, stamps.first_s());
+        }
+        Ok(true)
+    }
+
+    /// Refuses values that are missing or out of range.
+    fn check_values(
+        &self,
+        head: &Table,
+        slot: usize,
+        source: &Source,
+        values: &[f64],
+        lines: &[usize],
+    ) -> Result<(), DatasetError> {
+        let axis = self.axes.get(slot % self.axes.len()).filter(|_| slot < self.sources.len());
+        let (most, unit) = axis.map_or((LATEST_S, "s"), |axis| (FARTHEST, axis.kind.unit()));
+        let Some(row) = values.iter().position(|value| !(-most..=most).contains(value)) else { return Ok(()) };
+        let (path, line, value) = (self.path.clone(), lines[row], values[row]);
+        let column = head.names.get(source.column).cloned().unwrap_or_default();
+        Err(if value.is_finite() {
+            DatasetError::Absurd { path, line, column, value, most, unit }
+        } else {
+            DatasetError::Missing { path, line, column }
+        })
+    }
+
+    fn rows_of(&self, wanted: &[Source]) -> Result<Box<dyn Rows>, DatasetError> {
+        Ok(match &self.format {
+            Format::Csv(head) => Box::new(CsvRows::open(&self.path, head, wanted)?),
+            Format::Parquet => Box::new(ParquetRows::open(&self.path, wanted)?),
+        })
+    }
+
+    fn positions(&self) -> Vec<Source> {
+        self.sources.clone()
+    }
+
+    /// The axes, in column order.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// Time between samples, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Time stamp of the first sample, s; zero if unknown.
+    #[must_use]
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows == 0
+    }
+
+    /// Name of the run: that of the file without its ending.
+    #[must_use]
+    pub fn name(&self) -> String {
+        run_name(&self.path)
+    }
+
+    /// Extents of the commanded positions, one an axis.
+    #[must_use]
+    pub fn extents(&self) -> &[Extent] {
+        &self.extents
+    }
+
+    /// The pieces of the log, from its start.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn pieces(&self, lengths: Lengths) -> Result<Pieces<'_>, DatasetError> {
+        Pieces::new(self, lengths)
+    }
+}

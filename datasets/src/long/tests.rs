@@ -1,0 +1,160 @@
+//! Pieces of a long log are those of the whole.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use motion::{Axis, Trajectory};
+use tempfile::TempDir;
+
+use super::*;
+use crate::{Log, LogSpool, read_log, read_reference, write_all_and, write_log};
+
+const ROWS: usize = 60_000;
+
+fn log() -> Log {
+    let column = |speed: f64, late: f64| (0..ROWS).map(|k| 40.0 * (speed * (k as f64 * 1e-3 - late)).sin()).collect::<Vec<f64>>();
+    let of =
+        |late| Trajectory::new(0.001, ["x", "y"].map(Axis::named).to_vec(), vec![column(0.7, late), column(1.1, late)]).unwrap();
+    Log::new("run", of(0.0), of(0.004)).unwrap()
+}
+
+fn write(folder: &TempDir, name: &str, content: &str) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+/// A text log with remarks, blank lines, other line ends and columns that are not used.
+fn text() -> String {
+    let log = log();
+    let mut text = String::from("# recorded at the machine\r\n\r\nt,mode,x_ref,x_act,y_ref,y_act\r\n");
+    for k in 0..ROWS {
+        let at = |of: &Trajectory, axis: usize| of.columns()[axis][k];
+        let (time_s, x, y) = (12.0 + k as f64 * 1e-3, at(&log.reference, 0), at(&log.reference, 1));
+        let (x_act, y_act) = (at(&log.actual, 0), at(&log.actual, 1));
+        write!(text, "{time_s:.4},auto,{x:.6},{x_act:.6},{y:.6},{y_act:.6}\r\n").unwrap();
+        if k % 20_000 == 7 {
+            text.push_str("# a remark\r\n\r\n");
+        }
+    }
+    text
+}
+
+fn open(path: &Path) -> LongFile {
+    LongFile::log(path, &ReadOptions::default(), 10_000).unwrap().unwrap()
+}
+
+/// Whether all pieces of the file are the rows of the log read whole.
+fn check(path: &Path, lengths: Lengths) {
+    let (whole, report) = read_log(path, &ReadOptions::default()).unwrap();
+    let file = open(path);
+    assert_eq!((file.len(), file.period_s(), file.start_s()), (whole.len(), whole.period_s(), whole.start_s));
+    assert_eq!((file.report.clone(), file.name()), (report, whole.name.clone()));
+    let mut next = 0;
+    for piece in file.pieces(lengths).unwrap() {
+        let piece = piece.unwrap();
+        assert_eq!(piece.first + piece.own.start, next);
+        assert_eq!(piece.own.start, lengths.before.min(next));
+        next += piece.own.len();
+        let end = piece.first + piece.reference.len();
+        assert_eq!(end, (next + lengths.after).min(whole.len()));
+        let wanted = whole.part(whole.name.clone(), piece.first, end).unwrap();
+        let found = piece.into_log(whole.name.clone()).unwrap();
+        assert!(found.reference == wanted.reference && found.actual == wanted.actual);
+    }
+    assert_eq!(next, whole.len());
+    // Stretches far apart, as training takes them.
+    let mut pieces = file.pieces(lengths).unwrap();
+    for from in [100, 30_000, 30_500, ROWS - 50] {
+        let piece = pieces.at(from..from + 40).unwrap();
+        let own = &piece.reference.columns()[1][piece.own.clone()];
+        assert_eq!(own, &whole.reference.columns()[1][from..from + 40]);
+    }
+}
+
+#[test]
+fn pieces_of_text_and_parquet_are_those_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = write(&folder, "run.csv", &text());
+    let parquet = folder.path().join("run.parquet");
+    write_log(&parquet, &log()).unwrap();
+    for (own, before, after) in [(1000, 0, 0), (7777, 2000, 500), (500, 3000, 800), (200_000, 5, 5)] {
+        check(&csv, Lengths { own, before, after });
+        check(&parquet, Lengths { own, before, after });
+    }
+}
+
+#[test]
+fn a_last_row_that_is_cut_off_is_left_out_with_the_same_words() {
+    let folder = tempfile::tempdir().unwrap();
+    for end in ["72.0000,auto,1.0", "72.0000,auto,1.000000,1.000000,1.000000,1.0"] {
+        check(&write(&folder, "cut.csv", &(text() + end)), Lengths { own: 30_000, before: 0, after: 0 });
+    }
+}
+
+#[test]
+fn faults_have_the_words_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (text, lines) = (text(), 50_003);
+    let line = text.lines().nth(lines).unwrap();
+    let fields: Vec<&str> = line.split(',').collect();
+    let [x, y] = [fields[2], fields[5]];
+    for mended in [line.replace(x, "nan"), line.replace(x, "1e9"), line.replace(&format!(",{y}"), ""), format!("{line},7")] {
+        let path = write(&folder, "fault.csv", &text.replace(line, &mended));
+        let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
+        assert_eq!(found, read_log(&path, &ReadOptions::default()).unwrap_err().to_string());
+        assert!(found.contains(&format!("line {}", lines + 1)), "{found}");
+    }
+}
+
+#[test]
+fn what_is_short_or_uneven_is_read_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = text();
+    let short = write(&folder, "short.csv", &text[..100_000]);
+    let gap = write(&folder, "gap.csv", &text.replace("\r\n42.0", "\r\n42.5"));
+    for path in [short, gap] {
+        assert!(LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap().is_none(), "{}", path.display());
+    }
+    let path = write(&folder, "run.csv", &text);
+    assert!(LongFile::log(&path, &ReadOptions::default(), ROWS + 1000).unwrap().is_none());
+}
+
+#[test]
+fn a_reference_has_the_commanded_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(&folder, "run.csv", &text());
+    let file = LongFile::reference(&path, &ReadOptions::default(), 10_000).unwrap().unwrap();
+    let (whole, _) = read_reference(&path, &ReadOptions::default()).unwrap();
+    let piece = file.pieces(Lengths { own: ROWS, before: 0, after: 0 }).unwrap().next().unwrap().unwrap();
+    assert!(piece.reference == whole && piece.actual.is_none());
+    let extent = file.extents()[0];
+    let column = &whole.columns()[0];
+    let two_steps = column.windows(3).map(|three| (three[2] - three[0]).abs()).fold(0.0, f64::max);
+    assert_eq!(extent.two_steps, two_steps);
+    assert_eq!(extent.high, column.iter().copied().fold(0.0, f64::max));
+}
+
+#[test]
+fn a_spool_holds_what_is_written_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = log();
+    for name in ["run.csv", "run.parquet"] {
+        let (whole, path) = (folder.path().join(format!("whole-{name}")), folder.path().join(name));
+        write_log(&whole, &log).unwrap();
+        let mut spool = LogSpool::new(&path, log.axes(), log.period_s()).unwrap();
+        for from in (0..ROWS).step_by(7001) {
+            let rows = from..(from + 7001).min(ROWS);
+            let slices = |of: &'_ Trajectory| of.columns().iter().map(|column| column[rows.clone()].to_vec()).collect::<Vec<_>>();
+            let [reference, actual] = [slices(&log.reference), slices(&log.actual)];
+            let [reference, actual]: [Vec<&[f64]>; 2] = [&reference, &actual].map(|of| of.iter().map(Vec::as_slice).collect());
+            spool.add(&reference, &actual).unwrap();
+        }
+        // Nothing shows before it is written.
+        assert!(!path.exists());
+        write_all_and(&[], &mut [spool.finish().unwrap()]).unwrap();
+        let read = |path: &Path| read_log(path, &ReadOptions::default()).unwrap().0;
+        let (found, wanted) = (read(&path), read(&whole));
+        assert!(found.reference == wanted.reference && found.actual == wanted.actual, "{name}");
+    }
+}
