@@ -12,6 +12,7 @@ use pipeline::{Input, Setup, measure};
 use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Refusal, write_json};
+use crate::plot::PlotArgs;
 use crate::print::measurement as print;
 use crate::read::{self, Source};
 use crate::report::{Group, Run, Track, model_fit, sections};
@@ -52,6 +53,8 @@ pub struct Measure {
     columns: LogArgs,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    plot: PlotArgs,
 }
 
 /// A contour-error estimator.
@@ -97,7 +100,7 @@ impl Measure {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let log = read::log_to_measure(&self.log, &self.columns.options(), &printer)?;
         let model = self.model.as_deref().map(read::model).transpose()?;
         let desired = self.desired(&log, model.as_ref(), &printer)?;
@@ -118,6 +121,10 @@ impl Measure {
         if let Some(fits) = &fits {
             print::show_fits(&printer, fits);
             figures["model"] = print::fits_json(fits);
+        }
+        if self.plot.plot {
+            let track = Track::of_measured(&desired, &measured, log.period_s());
+            self.plot.show(&printer, &track, &[Run::measured("run", &track, &desired, &log, &measured)?]);
         }
         let mut outputs = Outputs::default();
         let title = format!("Run recorded in {}", log.name);

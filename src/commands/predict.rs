@@ -15,7 +15,8 @@ use serde_json::json;
 
 use crate::args::{Common, ProgramArgs, ReportArgs};
 use crate::files::Files;
-use crate::output::{Outputs, Printer, table};
+use crate::output::{Outputs, table};
+use crate::plot::PlotArgs;
 use crate::print::compensation as print;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
@@ -39,6 +40,8 @@ pub struct Predict {
     out: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    plot: PlotArgs,
 }
 
 impl Predict {
@@ -60,7 +63,7 @@ impl Predict {
         let terms = PositionTerms::of(&model, &input)?;
         let expected = Expectation::of(&model, &input, reference, &actual)?;
 
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
         printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), text(&figures)));
         if let Some(expected) = &expected {
@@ -71,6 +74,10 @@ impl Predict {
         if let Some(out) = &self.out {
             outputs.add_log(out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
+        }
+        if self.plot.plot {
+            let track = Track::of(&input);
+            self.plot.show(&printer, &track, &[Run::of("forecast", &track, None, &actual)?]);
         }
         let title = format!("Forecast for {}", input.name());
         let lead = "What the model predicts for the program or reference as it is. Nothing was run on the machine.";

@@ -15,7 +15,7 @@ use serde_json::json;
 use crate::args::{Common, MachineArgs};
 use crate::files::Files;
 use crate::numbers;
-use crate::output::{Printer, write_json};
+use crate::output::write_json;
 
 /// Print the papers' tables beside what this build measures
 ///
@@ -77,7 +77,7 @@ impl Reproduce {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let tables = if self.tables.is_empty() { TableName::value_variants().to_vec() } else { self.tables.clone() };
         let mut figures = Vec::new();
         for name in tables {
