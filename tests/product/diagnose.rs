@@ -158,10 +158,12 @@ fn backlash_behind_a_scale() {
     holds(backlash, 12.0, 24.0);
     assert_eq!(backlash["verdict"], "poor");
     assert!(finding(&figures, "backlash", "x")["estimate"]["value"].as_f64().unwrap() < 1.6);
-    // Within the loop the scale closes it: no setting, but a note.
+    // Within the loop the scale closes it: no setting, but a note where it is certain.
     let joint = &figures["linuxcnc"][1];
     assert!(joint["settings"].as_array().unwrap().iter().all(|setting| setting["key"] != "BACKLASH"), "{joint}");
-    assert!(joint["note"].as_str().unwrap().contains("inside the loop"), "{joint}");
+    if backlash["estimate"]["low"].as_f64().unwrap() > 0.0 {
+        assert!(joint["note"].as_str().unwrap().contains("inside the loop"), "{joint}");
+    }
     shows(&data(&folder, "page.html"), &figures);
 }
 
