@@ -16,6 +16,7 @@ use pipeline::{OutputFormat, OutputSettings, ReadSettings, Setup};
 
 pub use crate::numbers::{length_mm as parse_length, not_negative as parse_not_negative};
 use crate::output::{Outputs, Printer};
+use crate::progress::{Detail, Shown};
 use crate::report::{Group, Page, render};
 use crate::{numbers, read};
 
@@ -28,6 +29,30 @@ pub struct Common {
     /// Seed of everything random; the same seed, input and version give the same output
     #[arg(long, default_value_t = 1, global = true)]
     pub seed: u64,
+    /// Print warnings and errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Print every step of long work in a line of its own, with the time since its start
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+impl Common {
+    /// Where the lines of the command go.
+    #[must_use]
+    pub fn printer(&self) -> Printer {
+        if self.quiet { Printer::quiet() } else { Printer::new(self.json.as_deref()) }
+    }
+
+    /// How far long work is.
+    #[must_use]
+    pub fn shown(&self) -> Shown {
+        Shown::new(match (self.quiet, self.verbose) {
+            (true, _) => Detail::None,
+            (_, true) => Detail::Steps,
+            _ => Detail::Bars,
+        })
+    }
 }
 
 /// Where the report goes.

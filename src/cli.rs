@@ -32,6 +32,8 @@ enum Command {
     Refine(commands::refine::Refine),
     Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
+    Completions(commands::completions::Completions),
+    Man(commands::completions::Man),
 }
 
 impl Command {
@@ -51,6 +53,8 @@ impl Command {
             Self::Refine(command) => command.files(),
             Self::Compare(command) => command.files(),
             Self::Reproduce(command) => command.files(),
+            Self::Completions(_) => Files::default(),
+            Self::Man(command) => command.files(),
         }
     }
 
@@ -69,6 +73,11 @@ impl Command {
             Self::Refine(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Reproduce(command) => command.run(),
+            Self::Completions(command) => {
+                command.run(Cli::command());
+                Ok(())
+            }
+            Self::Man(command) => command.run(Cli::command()),
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod numbers;
 #[doc(hidden)]
 pub mod output;
 mod output_format;
+mod plot;
 #[doc(hidden)]
 pub mod print;
 mod progress;

@@ -134,14 +134,25 @@ pub struct Printer(Sink);
 enum Sink {
     Stdout,
     Stderr,
+    /// Only warnings, to standard error.
+    Warnings,
     Memory(RefCell<Vec<String>>),
 }
+
+/// How a line that is a warning begins.
+const WARNING: &str = "warning";
 
 impl Printer {
     /// The printer beside this `--json`.
     #[must_use]
     pub fn new(json: Option<&Path>) -> Self {
         Self(if json == Some(Path::new("-")) { Sink::Stderr } else { Sink::Stdout })
+    }
+
+    /// A printer of warnings only.
+    #[must_use]
+    pub fn quiet() -> Self {
+        Self(Sink::Warnings)
     }
 
     /// A printer that keeps its lines.
@@ -155,7 +166,7 @@ impl Printer {
     pub fn into_lines(self) -> Vec<String> {
         match self.0 {
             Sink::Memory(lines) => lines.into_inner(),
-            Sink::Stdout | Sink::Stderr => Vec::new(),
+            Sink::Stdout | Sink::Stderr | Sink::Warnings => Vec::new(),
         }
     }
 
@@ -164,6 +175,11 @@ impl Printer {
         let _ = match &self.0 {
             Sink::Stdout => writeln!(std::io::stdout(), "{text}"),
             Sink::Stderr => writeln!(std::io::stderr(), "{text}"),
+            Sink::Warnings => {
+                let text = text.to_string();
+                let warnings = text.lines().filter(|line| line.starts_with(WARNING));
+                warnings.map(|line| writeln!(std::io::stderr(), "{line}")).collect()
+            }
             Sink::Memory(lines) => {
                 lines.borrow_mut().push(text.to_string());
                 Ok(())

@@ -10,9 +10,23 @@ use pipeline::Event;
 use pipeline::progress::Job;
 use pipeline::units::um;
 
+/// How much of long work is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Detail {
+    /// Nothing.
+    None,
+    /// A bar on a terminal, a line now and then elsewhere.
+    #[default]
+    Bars,
+    /// A line for every step.
+    Steps,
+}
+
 /// Shows one job, or one series of forecasts.
 struct Bar {
+    detail: Detail,
     bar: Option<ProgressBar>,
+    began: Instant,
     what: String,
     total: u64,
     done: u64,
@@ -24,16 +38,17 @@ const REPORT_EVERY: Duration = Duration::from_secs(15);
 
 impl Bar {
     /// Progress of a job of `total` steps.
-    fn new(what: &str, total: u64) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
+    fn new(what: &str, total: u64, detail: Detail) -> Self {
+        let bar = (detail == Detail::Bars && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(total);
-            if let Ok(style) = ProgressStyle::with_template("{msg:28} {bar:30} {pos}/{len} {eta}") {
+            if let Ok(style) = ProgressStyle::with_template("{msg:28} {bar:30} {pos}/{len} {per_sec} {eta}") {
                 bar.set_style(style);
             }
             bar.set_message(what.to_owned());
             bar
         });
-        Self { bar, what: what.to_owned(), total, done: 0, reported: Instant::now() }
+        let now = Instant::now();
+        Self { detail, bar, began: now, what: what.to_owned(), total, done: 0, reported: now }
     }
 
     /// So many steps are done; `note` says what was done last.
@@ -44,8 +59,10 @@ impl Bar {
                 bar.set_message(format!("{} {note}", self.what));
                 bar.set_position(self.done);
             }
-            None if self.reported.elapsed() >= REPORT_EVERY => {
-                eprintln!("{} {}/{} {note}", self.what, self.done, self.total);
+            None if self.is_due() => {
+                let seconds = self.began.elapsed().as_secs_f64();
+                let time = if self.detail == Detail::Steps { format!(" [{seconds:.1} s]") } else { String::new() };
+                eprintln!("{} {}/{} {note}{time}", self.what, self.done, self.total);
                 self.reported = Instant::now();
             }
             None => {}
@@ -53,9 +70,23 @@ impl Bar {
     }
 }
 
+impl Bar {
+    /// Whether a step is to be shown in a line.
+    fn is_due(&self) -> bool {
+        match self.detail {
+            Detail::None => false,
+            Detail::Bars => self.reported.elapsed() >= REPORT_EVERY,
+            Detail::Steps => true,
+        }
+    }
+}
+
 /// Shows how far the library is with a long job.
 #[derive(Default)]
-pub struct Shown(Mutex<Option<(What, Bar)>>);
+pub struct Shown {
+    detail: Detail,
+    now: Mutex<Option<(What, Bar)>>,
+}
 
 /// What a bar is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,18 +96,24 @@ enum What {
 }
 
 impl Shown {
+    /// Shows so much.
+    #[must_use]
+    pub fn new(detail: Detail) -> Self {
+        Self { detail, now: Mutex::default() }
+    }
+
     /// Shows an event, and goes on.
     pub fn event(&self, event: Event<'_>) -> ControlFlow<()> {
         // A thread that panicked while it showed something leaves nothing that matters.
-        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         let (what, title, of, begins) = match event {
             Event::Forecast { number, most, .. } => (What::Learning, "learning", most, number == 1),
             Event::Step { job, of, .. } => (What::Job(job), title(job), of, false),
         };
         if begins || shown.as_ref().is_none_or(|(known, _)| *known != what) {
-            let reported = shown.take().map(|(_, before)| before.reported);
-            let mut bar = Bar::new(title, of as u64);
-            bar.reported = reported.unwrap_or(bar.reported);
+            let before = shown.take().map(|(_, before)| (before.reported, before.began));
+            let mut bar = Bar::new(title, of as u64, self.detail);
+            (bar.reported, bar.began) = before.unwrap_or((bar.reported, bar.began));
             *shown = Some((what, bar));
         }
         if let Some((_, bar)) = shown.as_mut() {
@@ -121,10 +158,10 @@ mod tests {
         let begun = Instant::now() - REPORT_EVERY / 2;
         let forecast = |number, most| shown.event(Event::Forecast { number, most, cost_mm: 1e-3 });
         assert_eq!(forecast(1, 5), ControlFlow::Continue(()));
-        shown.0.lock().unwrap().as_mut().unwrap().1.reported = begun;
+        shown.now.lock().unwrap().as_mut().unwrap().1.reported = begun;
         let _ = forecast(2, 5);
         let _ = forecast(1, 13);
-        let progress = shown.0.lock().unwrap();
+        let progress = shown.now.lock().unwrap();
         let (_, bar) = progress.as_ref().unwrap();
         assert_eq!((bar.done, bar.total, bar.reported), (1, 13, begun));
     }

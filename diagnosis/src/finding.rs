@@ -125,11 +125,27 @@ impl Label {
     }
 }
 
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    /// A line.
+    Line,
+    /// Points that are not joined, in any order.
+    Points,
+    /// The lower edge of a band; the upper one follows.
+    Lower,
+    /// The upper edge of a band.
+    Upper,
+}
+
 /// One series of points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
     /// Name.
     pub name: String,
+    /// How it is drawn.
+    pub mark: Mark,
     /// Horizontal values.
     pub x: Vec<f64>,
     /// Vertical values, as many.
@@ -139,9 +155,9 @@ pub struct Series {
 impl Series {
     /// A series of points.
     #[must_use]
-    pub fn new(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+    pub fn new(name: impl Into<String>, mark: Mark, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (x, y) = points.into_iter().unzip();
-        Self { name: name.into(), x, y }
+        Self { name: name.into(), mark, x, y }
     }
 }
 

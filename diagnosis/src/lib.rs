@@ -18,4 +18,4 @@ pub mod threshold;
 pub use context::{Sensor, TestCircle};
 pub use diagnosis::{AxisModel, Diagnosis, Settings, diagnose};
 pub use error::DiagnosisError;
-pub use finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+pub use finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};

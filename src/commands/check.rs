@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::args::{Common, LogArgs};
 use crate::files::Files;
-use crate::output::{Printer, Refusal, text, write_json};
+use crate::output::{Refusal, text, write_json};
 use crate::print::check as print;
 use crate::read;
 
@@ -36,7 +36,7 @@ impl Check {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let options = self.columns.options();
         let mut found: Vec<Inspection> = Vec::new();
         // A file that cannot be read does not hide what the others hold.

@@ -13,9 +13,8 @@ use super::simulate::SensorName;
 use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::numbers;
-use crate::output::{Outputs, Printer};
+use crate::output::Outputs;
 use crate::print::comparison as print;
-use crate::progress::Shown;
 use crate::read;
 use crate::report::comparison;
 
@@ -90,10 +89,10 @@ impl Compare {
         let model = self.model.as_deref().map(read::model).transpose()?;
         let (paths, settings) = (self.paths(&setup)?, self.settings());
         let plant = learned.as_ref().map_or(Plant::Simulated(&machine), Plant::Learned);
-        let shown = Shown::default();
+        let shown = self.common.shown();
         let progress = |event: Event<'_>| shown.event(event);
         let results = compare(&paths, plant, model.as_ref(), &settings, &progress)?;
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let on = if learned.is_some() { "learned" } else { "simulated" };
         printer.line(format!("{on} machine `{}`", machine.name));
         printer.line(print::render(&results, &settings));

@@ -8,11 +8,12 @@ use datasets::Log;
 use diagnosis::{Sensor, Settings, diagnose, linuxcnc};
 use machine::{AxisSpec, MachineSpec};
 
-use crate::args::{Common, LogArgs};
+use crate::args::{Common, LogArgs, ReportArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer};
 use crate::print::diagnosis as print;
 use crate::read;
+use crate::report::{Group, diagnosis as sections, nothing, suggestion};
 
 /// What logs say about the machine: gains, feed-forward, friction, backlash, reversal peaks, each with interval, verdict and remedy
 ///
@@ -21,7 +22,7 @@ use crate::read;
 #[command(after_help = "Examples:
   precomp diagnose runs/*.csv
   precomp diagnose runs/*.csv --sensor table --json diagnosis.json
-  precomp diagnose runs/*.csv -m mill.model
+  precomp diagnose runs/*.csv -m mill.model --report machine.html
   precomp diagnose runs/*.log --controller linuxcnc -o suggestion.ini")]
 pub struct Diagnose {
     /// Logs, one a run: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
@@ -46,6 +47,8 @@ pub struct Diagnose {
     out: Option<PathBuf>,
     #[command(flatten)]
     columns: LogArgs,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// A control whose settings can be suggested.
@@ -80,10 +83,11 @@ impl Diagnose {
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
             .writes("-o", self.out.as_deref())
+            .writes("--report", self.report.report.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let model = self.model.as_deref().map(read::model).transpose()?;
         let machine = read::real_machine(self.machine.as_deref(), self.model.as_deref().zip(model.as_ref()))?;
         let sensor = self.sensor.map_or_else(|| sensor_of(machine.as_ref().map(|(machine, _)| machine)), Into::into);
@@ -92,8 +96,11 @@ impl Diagnose {
         print::show(&printer, &found);
         let mut figures = print::json(&found)?;
         let mut outputs = Outputs::default();
-        if self.controller == Some(ControllerName::Linuxcnc) {
-            let joints = linuxcnc::suggest(&found, &logs)?;
+        let joints = match self.controller {
+            Some(ControllerName::Linuxcnc) => linuxcnc::suggest(&found, &logs)?,
+            None => Vec::new(),
+        };
+        if !joints.is_empty() {
             figures["linuxcnc"] = serde_json::to_value(&joints)?;
             let text = linuxcnc::ini(&joints);
             match &self.out {
@@ -104,6 +111,12 @@ impl Diagnose {
                 None => printer.line(text),
             }
         }
+        let title = format!("Diagnosis of {}", names(&logs));
+        self.report.add(&mut outputs, &printer, (&title, LEAD), || {
+            let mut all = sections(&found);
+            all.extend((!joints.is_empty()).then(|| suggestion(&joints)));
+            Ok(vec![Group { name: title.clone(), sections: all }])
+        })?;
         outputs.write(self.common.json.as_deref(), &figures)
     }
 
@@ -112,6 +125,28 @@ impl Diagnose {
         let (logs, joined) = datasets::joined(logs.collect::<Result<_>>()?);
         joined.iter().for_each(|finding| printer.line(finding));
         Ok(logs)
+    }
+}
+
+/// What the report shows.
+const LEAD: &str = "What commanded and actual positions say about the drives: gains, friction, backlash, ripple, each with its interval, a verdict \
+                    and what to do.";
+
+/// The diagnosis of the logs of a training, as a part of its report. Where there is none the group says why.
+pub fn group(logs: &[Log], machine: Option<&MachineSpec>) -> Group {
+    let found = diagnose(logs, &Settings { sensor: sensor_of(machine), circle: None });
+    let all = match found {
+        Ok(found) => sections(&found),
+        Err(error) => vec![nothing("What the logs say about the machine", format!("There is no diagnosis: {error}."))],
+    };
+    Group { name: "Diagnosis".to_owned(), sections: all }
+}
+
+/// The name of a log, or how many there are.
+fn names(logs: &[Log]) -> String {
+    match logs {
+        [log] => log.name.clone(),
+        _ => format!("{} logs", logs.len()),
     }
 }
 

@@ -104,7 +104,7 @@ impl Excite {
         let plan = ExcitationPlan::of_seconds(self.seconds);
         let travel = travel(&machine, &self.region.region(&machine))?;
         let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let mut outputs = Outputs::default();
         let spacing_s = self.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
         let style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);

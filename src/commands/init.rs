@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::args::{Common, LogArgs};
 use crate::files::Files;
 use crate::numbers::{self, Travel};
-use crate::output::{Outputs, Printer, Usage, read_file};
+use crate::output::{Outputs, Usage, read_file};
 use crate::read;
 
 /// Write a commented machine file, from the control's own settings, from logs, or from answers
@@ -64,7 +64,7 @@ impl Init {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let mut draft = self.draft()?;
         self.complete_by_logs(&mut draft)?;
         let missing = draft.missing();

@@ -14,6 +14,7 @@ use pipeline::{Input, Setup, measure};
 use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Refusal, write_json};
+use crate::plot::PlotArgs;
 use crate::print::measurement as print;
 use crate::read::{self, Source};
 use crate::report::{Group, Run, Track, model_fit, sections};
@@ -54,6 +55,8 @@ pub struct Measure {
     columns: LogArgs,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    plot: PlotArgs,
 }
 
 /// A contour-error estimator.
@@ -99,7 +102,7 @@ impl Measure {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         if self.measures_alone()
             && let Some(file) = read::long_log(&self.log, &self.columns.options())?
             && self.run_long(&file, &printer)?
@@ -126,6 +129,10 @@ impl Measure {
         if let Some(fits) = &fits {
             print::show_fits(&printer, fits);
             figures["model"] = print::fits_json(fits);
+        }
+        if self.plot.plot {
+            let track = Track::of_measured(&desired, &measured, log.period_s());
+            self.plot.show(&printer, &track, &[Run::measured("run", &track, &desired, &log, &measured)?]);
         }
         let mut outputs = Outputs::default();
         let title = format!("Run recorded in {}", log.name);

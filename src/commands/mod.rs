@@ -3,6 +3,7 @@
 pub mod check;
 pub mod compare;
 pub mod compensate;
+pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod excite;

@@ -15,7 +15,8 @@ use serde_json::json;
 
 use crate::args::{Common, ProgramArgs, ReportArgs};
 use crate::files::Files;
-use crate::output::{Outputs, Printer, table};
+use crate::output::{Outputs, table};
+use crate::plot::PlotArgs;
 use crate::print::compensation as print;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_figures_json, tracking_json};
 use crate::progress::Shown;
@@ -40,6 +41,8 @@ pub struct Predict {
     out: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    plot: PlotArgs,
 }
 
 impl Predict {
@@ -67,7 +70,7 @@ impl Predict {
         let terms = PositionTerms::of(&model, &input)?;
         let expected = Expectation::of(&model, &input, reference, &actual)?;
 
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
         printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), text(&figures)));
         if let Some(expected) = &expected {
@@ -80,6 +83,10 @@ impl Predict {
         if let Some(out) = &self.out {
             outputs.add_log(out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
             printer.line(format!("forecast in {}", out.display()));
+        }
+        if self.plot.plot {
+            let track = Track::of(&input);
+            self.plot.show(&printer, &track, &[Run::of("forecast", &track, None, &actual)?]);
         }
         let title = format!("Forecast for {}", input.name());
         let lead = "What the model predicts for the program or reference as it is. Nothing was run on the machine.";
@@ -105,7 +112,7 @@ impl Predict {
 
     /// Forecasts a long reference in pieces; `false` where that cannot be done.
     fn run_long(&self, model: &Bundle, setup: &Setup, file: &LongFile) -> Result<bool> {
-        let (printer, shown) = (Printer::new(self.common.json.as_deref()), Shown::default());
+        let (printer, shown) = (self.common.printer(), Shown::default());
         let spool = |out: &PathBuf| LogSpool::new(out, file.axes(), file.period_s());
         let mut spool = self.out.as_ref().map(spool).transpose()?;
         let mut write = |[reference, actual]: Columns<'_>| match &mut spool {

@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::args::{Common, MachineArgs, ProgramArgs};
 use crate::files::Files;
 use crate::numbers;
-use crate::output::{Outputs, Printer};
+use crate::output::Outputs;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
 
@@ -88,7 +88,7 @@ impl Simulate {
         let figures = figures_along(needed.desired(), needed.part(), reference, &actual)?;
         let mut outputs = Outputs::default();
         outputs.add_log(&self.out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         printer.line(format!(
             "{} on the machine `{}`: {:.2} s; {}; log in {}",
             input.name(),

@@ -9,8 +9,10 @@ use datasets::{Log, LongFile, Recording, Severity};
 use machine::MachineSpec;
 use models::FeatureSet;
 use pipeline::identification::{Identified, KnownRun, identify};
+use pipeline::machine_of;
 use pipeline::training::{self, MOST_SAMPLES, TrainSettings, Trained};
 
+use super::diagnose;
 use crate::args::{Common, LogArgs, ReportArgs};
 use crate::files::Files;
 use crate::numbers;
@@ -104,7 +106,7 @@ impl Train {
     }
 
     pub fn run(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let machine = self.machine.as_deref().map(read::machine).transpose()?;
         if let Some(recordings) = self.long_recordings()? {
             return self.run_on_stretches(recordings, machine.as_ref(), &printer);
@@ -119,7 +121,7 @@ impl Train {
         if let Some(model) = &self.from {
             return self.adapt(model, &logs, &warnings, &printer);
         }
-        let (started, shown) = (Instant::now(), Shown::default());
+        let (started, shown) = (Instant::now(), self.common.shown());
         let control = self.control(&programs, machine.as_ref(), &shown)?;
         let identified_s = started.elapsed().as_secs_f64();
         if let Some(control) = &control {
@@ -149,7 +151,10 @@ impl Train {
         let mut outputs = Outputs::default();
         outputs.add(&self.out, trained.bundle.to_bytes()?);
         printer.line(format!("trained in {seconds:.1} s; model in {}", self.out.display()));
-        self.report.add(&mut outputs, printer, (&self.title(), LEAD), || Ok(vec![model_group(trained, logs)]))?;
+        self.report.add(&mut outputs, printer, (&self.title(), LEAD), || {
+            let machine = machine_of(&trained.bundle)?;
+            Ok(vec![model_group(trained, logs), diagnose::group(trained.runs(logs), Some(&machine))])
+        })?;
         let mut figures = print::json(trained, seconds);
         figures["warnings"] = serde_json::json!(warnings);
         figures["control"] = control;
@@ -256,7 +261,8 @@ impl Train {
         printer.line(format!("adapted in {seconds:.1} s; model in {}", self.out.display()));
         self.report.add(&mut outputs, printer, (&self.title(), LEAD), || {
             let (name, bundle) = ("Model".to_owned(), &adapted.bundle);
-            Ok(vec![Group { name, sections: vec![adaptation(&adapted), known(bundle), trained_range(bundle)] }])
+            let sections = vec![adaptation(&adapted), known(bundle), trained_range(bundle)];
+            Ok(vec![Group { name, sections }, diagnose::group(logs, Some(&machine_of(bundle)?))])
         })?;
         outputs.write(self.common.json.as_deref(), &print::adapted_json(&adapted, seconds, warnings))
     }

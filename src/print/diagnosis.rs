@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::output::{Printer, table};
 
 /// The quantity in words.
-fn name(quantity: Quantity) -> &'static str {
+#[must_use]
+pub fn name(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::VelocityGain => "velocity gain Kv",
         Quantity::FollowingLag => "following lag",
@@ -40,7 +41,8 @@ fn verdict(verdict: Verdict) -> &'static str {
 }
 
 /// Three significant digits, without exponent.
-fn digits(value: f64) -> String {
+#[must_use]
+pub fn digits(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 100.0 => 0,
         size if size >= 10.0 => 1,

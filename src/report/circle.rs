@@ -51,7 +51,13 @@ pub fn polar(track: &Track<'_>, runs: &[Run]) -> Option<Section> {
     };
     let rows: Vec<Vec<String>> = runs.iter().flat_map(|run| rows(run, &desired)).collect();
     let header = vec!["run, direction", "G µm", "F max µm", "F min µm", "mean radial µm", "G(b) µm", "D µm", "hysteresis H µm"];
-    let content = Polar { radius_mm: nominal.radius_mm, plane: names, runs: runs.iter().map(of_run).collect(), header, rows };
+    let content = Polar {
+        radius_mm: nominal.radius_mm,
+        plane: names.map(str::to_owned),
+        runs: runs.iter().map(of_run).collect(),
+        header,
+        rows,
+    };
     let note = format!(
         "Radial deviation from the circle of {:.3} mm, drawn larger than it is. Figures after ISO 230-4: circular deviation G, radial \
          deviations F; with both directions the bidirectional G(b), the mean bidirectional D and the hysteresis H, the largest distance \

@@ -6,6 +6,7 @@
 mod circle;
 mod column;
 mod comparison;
+mod diagnosis;
 mod figures;
 mod learning;
 mod model;
@@ -19,6 +20,7 @@ mod track;
 mod worst;
 
 pub use comparison::comparison;
+pub use diagnosis::{diagnosis, nothing, suggestion};
 pub use figures::sections;
 pub use learning::{Forecasts, learning_curve, over_runs};
 pub use model::{adaptation, asked, held_out, known, model_fit, trained_range};

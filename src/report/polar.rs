@@ -10,7 +10,7 @@ pub struct Polar {
     /// Radius of the programmed circle.
     pub radius_mm: f64,
     /// Names of the two coordinates.
-    pub plane: [&'static str; 2],
+    pub plane: [String; 2],
     /// The runs.
     pub runs: Vec<PolarRun>,
     /// Headings of the table of figures.

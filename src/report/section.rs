@@ -62,23 +62,25 @@ impl Section {
     }
 }
 
-/// A table: the first column to the left, the others to the right.
+/// A table: texts to the left, the others to the right.
 #[derive(Debug, Serialize)]
 pub struct Table {
     /// Headings of the columns.
     pub header: Vec<String>,
     /// The rows.
     pub rows: Vec<Vec<String>>,
+    /// Columns of text, by their index.
+    pub texts: Vec<usize>,
     /// A verdict beside a row, by its index.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub verdicts: Vec<Verdict>,
 }
 
 impl Table {
-    /// A table without verdicts.
+    /// A table without verdicts, its first column of text.
     #[must_use]
     pub fn new(header: &[&str], rows: Vec<Vec<String>>) -> Self {
-        Self { header: header.iter().map(|&text| text.to_owned()).collect(), rows, verdicts: Vec::new() }
+        Self { header: header.iter().map(|&text| text.to_owned()).collect(), rows, texts: vec![0], verdicts: Vec::new() }
     }
 }
 
@@ -158,6 +160,8 @@ pub enum Style {
     Dashed,
     /// Points, joined by a line.
     Points,
+    /// Points that are not joined.
+    Dots,
     /// Steps, filled down to zero.
     Steps,
     /// The lower edge of a filled band; the next line is the upper one.

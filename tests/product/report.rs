@@ -8,7 +8,7 @@ use crate::common::{Folder, PART};
 const WITHOUT_DATA: usize = 250_000;
 
 /// The data of a page.
-fn data(folder: &Folder, name: &str) -> Value {
+pub fn data(folder: &Folder, name: &str) -> Value {
     let page = folder.read(name);
     let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
     let data = &page[start..start + page[start..].find("</script>").unwrap()];
@@ -24,7 +24,7 @@ fn titles(page: &Value, group: usize) -> Vec<&str> {
     page["groups"][group]["sections"].as_array().unwrap().iter().map(|section| section["title"].as_str().unwrap()).collect()
 }
 
-fn section<'a>(page: &'a Value, group: usize, title: &str) -> &'a Value {
+pub fn section<'a>(page: &'a Value, group: usize, title: &str) -> &'a Value {
     let sections = page["groups"][group]["sections"].as_array().unwrap();
     sections.iter().find(|section| section["title"] == title).unwrap_or_else(|| panic!("{title}: {:?}", titles(page, group)))
 }
@@ -119,10 +119,14 @@ fn a_trained_and_an_adapted_model() {
     folder.figures(&[&logs[..], &["--predictor", "linear", "-o", "new.model", "--report", "train.html"]].concat());
     let page = data(&folder, "train.html");
     has(&page, &["Held-out errors of the model", "Prediction of axis x", "What is left over of axis y", "Operating range"]);
+    let rated = section(&page, 1, "What the logs say about the machine");
+    assert!(!rated["rows"].as_array().unwrap().is_empty() && page["groups"][1]["name"] == "Diagnosis", "{rated}");
     let lines = section(&page, 0, "Prediction of axis x")["lines"].as_array().unwrap();
     assert!(lines.iter().any(|line| line["name"] == "measured") && lines.iter().any(|line| line["name"] == "predicted"));
     folder.figures(&[&logs[..], &["--from", "machine.model", "-o", "adapted.model", "--report", "adapted.html"]].concat());
-    has(&data(&folder, "adapted.html"), &["Adaptation", "Held-out errors of the model"]);
+    let adapted = data(&folder, "adapted.html");
+    has(&adapted, &["Adaptation", "Held-out errors of the model"]);
+    assert_eq!(adapted["groups"][1]["name"], "Diagnosis");
 }
 
 #[test]

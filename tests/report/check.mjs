@@ -153,6 +153,36 @@ async function other(browser, name, kinds) {
   return page;
 }
 
+/** The verdicts of a diagnosis: rated in words and colours that can be read on either background, dots and circles painted. */
+async function verdicts(page) {
+  const rated = await page.ask(`[...document.querySelectorAll("td .verdict")].map(v => v.textContent)`);
+  check("diagnosis: every verdict is a word", rated.length > 10 && rated.every(word => ["good", "fair", "poor"].includes(word)), rated);
+  const order = rated.map(word => ["poor", "fair", "good"].indexOf(word));
+  check("diagnosis: the worst stand first", order.every((rank, k) => k === 0 || rank >= order[k - 1]), rated);
+  const note = await page.ask(`document.querySelector("section p.note").textContent`);
+  check("diagnosis: thresholds with their source", /1\.6 µm.*3\.9 µm.*ISO 286-1/.test(note), note);
+  const titles = await page.ask(`[...document.querySelectorAll("section")].map(s => s.dataset.title)`);
+  const wanted = ["Servo mismatch", "Coulomb friction", "Reversal peak", "Ripple", "Following lag", "Friction by place", "Not observable", "Suggested settings"];
+  check("diagnosis: a picture for each kind of finding", wanted.every(start => titles.some(title => title.startsWith(start))), titles);
+  const chart = titles.findIndex(title => title.startsWith("Following lag"));
+  check("diagnosis: logged points are painted beside the line", (await page.ask(painted(`#section-${chart} .u-wrap canvas`))).colors > 2);
+  const circle = await page.ask(painted(".polar canvas"));
+  check("diagnosis: the ellipse of the mismatch is painted", circle.count > 1500, circle);
+  for (const theme of ["dark", "light"]) {
+    if (await page.ask("document.documentElement.dataset.theme") !== theme) await page.click("#theme");
+    const worst = await page.ask(`(() => {
+      const of = text => { const [r, g, b] = text.match(/\\d+/g).map(v => { const c = v / 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; }); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+      const back = of(getComputedStyle(document.body).backgroundColor);
+      return Math.min(...[...document.querySelectorAll("td .verdict")].map(v => of(getComputedStyle(v).color)).map(v => (Math.max(v, back) + 0.05) / (Math.min(v, back) + 0.05)));
+    })()`);
+    check(`diagnosis: ${theme}, verdicts have the contrast of WCAG 2 (4.5)`, worst >= 4.5, worst);
+  }
+  await page.send("Emulation.setDeviceMetricsOverride", { width: 380, height: 800, deviceScaleFactor: 1, mobile: true });
+  await page.frames();
+  check("diagnosis: fits a narrow screen", await page.ask("document.documentElement.scrollWidth <= 380"), await page.ask("document.documentElement.scrollWidth"));
+  await page.send("Emulation.setDeviceMetricsOverride", { width: 1280, height: 900, deviceScaleFactor: 1, mobile: false });
+}
+
 /** A million samples: how soon the page stands, and how long a frame takes while it is panned. */
 async function large(browser) {
   const page = await Page.open(browser, url("large.html"));
@@ -190,8 +220,9 @@ try {
     await picture(page, "report-line.png", ".path");
     await page.close();
   }
-  for (const [name, kinds, selector] of [["five-axis", "chart path table", ".path .drawing"], ["circle", "chart path polar table", ".polar canvas"], ["model", "chart table", null], ["comparison", "chart path polar table", null]]) {
+  for (const [name, kinds, selector] of [["five-axis", "chart path table", ".path .drawing"], ["circle", "chart path polar table", ".polar canvas"], ["model", "chart polar table", null], ["diagnosis", "chart polar table", null], ["comparison", "chart path polar table", null]]) {
     const page = await other(browser, name, kinds);
+    if (name === "diagnosis") await verdicts(page);
     if (selector) await picture(page, `report-${name}.png`, selector);
     await page.close();
   }

@@ -42,6 +42,7 @@ for reference in excitation/*.csv; do
   run simulate "$reference" -o "${logs[-1]}" --seed $((50000 + ${#logs[@]}))
 done
 run train "${logs[@]}" --machine ballscrew --predictor linear -o machine.model --report model.html
+run diagnose "${logs[@]}" --machine ballscrew --controller linuxcnc -o suggestion.ini --report diagnosis.html
 run compensate part.nc -m machine.model -o out.nc --effort fast --report part.html
 run simulate curve:circle -o circle.csv
 run measure circle.csv --desired curve:circle --machine ballscrew --report circle.html

@@ -3,7 +3,7 @@
 use crate::circle::glitch_mm;
 use crate::context::{AxisContext, SPREAD};
 use crate::disturbance::{Regression, responses};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::servo::Servo;
 use crate::threshold;
 
@@ -63,7 +63,7 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
             title: format!("{}: friction level by log", axis.name()),
             x: Label::new("log", ""),
             y: Label::new("friction against its mean", "%"),
-            series: vec![Series::new("level", points)],
+            series: vec![Series::new("level", Mark::Points, points)],
         }),
     }
 }

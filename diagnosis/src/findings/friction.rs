@@ -2,7 +2,7 @@
 
 use crate::circle::glitch_mm;
 use crate::context::{AxisContext, SPREAD};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::servo::{Servo, index};
 use crate::threshold;
 
@@ -94,6 +94,6 @@ fn curve(axis: &AxisContext<'_>) -> Picture {
         title: format!("{}: friction over speed", axis.name()),
         x: Label::new("speed", "mm/s"),
         y: Label::new("deflection without integrator", "µm"),
-        series: vec![Series::new("friction", points)],
+        series: vec![Series::new("friction", Mark::Line, points)],
     }
 }

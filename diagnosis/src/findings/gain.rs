@@ -1,7 +1,7 @@
 //! Position gain, lag at constant speed, delay of the channels.
 
 use crate::context::{AxisContext, SPREAD};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::servo::index;
 
 /// Relative deviation above which a gain counts as not shown by the logs.
@@ -88,7 +88,7 @@ fn error_over_speed(axis: &AxisContext<'_>) -> Picture {
         title: format!("{}: tracking error over speed", axis.name()),
         x: Label::new("commanded speed", "mm/s"),
         y: Label::new("tracking error", "µm"),
-        series: vec![Series::new("logged", points), Series::new("lag", line)],
+        series: vec![Series::new("logged", Mark::Points, points), Series::new("lag", Mark::Line, line)],
     }
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::context::{AxisContext, SPREAD};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::servo::Servo;
 use crate::threshold;
 
@@ -59,7 +59,7 @@ fn mismatch(one: &AxisContext<'_>, other: &AxisContext<'_>) -> Finding {
             title: format!("{name}: radial deviation on the test circle by the mismatch"),
             x: Label::new("angle, counterclockwise", "deg"),
             y: Label::new("radial deviation", "µm"),
-            series: vec![Series::new(name, points)],
+            series: vec![Series::new(name, Mark::Line, points)],
         }),
     }
 }

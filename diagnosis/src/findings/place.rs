@@ -2,7 +2,7 @@
 
 use crate::context::{AxisContext, SPREAD};
 use crate::disturbance::{Regression, responses};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series};
 use crate::threshold;
 
 /// Distance of the places at which the level is found, at least, mm, and their largest number.
@@ -62,8 +62,12 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     let effect = estimate
         .times(0.01 * 1e3 * crate::circle::glitch_mm(&crate::servo::Servo { backlash_mm: 0.0, ..axis.fit.servo }, axis.circle));
     let points = |by: f64| (0..places).map(move |i| (low + spacing * i as f64, by, i));
-    let series = |name: &str, by: f64| {
-        Series::new(name, points(by).map(|(x, by, i)| (x, 100.0 * (1.0 + levels.weights[i] - mean + by * variance(i).sqrt()))))
+    let series = |name: &str, mark: Mark, by: f64| {
+        Series::new(
+            name,
+            mark,
+            points(by).map(|(x, by, i)| (x, 100.0 * (1.0 + levels.weights[i] - mean + by * variance(i).sqrt()))),
+        )
     };
     Finding {
         quantity,
@@ -82,7 +86,11 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
             title: format!("{}: level of friction along the axis", axis.name()),
             x: Label::new("position", "mm"),
             y: Label::new("friction against its mean", "%"),
-            series: vec![series("level", 0.0), series("lower end", -SPREAD), series("upper end", SPREAD)],
+            series: vec![
+                series("95 % interval, from", Mark::Lower, -SPREAD),
+                series("to", Mark::Upper, SPREAD),
+                series("level", Mark::Line, 0.0),
+            ],
         }),
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::bootstrap::interval;
 use crate::context::AxisContext;
-use crate::finding::{Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::threshold;
 
 /// Memory of the autoregressive model, s, and its least and largest order.
@@ -188,7 +188,7 @@ impl Autoregressive {
             title: format!("{name}: spectrum of the error beyond the servo model"),
             x: Label::new("frequency", "Hz"),
             y: Label::new("amplitude density", "µm/√Hz"),
-            series: vec![Series::new("autoregressive spectrum", points)],
+            series: vec![Series::new("autoregressive spectrum", Mark::Line, points)],
         }
     }
 }

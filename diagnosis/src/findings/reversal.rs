@@ -2,7 +2,7 @@
 
 use crate::bootstrap::{interval, median};
 use crate::context::AxisContext;
-use crate::finding::{Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::reversals::{AFTER_S, BEFORE_S, Peak, peak, reversals};
 use crate::threshold;
 
@@ -75,7 +75,7 @@ fn picture(axis: &AxisContext<'_>, peaks: &[Peak]) -> Picture {
             let sum: f64 = courses.iter().map(|course| course[k]).sum();
             (1e3 * (k as f64 * axis.record.period_s - BEFORE_S), 1e3 * sum / courses.len() as f64)
         });
-        Series::new(name, points)
+        Series::new(name, Mark::Line, points)
     };
     Picture {
         title: format!("{}: mean course after reversals", axis.name()),

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::context::{AxisContext, SPREAD};
 use crate::disturbance::{Regression, responses};
-use crate::finding::{Estimate, Finding, Label, Picture, Quantity, Series, Verdict};
+use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
 use crate::servo::Servo;
 use crate::threshold;
 
@@ -164,7 +164,7 @@ impl Spectrum {
             title: format!("{}: error that repeats with the position", axis.name()),
             x: Label::new("period", "mm"),
             y: Label::new("RMS in the logs", "µm"),
-            series: vec![Series::new("residual of the servo model", points)],
+            series: vec![Series::new("residual of the servo model", Mark::Line, points)],
         }
     }
 }

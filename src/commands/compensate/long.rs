@@ -11,14 +11,14 @@ use super::{AT_BOUND, Compensate, line_count};
 use crate::output::{Outputs, Printer};
 use crate::print::compensation::{self as print, Shares};
 use crate::print::figures::contour_json;
-use crate::progress::Shown;
 use crate::read::Source;
 
 impl Compensate {
     /// The program, where it is compensated in windows. What needs all of it at once is done without them: a picture of the forecast, other
     /// feeds, a recorded command, setpoints, the papers' laws.
     pub(super) fn long(&self, source: &Source, setup: &Setup, format: &OutputSettings) -> Result<Option<LongProgram>> {
-        let whole = self.report.report.is_some() || self.feeds.is_used() || self.reference.is_some() || self.strict;
+        let whole =
+            self.report.report.is_some() || self.plot.plot || self.feeds.is_used() || self.reference.is_some() || self.strict;
         if whole || format.program().is_none() || LawName::from(self.law) != LawName::ModelBased {
             return Ok(None);
         }
@@ -43,7 +43,7 @@ impl Compensate {
         if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none()) {
             printer.line(print::control_fidelity(control));
         }
-        let shown = Shown::default();
+        let shown = self.common.shown();
         let joined = long.compensate(model, &self.settings(), format, &|event| shown.event(event))?;
         drop(shown);
         self.show_joined(long, &joined, printer)?;

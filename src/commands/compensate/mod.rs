@@ -20,10 +20,10 @@ use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, 
 use crate::files::Files;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
+use crate::plot::PlotArgs;
 use crate::print::compensation::{self as print, Shares};
 use crate::print::figures::{contour_json, orientation_json};
 use crate::print::measurement::{readback, readback_json};
-use crate::progress::Shown;
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
@@ -88,6 +88,8 @@ pub struct Compensate {
     columns: LogArgs,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    plot: PlotArgs,
 }
 
 /// How much time the search may take.
@@ -132,7 +134,7 @@ impl Compensate {
 
     fn compensate(&self) -> Result<()> {
         self.feeds.check()?;
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let (model, source) = rayon::join(|| read::model(&self.model), || Source::open(&self.input));
         let (model, source) = (model?, source?);
         let setup = self.output.setup(&self.machine(&model)?)?;
@@ -173,6 +175,10 @@ impl Compensate {
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
         outputs.add(&self.out, output.content);
+        if self.plot.plot {
+            let track = Track::of(&input);
+            self.plot.show(&printer, &track, &before_and_after(&track, &outcome)?);
+        }
         let title = format!("Forecast for {}", input.name());
         self.report.add(&mut outputs, &printer, (&title, LEAD), || forecast(&input, &outcome, &model, &forecasts))?;
         let beside = json!({
@@ -245,7 +251,7 @@ impl Compensate {
         printer: &Printer,
     ) -> Result<Learned> {
         let settings = Settings { written: format.program().filter(|_| input.part().is_some()), ..self.settings() };
-        let shown = Shown::default();
+        let shown = self.common.shown();
         let progress = |event: pipeline::Event<'_>| {
             forecasts.note(event);
             shown.event(event)
@@ -355,14 +361,19 @@ pub const AT_BOUND: f64 = 0.99;
 const LEAD: &str =
     "What the model predicts for the program as it is, and for the compensated one. Nothing was run on the machine.";
 
-/// The forecast before and after, how it was learned, and how well the model knows the machine there.
-fn forecast(input: &Input, outcome: &Outcome, model: &Bundle, forecasts: &Forecasts) -> Result<Vec<Group>> {
-    let track = Track::of(input);
-    let mut runs = vec![Run::of("before", &track, None, &outcome.uncompensated)?];
+/// The forecasts of the program as it is, and compensated where that is better.
+fn before_and_after(track: &Track<'_>, outcome: &Outcome) -> Result<Vec<Run>> {
+    let mut runs = vec![Run::of("before", track, None, &outcome.uncompensated)?];
     if outcome.gained {
-        runs.push(Run::of("after", &track, Some(&outcome.reference), &outcome.forecast)?);
+        runs.push(Run::of("after", track, Some(&outcome.reference), &outcome.forecast)?);
     }
-    let mut all = sections(&track, &runs);
+    Ok(runs)
+}
+
+/// The forecast before and after, how it was learned, and how well the model knows the machine there.
+pub(super) fn forecast(input: &Input, outcome: &Outcome, model: &Bundle, forecasts: &Forecasts) -> Result<Vec<Group>> {
+    let track = Track::of(input);
+    let mut all = sections(&track, &before_and_after(&track, outcome)?);
     all.extend(learning_curve(forecasts));
     all.extend([asked(model, input), known(model)]);
     Ok(vec![Group { name: input.name().to_owned(), sections: all }])

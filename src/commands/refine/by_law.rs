@@ -4,11 +4,10 @@ use anyhow::Result;
 use pipeline::refine::{Ended, RefineLaw, RefineSettings, aligned, best_of, figures_of_log, last_is_worse, refine_from_log};
 
 use super::{LOW_PASS_HZ, LawArg, Refine, check_axes};
-use crate::output::Printer;
 
 impl Refine {
     pub(super) fn learn_by_law(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let logs = self.logs(&printer)?;
         let (input, format) = self.input(logs.first().map(|log| log.period_s()), &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;

@@ -10,12 +10,11 @@ use serde_json::{Value, json};
 use super::{Pages, Refine, check_axes};
 use crate::commands::compensate::merged;
 use crate::output::{Printer, Usage};
-use crate::progress::Shown;
 use crate::read;
 
 impl Refine {
     pub(super) fn learn_by_model(&self) -> Result<()> {
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let Some(model) = &self.model else {
             return Err(Usage("--law model-based needs a model: give it with -m, or choose --law spatial".into()).into());
         };
@@ -24,7 +23,7 @@ impl Refine {
         let (input, format) = self.input(None, &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
-        let shown = Shown::default();
+        let shown = self.common.shown();
         let settings = self.learning_settings(&format);
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();

@@ -109,7 +109,7 @@ impl Reproduce {
 
     pub fn run(&self) -> Result<()> {
         let started = Instant::now();
-        let printer = Printer::new(self.common.json.as_deref());
+        let printer = self.common.printer();
         let tables = if self.tables.is_empty() { TableName::value_variants().to_vec() } else { self.tables.clone() };
         let mut found = Found::default();
         for name in tables {

@@ -1,6 +1,6 @@
 // Plots by uPlot, with the colours of the page, zoom, pan and keys.
 
-const WIDTHS = { line: 1.3, pale: 0.8, dashed: 1.3, points: 1.2, steps: 1.2, low: 0, high: 0 };
+const WIDTHS = { line: 1.3, pale: 0.8, dashed: 1.3, points: 1.2, dots: 0, steps: 1.2, low: 0, high: 0 };
 
 /** Samples from which on lines are as thin as a pixel: such are drawn several times as fast. */
 const MANY = 20000;
@@ -12,6 +12,7 @@ function plotSeries(line, unit) {
   if (line.style === "pale") series.stroke = color + "55";
   if (line.style === "dashed" || line.dash) series.dash = line.dash || [7, 5];
   if (line.style === "points") series.points = { show: true, size: 5, fill: color };
+  if (line.style === "dots") Object.assign(series, { paths: () => null, points: { show: true, size: 4, fill: color } });
   if (line.style === "steps") Object.assign(series, { paths: uPlot.paths.stepped({ align: -1 }), fill: color + "2e" });
   if (line.style === "low" || line.style === "high") series.stroke = color + "00";
   return series;

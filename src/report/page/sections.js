@@ -1,12 +1,12 @@
 // The other kinds of sections: tables, charts, circles in polar form, ranges.
 
-function tableSection({ header, rows, verdicts }) {
+function tableSection({ header, rows, texts = [0], verdicts }) {
   const names = { good: "good", fair: "fair", poor: "poor" };
   const all = verdicts ? [...header, "verdict"] : header;
   return {
     element: el("div", { class: "scroll" }, el("table", { class: "data" },
-      el("thead", {}, el("tr", {}, ...all.map((name, c) => el("th", { class: c ? null : "text" }, name)))),
-      el("tbody", {}, ...rows.map((row, r) => el("tr", {}, ...row.map((cell, c) => el("td", { class: c ? null : "text" }, cell)),
+      el("thead", {}, el("tr", {}, ...all.map((name, c) => el("th", { class: texts.includes(c) ? "text" : null }, name)))),
+      el("tbody", {}, ...rows.map((row, r) => el("tr", {}, ...row.map((cell, c) => el("td", { class: texts.includes(c) ? "text" : null }, cell)),
         verdicts ? el("td", {}, el("span", { class: `verdict ${verdicts[r]}` }, names[verdicts[r]])) : null))))),
     content: () => [all, rows.map((row, r) => (verdicts ? [...row, verdicts[r]] : row))],
   };
