@@ -178,7 +178,7 @@ impl Printer {
             Sink::Warnings => {
                 let text = text.to_string();
                 let warnings = text.lines().filter(|line| line.starts_with(WARNING));
-                warnings.map(|line| writeln!(std::io::stderr(), "{line}")).collect()
+                warnings.try_for_each(|line| writeln!(std::io::stderr(), "{line}"))
             }
             Sink::Memory(lines) => {
                 lines.borrow_mut().push(text.to_string());

@@ -111,7 +111,7 @@ impl<'a> Places<'a> {
                 }
                 (Step::Index(index), _, Some(entries)) => {
                     let entries: &toml::de::DeArray = entries;
-                    let Some(value) = entries.iter().nth(*index) else { break };
+                    let Some(value) = entries.get(*index) else { break };
                     span = value.span();
                     value
                 }
