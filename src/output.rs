@@ -177,7 +177,7 @@ impl Printer {
             Sink::Stderr => writeln!(std::io::stderr(), "{text}"),
             Sink::Warnings => {
                 let text = text.to_string();
-                let warnings = text.lines().filter(|line| line.starts_with(WARNING));
+                let mut warnings = text.lines().filter(|line| line.starts_with(WARNING));
                 warnings.try_for_each(|line| writeln!(std::io::stderr(), "{line}"))
             }
             Sink::Memory(lines) => {

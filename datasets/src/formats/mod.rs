@@ -1,10 +1,13 @@
 //! File formats: one file per format, from bytes to a [`Table`].
 
+mod arrays;
 mod csv;
 mod csv_rows;
 mod dialect;
 mod halsampler;
 mod halscope;
+mod matlab;
+mod numpy;
 pub(crate) mod parquet;
 mod parquet_rows;
 mod rows;
@@ -24,6 +27,8 @@ pub(crate) use rows::Rows;
 pub use csv::Csv;
 pub use halsampler::Halsampler;
 pub use halscope::Halscope;
+pub use matlab::Matlab;
+pub use numpy::NumpyArchive;
 pub use parquet::Parquet;
 pub use sinumerik_json::SinumerikJson;
 pub use sinumerik_xml::SinumerikTrace;
@@ -55,7 +60,8 @@ pub const HEAD_BYTES: usize = 4096;
 pub const ARCHIVE: &[u8] = b"PK\x03\x04";
 
 /// All formats, the most specific first.
-pub static FORMATS: &[&dyn LogFormat] = &[&Parquet, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
+pub static FORMATS: &[&dyn LogFormat] =
+    &[&Parquet, &NumpyArchive, &Matlab, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
 
 /// Reads the columns of a file in any known format.
 ///
@@ -80,15 +86,15 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
     if bytes.is_empty() {
         return Err(DatasetError::format(path, "the file is empty"));
     }
-    if bytes.starts_with(ARCHIVE) {
-        let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
-        return Err(DatasetError::format(path, why));
-    }
     match format_of(&bytes) {
         Some(format) => format.read(path, bytes),
+        None if bytes.starts_with(ARCHIVE) => {
+            let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
+            Err(DatasetError::format(path, why))
+        }
         None => Err(DatasetError::format(
             path,
-            "no format that is known (CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
+            "no format that is known (CSV, Parquet, NumPy, MATLAB, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
         )),
     }
 }
