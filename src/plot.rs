@@ -155,7 +155,9 @@ mod tests {
             assert_eq!(rows.len(), ROWS as usize + 2);
             assert_eq!(dotted(rows[2]), 2, "{drawn}");
             assert!(drawn.contains("4.00 µm") && drawn.contains("499.9 mm"), "{drawn}");
-            let gap = rows[ROWS as usize - 1].chars().skip(columns / 4).take(2).all(|c| c == '\u{2800}');
+            // In the middle of what does not count: three tenths of the way.
+            let middle = (columns - LABEL) * 3 / 10;
+            let gap = rows[ROWS as usize - 1].chars().skip(middle).take(2).all(|c| c == '\u{2800}');
             assert!(gap, "{drawn}");
             let bars = histogram(&errors, 4.0, columns);
             assert!(width(&bars) <= columns && bars.lines().count() == BARS, "{bars}");

@@ -104,7 +104,9 @@ function polarSection({ radius_mm, plane, runs, header, rows }) {
   };
   canvas.addEventListener("pointermove", event => {
     const box = canvas.getBoundingClientRect();
-    const here = [event.clientX - box.left, event.clientY - box.top];
+    // On a narrow page the circle is shown smaller than it was drawn.
+    const scale = size / box.width;
+    const here = [scale * (event.clientX - box.left), scale * (event.clientY - box.top)];
     let best = null, least = 900;
     of.forEach((run, index) => {
       if (!shown.has(index)) return;
