@@ -2,7 +2,7 @@
 # What is handed out for the system that it runs on, in FOLDER (default target/packages): an archive with the command, a Debian package where
 # dpkg-deb is at hand, a wheel where pip is, and their SHA-256. Run it on each system and processor: nothing is cross-compiled.
 #
-#   packaging/build.sh [FOLDER] [--features LIST]
+#   packaging/build.sh [FOLDER] [--features LIST]      PYTHON: the interpreter that builds the wheel (default: python3)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=target/packages features=()
@@ -69,8 +69,9 @@ CONTROL
   dpkg-deb --root-owner-group --build "$root" "$folder/precomp_${version}_$(dpkg --print-architecture).deb" > /dev/null
 fi
 
-if command -v python3 > /dev/null && python3 -m pip --version > /dev/null 2>&1; then
-  python3 -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir "$folder" ./python
+python=${PYTHON:-python3}
+if command -v "$python" > /dev/null && "$python" -m pip --version > /dev/null 2>&1; then
+  "$python" -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir "$folder" ./python
 fi
 
 cd "$folder"

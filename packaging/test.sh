@@ -2,6 +2,8 @@
 # Builds the packages of this system and installs each as a user would.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# The interpreter of .ci/python, for which the crates are compiled already.
+[ -x target/python/bin/python ] && export PYTHON=$PWD/target/python/bin/python
 packaging/build.sh target/packages
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -143,7 +143,7 @@ pub fn record(py: Python<'_>, machine: &Bound<'_, PyAny>, seconds: f64, travel: 
     given.set_item("travel", travel)?;
     let (machine, options) = (spec(machine)?, options::read::<ExciteOptions>(Some(&given))?);
     let logs = progress::run(py, None, &Failure::default(), move |_| {
-        Ok(excitation::record(&machine, options.seconds, options.travel, seed)?)
+        Ok(excitation::record(&machine, options.seconds, options.region.travel, seed)?)
     })?;
     Ok(logs.into_iter().map(Log::from).collect())
 }

@@ -57,7 +57,7 @@ pub struct Excite {
 pub struct RegionArgs {
     /// Linear axes keep within ± this range about the origin, mm, and within their own travel
     #[arg(long, value_name = "MM", default_value_t = 60.0, value_parser = numbers::travel_mm)]
-    travel: f64,
+    pub travel: f64,
     /// Rotary axes keep within ± this range about the origin, degrees, and within their own travel
     #[arg(long, alias = "turn", value_name = "DEG", default_value_t = 180.0, value_parser = numbers::rotation_deg)]
     rotation: f64,
