@@ -166,3 +166,31 @@ fn damaged_arrays_are_refused_with_their_place() {
     wrong[150] ^= 0xff;
     assert!(log_from_bytes("wrong.mat".as_ref(), wrong, &ReadOptions::default()).is_err());
 }
+
+#[test]
+fn no_bytes_make_reading_panic_or_take_memory_beyond_the_file() {
+    let [t, ..] = signals();
+    let names = ["t", "x_ref", "x_act"];
+    let vectors: Vec<u8> = names.iter().flat_map(|name| matrix(name, SAMPLES, &t)).collect();
+    let packed_twice = mat(&packed(&packed(&matrix("t", SAMPLES, &t))));
+    // Nothing is taken from an element that is compressed twice.
+    assert!(log_from_bytes("run.mat".as_ref(), packed_twice, &ReadOptions::default()).is_err());
+    let flags = [2_u32.to_le_bytes(), [0; 4]].concat();
+    let sizes = [u32::MAX.to_le_bytes(); 4].concat();
+    let huge = mat(&element(14, &[element(6, &flags), element(5, &sizes), element(1, b"s")].concat()));
+    assert!(log_from_bytes("run.mat".as_ref(), huge, &ReadOptions::default()).is_err());
+    for shape in ["(0, 4000000000)", "(4000000000, 0)", "(18446744073709551615, 18446744073709551615)"] {
+        assert!(log_from_bytes("run.npz".as_ref(), npz(&[("t", npy(&[], shape, false))]), &ReadOptions::default()).is_err());
+    }
+    let shape = format!("({SAMPLES},)");
+    let archive = npz(&names.map(|name| (name, npy(&t, &shape, false))));
+    for whole in [mat(&vectors), mat(&packed(&matrix("t", SAMPLES, &t))), archive] {
+        for k in 0..4000_usize {
+            let mut bytes = whole.clone();
+            // The places at the front, where sizes and names stand, and some of the rest.
+            let at = if k % 2 == 0 { k / 2 % 400 } else { k * 7919 % bytes.len() };
+            bytes[at] = bytes[at].wrapping_add([1, 255, 128, 64][k / 800 % 4]);
+            let _ = log_from_bytes("run".as_ref(), bytes, &ReadOptions::default());
+        }
+    }
+}

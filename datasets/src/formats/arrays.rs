@@ -5,23 +5,35 @@ use std::path::Path;
 
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
+/// Numbers that are read of a file at most: 2 GiB.
+pub(super) const MOST_NUMBERS: usize = 1 << 28;
+/// Columns of a matrix at most; one of more is no record of signals.
+const MOST_COLUMNS: usize = 4096;
+
+/// Numbers of the arrays that were read so far.
+pub(super) fn count(arrays: &[Array]) -> usize {
+    arrays.iter().flat_map(|array| &array.columns).map(Vec::len).sum()
+}
+
 /// An array of a file: a vector, or a matrix with one signal a column.
 pub(super) struct Array {
     pub name: String,
-    /// Columns of equal length.
+    /// Columns of equal length; none of a matrix that is no record of signals.
     pub columns: Vec<Vec<f64>>,
 }
 
 impl Array {
     /// A vector, or a matrix whose numbers lie column by column.
     pub(super) fn by_columns(name: String, values: &[f64], rows: usize) -> Self {
-        Self { name, columns: values.chunks_exact(rows.max(1)).map(<[f64]>::to_vec).collect() }
+        let rows = rows.max(1);
+        let fits = values.len() / rows <= MOST_COLUMNS;
+        Self { name, columns: values.chunks_exact(rows).filter(|_| fits).map(<[f64]>::to_vec).collect() }
     }
 
     /// A vector, or a matrix whose numbers lie row by row.
     pub(super) fn by_rows(name: String, values: &[f64], columns: usize) -> Self {
         let column = |index: usize| values.iter().skip(index).step_by(columns).copied().collect();
-        Self { name, columns: (0..columns).map(column).collect() }
+        Self { name, columns: (0..columns).filter(|_| columns <= MOST_COLUMNS).map(column).collect() }
     }
 }
 
@@ -46,7 +58,10 @@ pub(super) fn table(path: &Path, arrays: Vec<Array>) -> Result<Table, DatasetErr
     let mut table = Table { lines: (1..=length).collect(), ..Table::default() };
     if !left.is_empty() {
         let names: Vec<&str> = left.iter().map(|array| array.name.as_str()).collect();
-        let message = format!("arrays of another length than {length} are left out: {}", names.join(", "));
+        let message = format!(
+            "arrays of another length than {length}, or of more than {MOST_COLUMNS} columns, are left out: {}",
+            names.join(", ")
+        );
         table.findings.push(Finding::new(Severity::Note, Check::Mended, message));
     }
     for Array { name, columns } in taken {

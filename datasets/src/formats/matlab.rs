@@ -8,7 +8,7 @@ use std::path::Path;
 use flate2::bufread::ZlibDecoder;
 
 use super::LogFormat;
-use super::arrays::{Array, Number, table};
+use super::arrays::{Array, MOST_NUMBERS, Number, count, table};
 use crate::{DatasetError, Table};
 
 /// Variables by name. A matrix is one signal a column: `name.1`, `name.2`, …. Fields of a structure are `name.field`.
@@ -76,20 +76,27 @@ struct Element<'a> {
     at: usize,
 }
 
+/// The data of a compressed element.
+fn unpacked(element: &Element<'_>) -> Result<Vec<u8>, String> {
+    let mut unpacked = Vec::new();
+    let most = (element.data.len() as u64).saturating_mul(MOST_EXPANSION).min(MOST_BYTES);
+    let read = ZlibDecoder::new(element.data).take(most).read_to_end(&mut unpacked);
+    read.map_err(|error| format!("byte {}: the element cannot be unpacked ({error}); save the file again", element.at))?;
+    Ok(unpacked)
+}
+
 impl<'a> Elements<'a> {
     fn variables(mut self, arrays: &mut Vec<Array>) -> Result<(), String> {
         while let Some(element) = self.next()? {
             match element.kind {
                 MATRIX => self.within(&element).array("", arrays, 0)?,
                 COMPRESSED => {
-                    let mut unpacked = Vec::new();
-                    let most = (element.data.len() as u64).saturating_mul(MOST_EXPANSION).min(MOST_BYTES);
-                    let read = ZlibDecoder::new(element.data).take(most).read_to_end(&mut unpacked);
-                    read.map_err(|error| {
-                        format!("byte {}: the element cannot be unpacked ({error}); save the file again", element.at)
-                    })?;
-                    let within = Elements { bytes: &unpacked, at: element.at, is_big_endian: self.is_big_endian };
-                    within.variables(arrays)?;
+                    let unpacked = unpacked(&element)?;
+                    let mut within = Elements { bytes: &unpacked, at: element.at, is_big_endian: self.is_big_endian };
+                    // One element stands in a compressed one, and it is not compressed itself.
+                    if let Some(element) = within.next()?.filter(|element| element.kind == MATRIX) {
+                        within.within(&element).array("", arrays, 0)?;
+                    }
                 }
                 _ => {}
             }
@@ -114,7 +121,7 @@ impl<'a> Elements<'a> {
             (_, true) => before.to_owned(),
             _ => format!("{before}.{own}"),
         };
-        if class == STRUCTURE && dimensions.iter().product::<usize>() == 1 && depth < DEEPEST {
+        if class == STRUCTURE && dimensions.iter().all(|size| *size == 1) && depth < DEEPEST {
             return self.fields(&name, arrays, depth);
         }
         let &[rows, columns] = dimensions.as_slice() else { return Ok(()) };
@@ -122,7 +129,7 @@ impl<'a> Elements<'a> {
             return Ok(());
         }
         let data = self.part()?;
-        let values = self.numbers(&data)?;
+        let values = self.numbers(&data, count(arrays))?;
         if rows.checked_mul(columns) != Some(values.len()) {
             return Err(format!(
                 "byte {}: `{name}` has {rows} × {columns} numbers, and {} are there; save the file again",
@@ -197,8 +204,8 @@ impl<'a> Elements<'a> {
         bytes.chunks_exact(4).map(word).collect()
     }
 
-    /// The numbers of an element, in the type that they are stored in.
-    fn numbers(&self, element: &Element<'_>) -> Result<Vec<f64>, String> {
+    /// The numbers of an element, in the type that they are stored in; `before` of the file are held already.
+    fn numbers(&self, element: &Element<'_>, before: usize) -> Result<Vec<f64>, String> {
         let number = match element.kind {
             1 => Number::I8,
             2 => Number::U8,
@@ -217,6 +224,9 @@ impl<'a> Elements<'a> {
                 ));
             }
         };
+        if element.data.len() / number.bytes() > MOST_NUMBERS - before.min(MOST_NUMBERS) {
+            return Err(format!("byte {}: the file holds more than {MOST_NUMBERS} numbers; save it in parts", element.at));
+        }
         Ok(number.read(element.data, self.is_big_endian))
     }
 }

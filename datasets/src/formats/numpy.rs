@@ -5,7 +5,7 @@ use std::path::Path;
 
 use zip::ZipArchive;
 
-use super::arrays::{Array, Number, table};
+use super::arrays::{Array, MOST_NUMBERS, Number, count, table};
 use super::{ARCHIVE, LogFormat};
 use crate::{DatasetError, Table};
 
@@ -17,8 +17,6 @@ pub struct NumpyArchive;
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Bytes that one byte of an archive can stand for at most: the limit of its compression.
 const MOST_EXPANSION: usize = 1040;
-/// Most bytes of an array.
-const MOST_BYTES: usize = 1 << 30;
 /// Longest header of an array.
 const LONGEST_HEADER: usize = 1 << 16;
 
@@ -35,23 +33,24 @@ impl LogFormat for NumpyArchive {
 
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
         let damaged = |message: String| DatasetError::format(path, format!("the archive is damaged: {message}; save it again"));
-        let most_bytes = bytes.len().saturating_mul(MOST_EXPANSION).min(MOST_BYTES);
+        let most_bytes = bytes.len().saturating_mul(MOST_EXPANSION);
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(error.to_string()))?;
         let mut arrays = Vec::new();
         for index in 0..archive.len() {
             let file = archive.by_index(index).map_err(|error| damaged(error.to_string()))?;
             let stored = file.name().map_err(|error| damaged(error.to_string()))?.into_owned();
             let Some(name) = stored.strip_suffix(".npy") else { continue };
-            arrays.extend(
-                array(name, file, most_bytes).map_err(|why| DatasetError::format(path, format!("array `{name}`: {why}")))?,
-            );
+            let most = MOST_NUMBERS.saturating_sub(count(&arrays));
+            let array = array(name, file, (most, most_bytes));
+            arrays.extend(array.map_err(|why| DatasetError::format(path, format!("array `{name}`: {why}")))?);
         }
         table(path, arrays)
     }
 }
 
 /// The array of a `.npy` file; `None` where it holds no real numbers or has more than two dimensions.
-fn array(name: &str, mut file: impl Read, most_bytes: usize) -> Result<Option<Array>, String> {
+/// Refused beyond `most` numbers or bytes.
+fn array(name: &str, mut file: impl Read, most: (usize, usize)) -> Result<Option<Array>, String> {
     let mut start = [0; 8];
     let mut fill = |into: &mut [u8]| file.read_exact(into).map_err(|error| format!("it is cut off ({error}); save it again"));
     fill(&mut start)?;
@@ -75,14 +74,18 @@ fn array(name: &str, mut file: impl Read, most_bytes: usize) -> Result<Option<Ar
     let header = String::from_utf8_lossy(&header).into_owned();
     let Some(Header { number, is_big_endian, by_columns, shape }) = Header::of(&header) else { return Ok(None) };
     let (rows, columns) = match shape.as_slice() {
-        [rows] => (*rows, 1),
+        // A row is a signal too.
+        [rows] | [1, rows] => (*rows, 1),
         [rows, columns] => (*rows, *columns),
         _ => return Ok(None),
     };
-    let bytes =
-        rows.checked_mul(columns).and_then(|count| count.checked_mul(number.bytes())).filter(|bytes| *bytes <= most_bytes);
+    if rows == 0 || columns == 0 {
+        return Ok(None);
+    }
+    let count = rows.checked_mul(columns).filter(|count| *count <= most.0);
+    let bytes = count.and_then(|count| count.checked_mul(number.bytes())).filter(|bytes| *bytes <= most.1);
     let bytes = bytes.ok_or_else(|| {
-        format!("{rows} × {columns} numbers are more than the file holds or 1 GiB; save it again, in parts if need be")
+        format!("{rows} × {columns} numbers are more than the file holds, or than {MOST_NUMBERS} in all; save it again, in parts if need be")
     })?;
     let mut data = vec![0; bytes];
     fill(&mut data)?;
