@@ -7,6 +7,8 @@
 pub mod args;
 mod cli;
 mod commands;
+#[doc(hidden)]
+pub mod date;
 mod files;
 #[doc(hidden)]
 pub mod numbers;

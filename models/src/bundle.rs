@@ -98,6 +98,9 @@ pub struct Manifest {
     pub format: u32,
     /// Version of the program that wrote it.
     pub version: String,
+    /// Day of training in UTC as `YYYY-MM-DD`, where the caller states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// Sampling period, s.
     pub period_s: f64,
     /// Seed of all random draws in training.
@@ -147,6 +150,12 @@ impl Manifest {
     /// Refuses numbers out of range.
     fn check(&self) -> Result<(), ModelError> {
         let out_of_range = |why: String| malformed("manifest", &why);
+        if let Some(date) = self.date.as_deref().filter(|date| !is_date(date)) {
+            return Err(out_of_range(format!(
+                "date: expected YYYY-MM-DD, found `{}`",
+                date.escape_debug().take(40).collect::<String>()
+            )));
+        }
         within("period_s", self.period_s, PERIOD_S).map_err(out_of_range)?;
         within("common_delay_s", self.common_delay_s, DELAY_S).map_err(out_of_range)?;
         self.control.as_ref().map_or(Ok(()), ControlFidelity::check).map_err(|why| malformed("control", &why))?;
@@ -163,6 +172,12 @@ impl Manifest {
         }
         Ok(())
     }
+}
+
+/// Whether a text has the form `YYYY-MM-DD`. It is written into programs, where nothing else may stand.
+fn is_date(text: &str) -> bool {
+    let fits = |(index, byte): (usize, u8)| if matches!(index, 4 | 7) { byte == b'-' } else { byte.is_ascii_digit() };
+    text.len() == 10 && text.bytes().enumerate().all(fits)
 }
 
 impl Bundle {

@@ -65,6 +65,7 @@ fn manifest() -> Manifest {
     Manifest {
         format: FORMAT,
         version: "0.1.0".into(),
+        date: Some("2026-11-24".into()),
         period_s: PERIOD_S,
         seed: 4,
         data_sha256: "00".into(),
@@ -166,6 +167,20 @@ fn another_format_is_refused_by_its_number() {
     let other = manifest.replacen(&format!("\"format\": {FORMAT}"), "\"format\": 99", 1);
     let other = packed(&[("manifest.json", other.as_bytes()), ("weights.safetensors", &weights)]);
     assert!(matches!(Bundle::from_bytes(&other), Err(ModelError::Format { found: 99, expected: FORMAT })));
+}
+
+#[test]
+fn a_date_that_could_change_a_program_is_refused() {
+    let (manifest, weights) = parts(&bytes());
+    for date in ["2026-11-24)", "2026-1-24", ")G0 Z-9", "2026-11-2\\n", ""] {
+        let other = manifest.replacen("\"2026-11-24\"", &format!("\"{date}\""), 1);
+        let other = packed(&[("manifest.json", other.as_bytes()), ("weights.safetensors", &weights)]);
+        assert!(refusal(&other).contains("date: expected YYYY-MM-DD"), "{date}: {}", refusal(&other));
+    }
+    let without = manifest.replacen("  \"date\": \"2026-11-24\",\n", "", 1);
+    assert_ne!(without, manifest);
+    let without = packed(&[("manifest.json", without.as_bytes()), ("weights.safetensors", &weights)]);
+    assert_eq!(Bundle::from_bytes(&without).expect("an older model").manifest.date, None);
 }
 
 /// A staged predictor of one pass: the velocity now.

@@ -119,7 +119,9 @@ impl Model {
         progress::run(py, None, &Failure::default(), |_| {
             let started = std::time::Instant::now();
             let (logs, _) = datasets::joined(logs);
-            let adapted = training::adapt(&self.bundle, &logs, seed)?;
+            let today = precomp::date::today()?;
+            let mut adapted = training::adapt(&self.bundle, &logs, seed)?;
+            adapted.bundle.manifest.date = Some(today);
             let figures = print::adapted_json(&adapted, started.elapsed().as_secs_f64(), &warnings);
             let lines = warnings.into_iter().chain([print::adapted(&adapted)]).collect();
             Ok(Self { bundle: adapted.bundle, report: Some(Report { figures, lines }) })

@@ -79,7 +79,9 @@ fn trained(
         identification::show(&printer, control, identified_s);
     }
     let machine = control.as_ref().map(|control| &control.machine).or(machine);
+    let today = precomp::date::today()?;
     let mut trained = training::train(&logs, machine, settings, progress)?;
+    trained.bundle.manifest.date = Some(today);
     trained.bundle.manifest.control = control.as_ref().map(Identified::summary);
     let seconds = started.elapsed().as_secs_f64();
     printer.line(print::held_out(&trained.bundle));

@@ -14,6 +14,7 @@ use pipeline::training::{self, MOST_SAMPLES, TrainSettings, Trained};
 
 use super::diagnose;
 use crate::args::{Common, LogArgs, ReportArgs};
+use crate::date;
 use crate::files::Files;
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
@@ -128,7 +129,9 @@ impl Train {
             identification::show(&printer, control, identified_s);
         }
         let machine = control.as_ref().map(|control| control.machine.clone()).or(machine);
+        let today = date::today()?;
         let mut trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
+        trained.bundle.manifest.date = Some(today);
         trained.bundle.manifest.control = control.as_ref().map(Identified::summary);
         let seconds = started.elapsed().as_secs_f64();
         let control = control.map_or(serde_json::Value::Null, |control| identification::json(&control, identified_s));
@@ -190,7 +193,9 @@ impl Train {
         let warnings: Vec<String> = self.logs.iter().zip(&recordings).flat_map(findings).collect();
         warnings.iter().for_each(|warning| printer.line(warning));
         let (started, shown) = (Instant::now(), Shown::default());
-        let trained = training::train_on_stretches(&recordings, machine, &self.settings()?, &|event| shown.event(event))?;
+        let today = date::today()?;
+        let mut trained = training::train_on_stretches(&recordings, machine, &self.settings()?, &|event| shown.event(event))?;
+        trained.bundle.manifest.date = Some(today);
         drop(shown);
         let seconds = started.elapsed().as_secs_f64();
         self.write(&trained, &[], (seconds, serde_json::Value::Null), warnings, printer)
@@ -253,7 +258,9 @@ impl Train {
 
     fn adapt(&self, model: &Path, logs: &[Log], warnings: &[String], printer: &Printer) -> Result<()> {
         let started = Instant::now();
-        let adapted = training::adapt(&read::model(model)?, logs, self.common.seed)?;
+        let today = date::today()?;
+        let mut adapted = training::adapt(&read::model(model)?, logs, self.common.seed)?;
+        adapted.bundle.manifest.date = Some(today);
         let seconds = started.elapsed().as_secs_f64();
         printer.line(print::adapted(&adapted));
         let mut outputs = Outputs::default();

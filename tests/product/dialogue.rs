@@ -33,6 +33,7 @@ fn dialogue_is_compensated_as_dialogue() {
     let out = folder.read("out.h");
     let lines: Vec<&str> = out.split_terminator("\r\n").collect();
     assert!(lines[1].starts_with("1 ; PRECOMP ") && lines[2].starts_with("2 ; LARGEST SHIFT 0.0"), "{out}");
+    assert!(lines[3].starts_with("3 ; TRAINED 20"), "{out}");
     // Blocks are numbered one by one, a line behind ~ has no number.
     let numbers =
         lines.iter().filter(|line| !line.starts_with(' ')).map(|line| line.split(' ').next().unwrap().parse::<usize>().unwrap());

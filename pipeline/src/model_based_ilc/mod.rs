@@ -77,7 +77,7 @@ pub fn model_based_ilc_after(
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
     let learned = Learner { machine: &mut machine, coverage: &model.coverage(), known, floor_mm };
-    Ok(Outcome { mark: Some(Mark::of_model(model)?), ..on_learner(input, learned, settings, progress)? })
+    Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..on_learner(input, learned, settings, progress)? })
 }
 
 /// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage`. The iteration ends at the

@@ -21,6 +21,20 @@ pub enum LawName {
     CrossCoupled,
 }
 
+impl LawName {
+    /// The name that the command line takes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ModelBased => "model-based",
+            Self::OneShot => "one-shot",
+            Self::Tracking => "tracking",
+            Self::NormOptimal => "norm-optimal",
+            Self::CrossCoupled => "cross-coupled",
+        }
+    }
+}
+
 /// When a program gets fewer points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FewerPoints {

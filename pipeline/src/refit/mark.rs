@@ -6,6 +6,7 @@ use models::Bundle;
 use sha2::{Digest, Sha256};
 
 use crate::error::Result;
+use crate::model_based_ilc::Settings;
 use crate::setup::machine_of;
 
 /// First word of the comment, and the word that states what was done.
@@ -23,19 +24,29 @@ const NAME_LENGTH: usize = 24;
 pub struct Mark {
     /// What moved the points, in capital letters without parentheses.
     by: String,
+    /// Date of the model and settings, where a model moved the points.
+    how: Option<String>,
     /// Comments of the control, where the program holds none to go by.
     comments: CommentStyle,
 }
 
 impl Mark {
-    /// Mark of a program that was compensated with a model: its machine, and the hash of its training data.
+    /// Mark of a program that was compensated with a model: its machine, the hash of its training data, its date and the settings.
     ///
     /// # Errors
     /// When the description of the machine in the model is invalid.
-    pub fn of_model(model: &Bundle) -> Result<Self> {
+    pub fn of_model(model: &Bundle, settings: &Settings) -> Result<Self> {
         let name: String = machine_of(model)?.name.chars().take(NAME_LENGTH).collect();
         let data: String = model.manifest.data_sha256.chars().take(DIGITS).collect();
-        Ok(Self::by(&format!("model of {name}, data {data}")))
+        let trained = model.manifest.date.as_ref().map(|date| format!("trained {date} - ")).unwrap_or_default();
+        let how = format!(
+            "{trained}law {}, {} updates, cycle up to {} percent",
+            settings.law.name(),
+            settings.iterations,
+            // Rounded as it is stated: 0.07 is a little more than seven hundredths.
+            (settings.cycle_limit * 1e4).round() / 1e2,
+        );
+        Ok(Self { how: Some(plain(&how)), ..Self::by(&format!("model of {name}, data {data}")) })
     }
 
     /// Mark of the program that follows the run with this number, from 1.
@@ -45,7 +56,7 @@ impl Mark {
     }
 
     fn by(text: &str) -> Self {
-        Self { by: plain(text), comments: CommentStyle::default() }
+        Self { by: plain(text), how: None, comments: CommentStyle::default() }
     }
 
     /// The same for a control with these comments.
@@ -54,18 +65,19 @@ impl Mark {
         Self { comments, ..self }
     }
 
-    /// Puts the comment behind the program's own head. It holds the version of precomp, what moved the points, the largest shift, mm, and the
-    /// hash of the original.
+    /// Puts the comment behind the program's own head. It holds the version of precomp, what moved the points, the largest shift, mm, the hash of
+    /// the original, and, where a model moved them, its date and the settings.
     pub(super) fn write(&self, program: &Program, largest_shift_mm: f64, edits: &mut Edits) -> Result<()> {
-        let lines = [
+        let origin = [
             format!("{TOOL} {} {DONE} {}", env!("CARGO_PKG_VERSION"), self.by),
             plain(&format!("largest shift {largest_shift_mm:.4} mm - {ORIGINAL}{}", hash(program))),
         ];
         let style = style_of(program).unwrap_or(self.comments);
-        let lines = lines.map(|text| match style {
+        let commented = |text: String| match style {
             CommentStyle::Parentheses => format!("({text})"),
             CommentStyle::Semicolon => format!("; {text}"),
-        });
+        };
+        let lines: Vec<String> = origin.into_iter().chain(self.how.clone()).map(commented).collect();
         match last_of_head(program) {
             Some(block) => edits.insert_after(program, block, &lines)?,
             None => edits.insert_before(program, 0, &lines)?,

@@ -53,7 +53,7 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
     let folds = datasets::folds(logs, HELD_OUT, FOLDS, seed)?;
     let mut predictors: Vec<Box<dyn AxisPredictor>> = Vec::new();
     let mut axes = Vec::new();
-    let mut manifest = Manifest { data_sha256: data_hash(logs), ..bundle.manifest.clone() };
+    let mut manifest = Manifest { date: None, data_sha256: data_hash(logs), ..bundle.manifest.clone() };
     for (predictor, axis) in bundle.predictors()?.into_iter().zip(&mut manifest.axes) {
         let unadapted = Unadapted::of(predictor.as_ref(), &axis.name)?;
         let runs = runs_of(logs, &axis.name)?;

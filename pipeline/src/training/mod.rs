@@ -180,6 +180,7 @@ fn fit(
     let manifest = Manifest {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        date: None,
         period_s,
         seed: settings.seed,
         data_sha256: data_hash(logs),

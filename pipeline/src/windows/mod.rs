@@ -119,7 +119,7 @@ impl LongProgram {
                 settings = Settings { written: Some(points), fewer_points: FewerPoints::WhereTooSlow, ..settings };
             }
         }
-        let mark = format.clone().marked(Mark::of_model(model)?).mark;
+        let mark = format.clone().marked(Mark::of_model(model, &settings)?).mark;
         joined.finish(&self.whole, &sections[0], mark.as_ref())?;
         Ok(joined)
     }
