@@ -143,6 +143,6 @@ pub fn shared(name: &str) -> Option<PathBuf> {
 
 /// A compensated program without the comment at its head.
 pub fn without_mark(program: &str) -> String {
-    let of_mark = |line: &&str| line.contains("PRECOMP ") || line.contains("ORIGINAL SHA256") || line.contains(" UPDATES, CYCLE");
+    let of_mark = |line: &&str| line.contains("PRECOMP ") || line.contains("ORIGINAL SHA256") || line.contains(", CYCLE UP TO ");
     program.split_inclusive('\n').filter(|line| !of_mark(line)).collect()
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use crate::common::{Folder, text};
+use crate::common::{Folder, text, without_mark};
 
 /// Rows of 0.4 mm lines over a wavy surface, with what stands around and between them in real programs: a tape mark, comments, drilling,
 /// increments, arcs, a dwell, an axis that rests for minutes.
@@ -80,11 +80,7 @@ fn what_windows_do_not_change_keeps_its_bytes_and_the_output_is_recognised() {
         let is_feed = |line: &&str| {
             line.starts_with(['X', 'Y', 'Z']) || line.starts_with("G1") || line.starts_with("G2") || line.starts_with("G3")
         };
-        program
-            .lines()
-            .filter(|line| !is_feed(line) && !line.contains("PRECOMP") && !line.contains("SHA256"))
-            .map(str::to_owned)
-            .collect()
+        without_mark(program).lines().filter(|line| !is_feed(line)).map(str::to_owned).collect()
     };
     let (before, after) = (program(), folder.read("out.nc"));
     let (before, after_kept) = (kept(&before), kept(&after));

@@ -40,7 +40,7 @@ impl Mark {
         let data: String = model.manifest.data_sha256.chars().take(DIGITS).collect();
         let trained = model.manifest.date.as_ref().map(|date| format!("trained {date} - ")).unwrap_or_default();
         let how = format!(
-            "{trained}law {}, {} updates, cycle up to {} percent",
+            "{trained}law {}, updates {}, cycle up to {} percent",
             settings.law.name(),
             settings.iterations,
             // Rounded as it is stated: 0.07 is a little more than seven hundredths.
