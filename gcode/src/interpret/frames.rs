@@ -114,17 +114,32 @@ impl Interpreter<'_> {
             (Some(p), WorkOffset::Extended(active)) => (1.0..=9.0).contains(&p) && p != f64::from(active),
             _ => false,
         };
-        if other {
-            return;
-        }
         if let Some(index) = words.index(b'R').filter(|_| self.options.dialect == Dialect::LinuxCnc || number(b'L') == Some(2.0))
         {
-            self.forget_all();
-            self.note_rotation(index, number(b'R'));
+            self.set_rotation(words, index, other);
+        }
+        if other {
+            return;
         }
         for axis in self.named(words).collect::<Vec<_>>() {
             self.position.forget(axis);
         }
+    }
+
+    /// G10 L2 with R rotates a coordinate system. One that is not active is noted too: it may be selected later.
+    fn set_rotation(&mut self, words: &Gathered, index: usize, other: bool) {
+        let number = |letter| words.number(self.program, letter);
+        let (angle, stated) = (number(b'R'), number(b'P'));
+        let system = match (stated, self.modal.work_offset) {
+            (Some(p), _) if (1.0..=9.0).contains(&p) && p.fract() == 0.0 => Some(p as u16),
+            // P0 is the active system ("G10 L2 Set Coordinate System"). On other controls it is none of them.
+            (None | Some(0.0), WorkOffset::Standard(active)) if self.options.dialect == Dialect::LinuxCnc => Some(active.into()),
+            _ => None,
+        };
+        if !other || angle != Some(0.0) || !self.rotated.is_empty() {
+            self.forget_all();
+        }
+        self.note_rotation(index, system, angle);
     }
 
     /// G27 to G30: the named axes (all, if none is named) move to a fixed machine position.

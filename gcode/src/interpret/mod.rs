@@ -170,6 +170,7 @@ impl Interpreter<'_> {
             self.apply_motion(words);
             self.modal.path = path;
         }
+        self.note_parallel_axes(words);
         // The position depends on whether the block ran.
         if words.optional {
             for axis in self.named(words).collect::<Vec<_>>() {

@@ -47,6 +47,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_feed: bool,
     /// Whether an F beside a dwell may have changed the feed.
     pub unclear_feed: bool,
+    /// Coordinate systems turned by G10 L2 with R, `None` where it is not known which.
+    pub rotated: Vec<Option<u16>>,
     pub optional_motion: bool,
     /// Whether a block that a switch may skip came after the last motion code or move of the others.
     pub optional_since_code: bool,
@@ -119,6 +121,7 @@ impl<'a> Interpreter<'a> {
             arc_faults: ArcFaults::default(),
             optional_feed: false,
             unclear_feed: false,
+            rotated: Vec::new(),
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,

@@ -71,12 +71,32 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G10 L2 with R rotates the coordinate system. R0 cancels it.
-    pub fn note_rotation(&mut self, index: usize, angle: Option<f64>) {
-        if angle == Some(0.0) {
-            self.sections.close(Cause::G(100));
-        } else {
+    /// Opens a section at the rotation of a coordinate system, `None` if it is not known which. The section ends when all are turned back.
+    pub fn note_rotation(&mut self, index: usize, system: Option<u16>, angle: Option<f64>) {
+        if angle != Some(0.0) {
+            self.rotated.push(system);
             self.open_section(index, "a coordinate system turned by R", Cause::G(100), Some("R0 turns it back"));
+        } else if system.is_some() {
+            self.rotated.retain(|turned| *turned != system);
+            if self.rotated.is_empty() {
+                self.sections.close(Cause::G(100));
+            }
+        }
+    }
+
+    /// U, V and W move an axis parallel to X, Y or Z, or are increments of X, Y, Z (Fanuc, G code system A).
+    /// Which of them is not known, so the coordinate is not known afterwards. Beside a dwell U is its time, beside a macro call an argument.
+    pub fn note_parallel_axes(&mut self, words: &Gathered) {
+        let takes_u =
+            |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::MacroCall | OneShot::Data) | Code::ModalMacroOn);
+        if words.g.iter().any(|g| takes_u(g.code)) {
+            return;
+        }
+        for (axis, letter) in [b'U', b'V', b'W'].into_iter().enumerate() {
+            let Some(index) = words.index(letter) else { continue };
+            self.position.forget(axis);
+            let message = "what U, V and W move is not known: nor is the position of X, Y or Z after them";
+            self.report.warning(self.span(index), message, Some("state the coordinate after it"));
         }
     }
 
