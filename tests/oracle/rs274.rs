@@ -1,7 +1,8 @@
 //! Canonical calls of LinuxCNC's stand-alone interpreter, `rs274`.
 
+use std::io::Read;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Work offsets, G28 and G30 positions of the oracle's machine: numbers of LinuxCNC parameters with their values, mm.
 const PARAMETERS: &[(u32, f64)] = &[
@@ -19,6 +20,9 @@ const PARAMETERS: &[(u32, f64)] = &[
     (5262, 40.125),
     (5381, 8.0),
 ];
+/// Bounds of a run: a program may run without end (LinuxCNC's own tests hold some). Its longest sample takes a second and prints 6 MB.
+const MOST_SECONDS: &str = "20";
+const MOST_BYTES: u64 = 200_000_000;
 const TOOLS: &str = "T1 P1 D6 Z12.5\nT2 P2 D3 Z7\nT3 P3 D0.1 Z20\n";
 
 /// A canonical call.
@@ -52,12 +56,19 @@ pub fn run(program: &[u8], block_delete: bool) -> Result<Vec<Call>, String> {
     std::fs::write(path("a.tbl"), TOOLS).unwrap();
     // The interpreter writes the parameters back.
     std::fs::write(path("a.var"), parameters).unwrap();
-    let mut command = Command::new("/usr/bin/rs274");
-    command.args(["-t", "a.tbl", "-v", "a.var", "-g"]).args(block_delete.then_some("-b")).args(["a.ngc"]);
+    let mut command = Command::new("timeout");
+    command.args([MOST_SECONDS, "/usr/bin/rs274", "-t", "a.tbl", "-v", "a.var", "-g"]);
+    command.args(block_delete.then_some("-b")).args(["a.ngc"]);
+    command.stdout(Stdio::piped()).stderr(std::fs::File::create(path("stderr")).unwrap());
     // The tool table is mapped into a file below HOME, which runs at the same time must not share.
-    let output = command.current_dir(folder.path()).env("HOME", folder.path()).output().unwrap();
-    let (calls, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    if output.status.success() { Ok(calls.lines().filter_map(call).collect()) } else { Err(said.trim().replace('\n', " | ")) }
+    let mut child = command.current_dir(folder.path()).env("HOME", folder.path()).spawn().unwrap();
+    let mut printed = Vec::new();
+    // Reading ends at the bound; the interpreter then fails at its closed output.
+    child.stdout.take().unwrap().take(MOST_BYTES).read_to_end(&mut printed).unwrap();
+    let status = child.wait().unwrap();
+    let said = String::from_utf8_lossy(&std::fs::read(path("stderr")).unwrap()).trim().replace('\n', " | ");
+    let calls = String::from_utf8_lossy(&printed);
+    if status.success() { Ok(calls.lines().filter_map(call).collect()) } else { Err(said) }
 }
 
 /// `  12 N40    STRAIGHT_FEED(1.0000, …)`.
