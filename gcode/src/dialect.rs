@@ -20,7 +20,7 @@ use crate::sinumerik::signs::is_of_another;
 /// | `G52` | local shift beside `G92` | the same store as `G92` |
 /// | return level `G98` | where the cycle began | the same, or R where that is higher |
 /// | flow | `IF`, `GOTO`, `WHILE`, `M98`, `G65` | O-words |
-/// | `G5`, `G7`, `G8` | look-ahead switches (`G7` refused) | splines (refused), lathe diameter mode |
+/// | `G5`, `G7`, `G8` | look-ahead switches (`G7` refused) | splines (refused), lathe diameter mode (left alone) |
 /// | `G70`, `G71` without P, Q | inch, mm | lathe cycles: refused |
 /// | `G33` lead | F | K |
 ///

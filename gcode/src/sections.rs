@@ -15,6 +15,11 @@ impl<Cause: PartialEq> Sections<Cause> {
         !self.0.is_empty()
     }
 
+    /// Whether a section with such a cause is open.
+    pub fn any(&self, wanted: impl Fn(&Cause) -> bool) -> bool {
+        self.0.iter().any(wanted)
+    }
+
     /// Opens a section. Returns whether it is new.
     pub fn open(&mut self, cause: Cause) -> bool {
         let new = !self.0.contains(&cause);

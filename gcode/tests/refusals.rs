@@ -71,13 +71,7 @@ fn each_fault_has_its_own_message() {
         (Dialect::Fanuc, "G93\nG1 X1", "no feed was given", "^^"),
         (Dialect::Fanuc, "G93 G1 X1 F5\nX2", "G93 needs an F word", "^^"),
         (Dialect::Fanuc, "G95 G1 X1 F5", "G95 needs a spindle speed", "^^"),
-        (Dialect::Fanuc, "G68 X0 Y0 R30\nG1 X1", "a feed move under G68 of line 2", "^^"),
-        (Dialect::Fanuc, "G1\nG16\nX1 Y30", "a feed move under G16 of line 3", "^^"),
-        (Dialect::Fanuc, "G51 X0 Y0 P2000\nG1 X1", "a feed move under G51 of line 2", "^^"),
-        (Dialect::Fanuc, "G68 X0 Y0 R30\nG16\nG15\nG1 X1", "a feed move under G68 of line 2", "^^"),
         (Dialect::Fanuc, "G1 X1 GOTO 5", "a flow statement in a block with codes", "^^^^^^"),
-        (Dialect::LinuxCnc, "G7\nG1 X1", "a feed move under G7 of line 2", "^^"),
-        (Dialect::Fanuc, "G66 P9000\nG1 X1", "under the modal macro of line 2", "^^"),
         (Dialect::Fanuc, "IF[#500EQ0]GOTO10\nG1 X1", "there is no block N10 to jump to", "^^^^^^^^^^^^^^^^^"),
         (Dialect::Fanuc, "G1 X1\nGOTO10", "there is no block N10 to jump to", "^^^^^^"),
         (Dialect::Fanuc, "G1 X1\nM99 P10", "there is no block N10 to jump to", "^^^^^^^"),
@@ -117,7 +111,7 @@ fn an_axis_word_without_any_motion_code_is_refused() {
 
 #[test]
 fn one_cause_is_reported_once_and_the_list_is_capped() {
-    let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}G68 R30\nG1 X1\nX2\nX3\nX4\n"));
+    let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}F#500\nG1 X1\nX2\nX3\nX4\n"));
     assert_eq!(once, 1);
     let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X1 E1\n".repeat(100)));
     assert_eq!(many, 20);

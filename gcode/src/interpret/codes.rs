@@ -53,6 +53,8 @@ pub(super) enum OneShot {
     Data,
     /// Holes on a circle, an arc or a line at which the active cycle works.
     HolePattern,
+    /// A pocket along a path that the control computes.
+    Pocket,
 }
 
 /// What axis words are beside a code that does not use them as a coordinate of its own.
@@ -92,6 +94,8 @@ pub(super) enum Code {
     /// coordinates.
     TransformOn,
     TransformOff,
+    /// Mapping of an axis onto a cylinder: the other words of the block begin or end it.
+    CylinderMapping,
     ModalMacroOn,
     ModalMacroOff,
     /// Constant surface speed: S is no longer rev/min.
@@ -124,17 +128,26 @@ pub(super) fn written(tenths: u16) -> String {
     }
 }
 
-/// Whether the code `off` ends the transformation started by `on` (both in tenths).
+/// Whether the code `off` ends the transformation started by `on` (both in tenths). G50.1 is not among them: it ends the mirror images of the
+/// axes that it names.
 pub(super) fn cancels(off: u16, on: u16) -> bool {
     match off {
         80 => on == 70,
-        131 => on == 121,
+        131 | 1130 => matches!(on, 121 | 1120),
         150 => on == 160,
         500 => on == 510,
-        501 => on == 511,
-        690 => (680..=684).contains(&on),
+        670 => matches!(on, 660 | 661),
+        690 => matches!(on, 680..=689 | 1680),
+        1690 => on == 1680,
+        2550 => on == 2540,
+        2690 => on == 2680,
         _ => false,
     }
+}
+
+/// Whether the axis words beside a transformation (in tenths) are its centre, its axes or its factors, not the target of a move.
+pub(super) fn has_axis_words(on: u16) -> bool {
+    matches!(on, 510 | 511 | 680..=689 | 1680 | 2680)
 }
 
 /// What the axis words of a block are that holds this code (number in tenths); `states_motion`: a motion code stands in the block; `has`: whether
@@ -151,6 +164,8 @@ pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motio
         // LinuxCNC has them as modal codes. Fanuc's G92.1 presets the frame of the axes named.
         Code::ClearPositionShift | Code::SuspendPositionShift | Code::RestorePositionShift => AxisWords::Unknown,
         Code::TransformOff if dialect == Dialect::Fanuc => AxisWords::Unknown,
+        // Others are refused.
+        Code::Unknown => AxisWords::Unknown,
         // Fanuc 30i: G91.1 sets the largest increment that is accepted.
         Code::ArcDistance(_) if dialect == Dialect::Fanuc && !states_motion => AxisWords::Unknown,
         _ => AxisWords::Target,
@@ -236,12 +251,17 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
         700 | 710 | 720 if has_any(b"IJKL") && !has_any(LATHE_CYCLE) => Code::OneShot(OneShot::HolePattern),
         700 if !has_any(LATHE_CYCLE) => Code::Units(Units::Inch),
         710 if !has_any(LATHE_CYCLE) => Code::Units(Units::Mm),
-        121 | 160 | 510 | 511 | 680 | 682..=684 => Code::TransformOn,
-        131 | 150 | 500 | 501 | 690 => Code::TransformOff,
+        // Haas: G112 (as G12.1), feature coordinate systems G168 and G268, dynamic work offset G254. Mazak: G68.5.
+        121 | 160 | 510 | 511 | 680..=689 | 1120 | 1680 | 2540 | 2680 => Code::TransformOn,
+        131 | 150 | 500 | 501 | 690 | 1130 | 1690 | 2550 | 2690 => Code::TransformOff,
+        // Fanuc "Cylindrical Interpolation"; Haas "G107 Cylindrical Mapping".
+        71 | 1070 => Code::CylinderMapping,
+        // Haas Mill Operator's Manual: circular pockets, pocket of any shape.
+        120 | 130 | 1500 => Code::OneShot(OneShot::Pocket),
         650 => Code::OneShot(OneShot::MacroCall),
         660 | 661 => Code::ModalMacroOn,
         670 => Code::ModalMacroOff,
-        20..=39 | 61..=63 | 70..=71 | 120 | 130 | 321..=322 | 340..=360 | 450..=480 | 600 | 700..=720 => Code::UnsupportedMotion,
+        20..=39 | 61..=63 | 70 | 321..=322 | 340..=360 | 450..=480 | 600 | 700..=720 => Code::UnsupportedMotion,
         _ => Code::Unknown,
     }
 }

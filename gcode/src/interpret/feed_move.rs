@@ -1,7 +1,7 @@
 //! Requirements on a feed move: interpreted words, a path that runs unconditionally, a valid arc, a
 //! feed.
 
-use super::codes::{Code, Motion, written};
+use super::codes::{Code, Motion};
 use super::gather::Gathered;
 use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
@@ -27,17 +27,6 @@ impl Interpreter<'_> {
     pub fn check_feed_move(&mut self, words: &Gathered, motion: Motion, at: usize) -> bool {
         let span = self.span(at);
         if !self.check_runs_once(span) {
-            return false;
-        }
-        if let Some(&(cause, tenths)) = self.transforms.first() {
-            let message = format!("a feed move under {} of line {} is not interpreted", written(tenths), cause + 1);
-            let help = "rotation, scaling, mirroring, polar and diameter modes must be off in feed moves";
-            self.report.error_from("transform", cause, span, message, help);
-            return false;
-        }
-        if let Some(cause) = self.modal_macro {
-            let message = format!("a feed move under the modal macro of line {} calls a subprogram", cause + 1);
-            self.report.error_from("macro", cause, span, message, "cancel it with G67");
             return false;
         }
         if let Some(index) = words.duplicate {
@@ -76,6 +65,12 @@ impl Interpreter<'_> {
             self.report.warning(span, message, None);
         }
         true
+    }
+
+    /// Whether a feed move in an open section is not read: its coordinates are not those of the path, or it has words without a known meaning.
+    pub fn is_not_read(&self, words: &Gathered, motion: Motion) -> bool {
+        let has_others = || words.duplicate.is_some() || self.stray(words, motion != Motion::Line).is_some();
+        self.sections.transforms() || (self.sections.is_open() && has_others())
     }
 
     /// Every execution of a block would get the same correction. Blocks must also run in the order of the file.

@@ -15,12 +15,14 @@ mod shifts;
 mod sinumerik;
 mod sinumerik_codes;
 mod state;
+mod transforms;
 mod unknown;
 
 pub use parts::{Reader, Resume, interpret_part};
 
-use codes::{AxisWords, Code, Motion, OneShot, axis_words, written};
+use codes::{AxisWords, Code, Motion, OneShot, axis_words, has_axis_words, written};
 use gather::{GWord, Gathered};
+use sections::has_end;
 use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
@@ -184,6 +186,7 @@ impl Interpreter<'_> {
             self.settle(words, !axes_taken);
         }
         self.apply_stops(words);
+        self.report_ends();
     }
 
     /// Two motion codes in one block conflict. Unknown codes with axis words may be motion.
@@ -214,7 +217,7 @@ impl Interpreter<'_> {
                     self.report.error(self.span(g.index), message, Some("rewrite it with G1, G2, G3"));
                     refused = true;
                 }
-                Code::Unknown if geometry => {
+                Code::Unknown if geometry && !has_end(g.tenths) => {
                     let message = format!("{} is unknown, and its block has axis words", written(g.tenths));
                     self.report.error(self.span(g.index), message, None);
                     refused = true;
@@ -263,9 +266,13 @@ impl Interpreter<'_> {
                 Code::ClearPositionShift => self.clear_position_shift(false),
                 Code::SuspendPositionShift => self.clear_position_shift(true),
                 Code::RestorePositionShift => self.restore_position_shift(),
-                // The words of G68, G51 and G51.1 belong to the transformation.
-                Code::TransformOn if matches!(g.tenths, 510 | 511 | 680..=684) => taken |= words.explicit_motion().is_none(),
-                Code::ModalMacroOn => taken = true,
+                Code::OneShot(OneShot::Pocket) => {
+                    let message = format!("the path of {} is not read: the position after it is not known", written(g.tenths));
+                    self.leave_unread(words, g.index, &message);
+                    taken = true;
+                }
+                Code::TransformOn if has_axis_words(g.tenths) => taken |= words.explicit_motion().is_none(),
+                Code::ModalMacroOn | Code::CylinderMapping => taken = true,
                 _ => {}
             }
         }

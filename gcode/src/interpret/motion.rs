@@ -42,7 +42,9 @@ impl Interpreter<'_> {
         let axes = axes.or_else(|| words.geometry());
         let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
         match unknown {
-            Some(index) if feeds && self.cycle.is_none() && !self.is_sinumerik() => return self.refuse_unknown(words, index),
+            Some(index) if feeds && self.cycle.is_none() && !self.is_sinumerik() && !self.sections.transforms() => {
+                return self.refuse_unknown(words, index);
+            }
             Some(_) => self.forget_all(),
             None => {}
         }
@@ -94,7 +96,7 @@ impl Interpreter<'_> {
             self.lose_named(words, start);
         }
         let unread = words.duplicate.is_some() || words.geometry().is_some();
-        if !self.transforms.is_empty() || self.modal_macro.is_some() || unread {
+        if self.sections.transforms() || unread {
             self.forget_all();
         }
         self.keep_code_of_last_arc(words.optional, explicit_motion);
@@ -111,7 +113,11 @@ impl Interpreter<'_> {
     }
 
     fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
-        if let Some(why) = self.reads_not(words, motion != Motion::Line).filter(|_| self.is_sinumerik()) {
+        let why = match self.options.dialect {
+            Dialect::Sinumerik => self.reads_not(words, motion != Motion::Line),
+            _ => self.is_not_read(words, motion).then_some((Fixed::NotUnderstood, "")),
+        };
+        if let Some(why) = why {
             return self.opaque_move(words, why, at, explicit_motion);
         }
         let start = self.position;
@@ -274,7 +280,7 @@ impl Interpreter<'_> {
             Some(height) => self.position.set(normal, height),
             None => self.position.forget(normal),
         }
-        let unsure = !self.transforms.is_empty() || self.modal_macro.is_some() || words.duplicate.is_some();
+        let unsure = self.sections.transforms() || words.duplicate.is_some();
         let threading = self.options.dialect == Dialect::LinuxCnc && cycle.code == 76;
         if unsure || threading || (words.has(count_letter) && count.is_none()) {
             self.forget_all();

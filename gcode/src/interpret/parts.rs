@@ -99,8 +99,6 @@ impl<'a> Reader<'a> {
         let feed_known = !matches!(at.feed, FeedWord::Unpredictable { .. });
         let unclear = at.optional_feed || at.unclear_feed || at.optional_motion || at.optional_since_code;
         let open = at.cycle.is_some()
-            || !at.transforms.is_empty()
-            || at.modal_macro.is_some()
             || at.sections.is_open()
             || at.in_corner
             || at.corner_moves > 0

@@ -38,6 +38,18 @@ impl<'a> Report<'a> {
         self.push(Severity::Warning, self.warnings, span, message.into(), help);
     }
 
+    /// Number of diagnostics so far.
+    pub fn len(&self) -> usize {
+        self.diagnostics.len()
+    }
+
+    /// Replaces a part of the message of an earlier diagnostic.
+    pub fn amend(&mut self, index: usize, part: &str, with: &str) {
+        if let Some(diagnostic) = self.diagnostics.get_mut(index) {
+            diagnostic.message = diagnostic.message.replace(part, with);
+        }
+    }
+
     /// An error caused by an earlier block. Each cause is reported once.
     pub fn error_from(&mut self, kind: &'static str, cause: usize, span: Span, message: impl Into<String>, help: &str) {
         if self.last_cause != Some((kind, cause)) {

@@ -1,6 +1,6 @@
 //! Modal codes and the words F, S, T.
 
-use super::codes::{Code, OneShot, PathCode, cancels};
+use super::codes::{Code, OneShot, PathCode};
 use super::gather::Gathered;
 use super::sinumerik_codes::{feed_mode_of_speed, feed_units};
 use super::state::{FeedWord, Interpreter};
@@ -134,12 +134,6 @@ impl Interpreter<'_> {
                 self.set_work_offset(number.map_or(WorkOffset::Unpredictable, |n| WorkOffset::Extended(n as u16)));
             }
             Code::Path(path) => self.set_path(words, path),
-            Code::TransformOn if self.transforms.iter().all(|(_, on)| *on != tenths) => {
-                self.transforms.push((self.block, tenths))
-            }
-            Code::TransformOff => self.cancel_transforms(tenths),
-            Code::ModalMacroOn => self.modal_macro = Some(self.block),
-            Code::ModalMacroOff => self.modal_macro = None,
             Code::CancelCycle => {
                 self.cycle = None;
                 if self.options.dialect == Dialect::LinuxCnc {
@@ -147,15 +141,6 @@ impl Interpreter<'_> {
                 }
             }
             _ => {}
-        }
-    }
-
-    /// The position becomes known again with a rapid to absolute coordinates.
-    fn cancel_transforms(&mut self, off: u16) {
-        let active = self.transforms.len();
-        self.transforms.retain(|(_, on)| !cancels(off, *on));
-        if self.transforms.len() < active {
-            self.forget_all();
         }
     }
 

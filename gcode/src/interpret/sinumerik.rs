@@ -192,9 +192,10 @@ impl Interpreter<'_> {
         if !message.is_empty() {
             self.report.warning(self.span(at), message, None);
         }
-        if fixed == Fixed::NotUnderstood && !message.is_empty() {
+        if fixed == Fixed::NotUnderstood && (!message.is_empty() || !self.is_sinumerik()) {
             self.forget_all();
         }
+        self.keep_code_of_last_arc(words.optional, explicit_motion);
         if words.g.iter().any(|g| g.code == Code::MachineCoordinates) || (self.optional_motion && !explicit_motion) {
             self.lose_named(words, start);
         }

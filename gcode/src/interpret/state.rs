@@ -29,11 +29,11 @@ pub(super) struct Interpreter<'a> {
     pub idle: u8,
     pub shifts: Shifts,
     pub feed: FeedWord,
-    /// Blocks and codes that activated the present rotation, scaling and polar modes.
-    pub transforms: Vec<(usize, u16)>,
-    /// The block of a G66.
-    pub modal_macro: Option<usize>,
+    /// Bits of the axes of which G51.1 programs mirror images, in the order XYZABCUVW.
+    pub mirrored: u16,
     pub sections: Sections<Cause>,
+    /// Causes of open sections whose end is not reported yet, with the indices of their diagnostics.
+    pub unended: Vec<(Cause, usize)>,
     /// How often the present block runs.
     pub ran: Ran,
     /// Whether blocks that run elsewhere too ran since the last move of a block that runs once.
@@ -110,9 +110,9 @@ impl<'a> Interpreter<'a> {
             idle,
             shifts: Shifts::default(),
             feed: FeedWord::Unset,
-            transforms: Vec::new(),
-            modal_macro: None,
+            mirrored: 0,
             sections: Sections::default(),
+            unended: Vec::new(),
             ran: Ran::Once,
             shared_since: false,
             fed_block: None,

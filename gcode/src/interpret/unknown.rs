@@ -12,14 +12,15 @@ use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 /// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
 
+/// Where a section ends whose end is not found.
+const TO_END: &str = "up to the program's end";
+
 impl Interpreter<'_> {
     /// Opens and ends sections by the codes of a block, before the block is executed.
     pub fn note_unknown(&mut self, words: &Gathered) {
         for g in &words.g {
-            let ended = self.sections.close_by(g.tenths);
-            if ended {
-                self.forget_all();
-            }
+            let ended = self.end_sections(words, g.tenths);
+            self.note_transform(words, g);
             if g.code == Code::Unknown && !ended {
                 let cause = if self.is_sinumerik() { Cause::Lasting } else { Cause::G(g.tenths) };
                 self.open_section(g.index, &written(g.tenths), cause, None);
@@ -129,13 +130,26 @@ impl Interpreter<'_> {
 
     pub fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {
         if self.sections.open(cause) {
-            let until = match cause {
-                Cause::G(_) | Cause::Named(_) => "until it is cancelled",
-                Cause::Lasting => "up to the program's end",
+            let why = match cause {
+                Cause::Transform(_) => "coordinates are not those of the path",
+                Cause::G(_) | Cause::Named(_) | Cause::Lasting => "what it changes is not known",
             };
-            let message = format!("{what}: what it changes is not known; the moves after it are left alone {until}");
+            self.unended.push((cause, self.report.len()));
+            let message = format!("{what}: {why}; the moves after it are left alone {TO_END}");
             self.report.warning(self.span(index), message, help);
         }
+    }
+
+    /// Completes the warnings of the sections that end in this block.
+    pub fn report_ends(&mut self) {
+        let (sections, report, line) = (&self.sections, &mut self.report, self.block + 1);
+        self.unended.retain(|(cause, index)| {
+            let is_open = sections.any(|open| open == cause);
+            if !is_open {
+                report.amend(*index, TO_END, &format!("up to line {line}"));
+            }
+            is_open
+        });
     }
 
     fn is_passive(&self, number: u16) -> bool {

@@ -1,0 +1,67 @@
+//! Modes under which programmed coordinates are not those of the path: rotation, scaling, mirror images, polar coordinates, mapping onto a
+//! cylinder. A modal macro counts as one, since it moves the tool after each block. Moves in such a mode are left alone.
+
+use super::codes::{Code, written};
+use super::gather::{GWord, Gathered};
+use super::sections::Cause;
+use super::state::Interpreter;
+
+/// Axes of which a mirror image can be programmed.
+const MIRROR_AXES: &[u8; 9] = b"XYZABCUVW";
+/// G51.1, in tenths.
+const MIRROR_ON: u16 = 511;
+/// G50.1, in tenths.
+const MIRROR_OFF: u16 = 501;
+
+impl Interpreter<'_> {
+    /// Opens the section of a code under which coordinates are not those of the path.
+    pub fn note_transform(&mut self, words: &Gathered, g: &GWord) {
+        let opens = match g.code {
+            Code::TransformOn | Code::ModalMacroOn => true,
+            Code::CylinderMapping => !self.ends_mapping(words),
+            _ => return,
+        };
+        let cause = Cause::Transform(g.tenths);
+        if opens {
+            if g.tenths == MIRROR_ON {
+                self.mirrored |= axes(words);
+            }
+            self.open_section(g.index, &written(g.tenths), cause, None);
+            self.forget_all();
+        } else if self.sections.close_where(|open| matches!(open, Cause::Transform(71 | 1070))) {
+            self.forget_all();
+        }
+    }
+
+    /// Ends the sections that a code (in tenths) cancels. Returns whether there were any.
+    pub fn end_sections(&mut self, words: &Gathered, off: u16) -> bool {
+        let mut ended = self.sections.close_by(off);
+        if off == MIRROR_OFF && !self.is_sinumerik() {
+            // It ends the mirror images of the axes that it names (Fanuc 0i-F Operator's Manual, "Programmable Mirror Image").
+            self.mirrored &= !axes(words);
+            ended |= self.mirrored == 0 && self.sections.close(Cause::Transform(MIRROR_ON));
+        }
+        if ended {
+            self.forget_all();
+        }
+        ended
+    }
+
+    /// Whether the block ends the mapping onto a cylinder: `G7.1 C0`, `G107` without words, or a radius or diameter of zero.
+    fn ends_mapping(&self, words: &Gathered) -> bool {
+        let is_zero = |letter: u8| words.number(self.program, letter) == Some(0.0);
+        let stated = |letters: &[u8]| -> Vec<u8> { letters.iter().copied().filter(|letter| words.has(*letter)).collect() };
+        let radii = stated(b"QR");
+        match stated(MIRROR_AXES).as_slice() {
+            _ if !radii.is_empty() => radii.into_iter().all(is_zero),
+            [] => true,
+            [axis] => is_zero(*axis),
+            _ => false,
+        }
+    }
+}
+
+/// Bits of the axes that the block names.
+fn axes(words: &Gathered) -> u16 {
+    MIRROR_AXES.iter().enumerate().filter(|(_, letter)| words.has(**letter)).map(|(bit, _)| 1 << bit).sum()
+}

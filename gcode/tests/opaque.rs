@@ -1,0 +1,115 @@
+//! Sections in which coordinates are not those of the path: their moves are left alone, those before and after them are not.
+
+use gcode::{Dialect, Fixed, Move, Shiftable, Toolpath, interpret, parse};
+
+const BEFORE: &str = "G21 G90 G17 G54\nG0 X0 Y0 Z5.\nG1 Z-1. F600\nX10.\n";
+const AFTER: &str = "G1 X3. F600\nG0 X0 Y0 Z5.\nG1 Z-1.\nX5.\nM30\n";
+
+const YES: Shiftable = Shiftable::Yes;
+const LEFT: Shiftable = Shiftable::No(Fixed::NotUnderstood);
+const UNKNOWN: Shiftable = Shiftable::No(Fixed::UnknownStart);
+
+fn read(dialect: Dialect, text: &str) -> Toolpath {
+    interpret(&parse(text), &dialect.into()).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn feeds(path: &Toolpath) -> Vec<Shiftable> {
+    path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect()
+}
+
+/// A section with the moves `body` is left alone from its first to its last line, and its warning names code and lines.
+fn is_left_alone(dialect: Dialect, on: &str, body: &str, off: &str) {
+    let path = read(dialect, &format!("{BEFORE}{on}\n{body}{off}\n{AFTER}"));
+    let (last, here) = (5 + body.lines().count() + off.lines().count(), feeds(&path));
+    let inside: Vec<&Move> = path.moves.iter().filter(|step| (4..last).contains(&(step.block as usize))).collect();
+    assert!(inside.iter().any(|step| step.is_feed()), "{on}");
+    assert!(inside.iter().filter(|step| step.is_feed()).all(|step| step.shiftable == LEFT), "{on}: {inside:?}");
+    assert_eq!(here[..2], [YES, YES], "{on}");
+    assert_eq!(here[here.len() - 3..], [UNKNOWN, YES, YES], "{on}");
+    let code = on.split([' ', '\n']).next().unwrap_or_default();
+    let warning = path.warnings.iter().find(|warning| warning.message.starts_with(code));
+    let warning = warning.unwrap_or_else(|| panic!("{on}: {:?}", path.warnings));
+    assert_eq!(warning.line, 5, "{on}");
+    assert!(warning.message.ends_with(&format!("left alone up to line {last}")), "{on}: {}", warning.message);
+}
+
+#[test]
+fn turned_scaled_and_polar_moves_are_left_alone() {
+    let body = "G1 X20. Y5. F300\nG2 X30. Y5. R5.\nG3 X40. Y5. I5. J0\nG91 G1 X1.\nG90 G0 X1. Y1.\n";
+    for (on, off) in [
+        ("G68 X0 Y0 R30.", "G69"),
+        ("G68.2 X0 Y0 Z0 I30. J20. K0", "G69"),
+        ("G68.2 P1 X0 Y0 Z0 I30. J20. K0", "G69"),
+        ("G68.5 X0 Y0 Z0 I0 J1. K0 R45.", "G69"),
+        ("G168 X0 Y0 Z0 I30. J0 K0", "G169"),
+        ("G268 X0 Y0 Z0 I30. J0 K0", "G269"),
+        ("G51 X0 Y0 P2000", "G50"),
+        ("G51 X0 Y0 Z0 I-1000 J1000 K1000", "G50"),
+        ("G51.1 X0", "G50.1 X0"),
+        ("G51.1 X0 Y0", "G50.1 X0\nG50.1 Y0"),
+        ("G16", "G15"),
+        ("G12.1", "G13.1"),
+        ("G112", "G113"),
+        ("G107 A0. Y0. R2.", "G107"),
+        ("G107 A0. Y0. Q4.", "G107"),
+        ("G7.1 C50.", "G7.1 C0"),
+        ("G107 C50.", "G107 C0."),
+        ("G66 P9100 A1.", "G67"),
+    ] {
+        is_left_alone(Dialect::Fanuc, on, body, off);
+    }
+    is_left_alone(Dialect::LinuxCnc, "G7", "G1 X20. Y5. F300\n", "G8");
+}
+
+#[test]
+fn words_of_the_mode_need_no_meaning_outside_it() {
+    is_left_alone(Dialect::Fanuc, "G12.1", "G41 G1 X20. C10. D1 F300\nC0 ,R2.\nG3 X10. C5. K5. E2.\nG40 X30.\n", "G13.1");
+    is_left_alone(Dialect::Fanuc, "G16", "G1 X20. Y30. P5\nG91 Y30. X1. X2.\nG90\n", "G15");
+    // A loop in a section is not edited.
+    is_left_alone(Dialect::Fanuc, "G68 X0 Y0 R30.", "#1=0\nWHILE[#1LT3]DO1\nG1 X#1\n#1=#1+1\nEND1\n", "G69");
+}
+
+#[test]
+fn a_mirror_image_lasts_until_the_last_of_its_axes_is_named() {
+    let path = read(Dialect::Fanuc, &format!("{BEFORE}G51.1 X0 Y0\nG1 X1.\nG50.1 X0\n{AFTER}"));
+    assert_eq!(feeds(&path)[2..].iter().filter(|shiftable| **shiftable == YES).count(), 0);
+}
+
+#[test]
+fn one_transformation_does_not_end_another() {
+    let path = read(Dialect::Fanuc, &format!("{BEFORE}G68 X0 Y0 R30.\nG16\nG1 X20.\nG15\n{AFTER}"));
+    assert_eq!(feeds(&path)[2..], [LEFT; 4]);
+}
+
+#[test]
+fn a_cancelling_code_alone_opens_nothing() {
+    for code in ["G69", "G50", "G15", "G13.1", "G113", "G107", "G67", "G169", "G269", "G255", "G8"] {
+        let path = read(Dialect::Fanuc, &format!("{code}\n{BEFORE}M30\n"));
+        assert_eq!(feeds(&path), [YES, YES], "{code}");
+    }
+}
+
+#[test]
+fn pockets_leave_the_position_unknown() {
+    for block in ["G12 I5. D1 F300 Z-2.", "G13 I5. K20. Q2. D1 F300 Z-2. L2", "G150 P1000 G41 D1 X0 Y0 I2. Z-3. Q1. F300"] {
+        let path = read(Dialect::Fanuc, &format!("{BEFORE}{block}\nG40\nG1 X3. F600\nG0 X0 Y0 Z5.\nG1 Z-1.\nX5.\nM30\n"));
+        assert_eq!(feeds(&path), [YES, YES, LEFT, UNKNOWN, YES, YES], "{block}");
+        let code = block.split(' ').next().unwrap_or_default();
+        assert!(path.warnings.iter().any(|w| w.line == 5 && w.message.contains(code)), "{block}: {:?}", path.warnings);
+    }
+}
+
+#[test]
+fn a_known_code_of_another_kinematics_may_stand_beside_a_move() {
+    is_left_alone(Dialect::Fanuc, "G234 H1 X0 Y0 Z5.", "G1 X20. B5. F300\n", "G49");
+    is_left_alone(Dialect::Fanuc, "G141 X0 Y0 Z5. D1", "G1 X20. Y5. I0 J0 K1. F300\n", "G40");
+    is_left_alone(Dialect::Fanuc, "G41.2 X0 Y0 D1", "G1 X20. Y5. F300\n", "G40");
+}
+
+#[test]
+fn a_mode_that_a_switch_may_begin_or_end_is_left_alone_to_the_end() {
+    for section in ["/G68 X0 Y0 R30.\nG1 X1.\nG69\n", "G68 X0 Y0 R30.\nG1 X1.\n/G69\n"] {
+        let path = read(Dialect::Fanuc, &format!("{BEFORE}{section}{AFTER}"));
+        assert!(feeds(&path)[2..].iter().all(|shiftable| *shiftable != YES), "{section}");
+    }
+}
