@@ -16,7 +16,7 @@ use crate::sinumerik::signs::is_of_another;
 /// | `G4 P` | milliseconds, seconds with a decimal point (`X`, `U`: seconds) | seconds |
 /// | after `G80` | the last of `G0`-`G3` is active again | no motion code is active |
 /// | `G43` without a tool-axis word | the tip coordinate does not change | the coordinate changes by the offset: unknown |
-/// | arc `P` | refused | number of turns |
+/// | arc `P` | left alone, but P1 | number of turns |
 /// | `G52` | local shift beside `G92` | the same store as `G92` |
 /// | return level `G98` | where the cycle began | the same, or R where that is higher |
 /// | flow | `IF`, `GOTO`, `WHILE`, `M98`, `G65` | O-words |

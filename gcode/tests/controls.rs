@@ -123,6 +123,18 @@ fn a_repeated_arc_is_left_alone() {
 }
 
 #[test]
+fn the_turns_of_an_arc_are_read_on_linuxcnc_and_left_alone_elsewhere() {
+    let body = "G2 X20. Y30. I10. J0 P2\nG1 X50.\nG3 X40. Y20. R10. P1\n";
+    assert_eq!(shiftable(Dialect::Fanuc, body), [LEFT, YES, YES]);
+    assert_eq!(shiftable(Dialect::LinuxCnc, body), [YES; 3]);
+    let path = read(Dialect::Fanuc, body);
+    assert_eq!(path.moves[2].end.xyz_mm(), Some([20.0, 30.0, 4.0]), "its end does not depend on the turns");
+    assert_eq!((path.warnings.len(), path.warnings[0].line), (1, 4), "{:?}", path.warnings);
+    // A line takes no P.
+    assert!(interpret(&parse(format!("{HEAD}G1 X20. P2\n")), &Dialect::Fanuc.into()).is_err());
+}
+
+#[test]
 fn two_signs_are_understood_on_linuxcnc_alone() {
     let program = parse(format!("{HEAD}G1 X--1.\n"));
     assert!(interpret(&program, &Dialect::LinuxCnc.into()).is_ok());

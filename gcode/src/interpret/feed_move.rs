@@ -53,6 +53,10 @@ impl Interpreter<'_> {
             };
             self.report.warning(self.span(index), message, None);
         }
+        if let Some(index) = words.index(b'P').filter(|_| is_arc && self.may_turn(words)) {
+            let message = "P may be the number of turns of this arc, which is left alone";
+            self.report.warning(self.span(index), message, Some("--dialect linuxcnc reads it"));
+        }
         if !self.units_stated {
             // One warning is enough. An option that was set explicitly needs none.
             self.units_stated = true;
@@ -122,7 +126,7 @@ impl Interpreter<'_> {
             _ if FREE.contains(&letter) || AXIS_LETTERS.contains(&letter) => true,
             b'I' | b'J' | b'K' => is_arc || compensating,
             b'R' => is_arc,
-            b'P' => taken_by_code || (is_arc && linux_cnc),
+            b'P' => taken_by_code || is_arc,
             // Repeats of cycles and calls.
             b'L' => taken_by_code || !linux_cnc,
             b'Q' | b'E' => taken_by_code,

@@ -166,7 +166,7 @@ impl Interpreter<'_> {
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {
             Shiftable::No(Fixed::MachineCoordinates)
-        } else if self.sections.is_open() || self.unclear_feed || self.has_repeats(words) {
+        } else if self.sections.is_open() || self.unclear_feed || self.has_repeats(words) || self.may_turn(words) {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
@@ -216,6 +216,13 @@ impl Interpreter<'_> {
         let before = is_target && is_split_before(self.program, self.block, dialect);
         let is_timed_alike = !self.is_guessed || words.iter().all(|word| acts_alike(self.program, self.block, word));
         is_splittable(self.program, self.block, dialect) && !calls && !before && is_timed_alike
+    }
+
+    /// Whether P may be the turns of an arc on another control than the one taken, which leaves it out. One turn is the arc itself.
+    pub fn may_turn(&self, words: &Gathered) -> bool {
+        let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        let is_free = words.has(b'P') && !takes_p(self.program.block_words(self.block));
+        self.options.dialect == Dialect::Fanuc && is_arc && is_free && words.number(self.program, b'P') != Some(1.0)
     }
 
     /// Whether P may be the turns of an arc or belong to another code of the block.
