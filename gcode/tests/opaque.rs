@@ -55,6 +55,7 @@ fn turned_scaled_and_polar_moves_are_left_alone() {
         ("G7.1 C50.", "G7.1 C0"),
         ("G107 C50.", "G107 C0."),
         ("G66 P9100 A1.", "G67"),
+        ("G254", "G255"),
     ] {
         is_left_alone(Dialect::Fanuc, on, body, off);
     }
@@ -86,6 +87,22 @@ fn a_cancelling_code_alone_opens_nothing() {
     for code in ["G69", "G50", "G15", "G13.1", "G113", "G107", "G67", "G169", "G269", "G255", "G8"] {
         let path = read(Dialect::Fanuc, &format!("{code}\n{BEFORE}M30\n"));
         assert_eq!(feeds(&path), [YES, YES], "{code}");
+    }
+}
+
+#[test]
+fn homing_leaves_the_position_unknown_until_it_is_stated() {
+    for block in ["$H", " $h ; home", "$HXY", "$X"] {
+        let path = read(Dialect::Fanuc, &format!("{block}\n{BEFORE}{block}\n{AFTER}"));
+        assert_eq!(feeds(&path), [YES, YES, UNKNOWN, YES, YES], "{block}");
+        assert!(path.warnings.is_empty(), "{:?}", path.warnings);
+    }
+    // Other commands with a dollar sign are not known.
+    for block in ["$J=G91 X1 F100", "$RST=#", "$HELP"] {
+        let text = format!("{BEFORE}{block}\n{AFTER}");
+        if let Ok(path) = interpret(&parse(text), &Dialect::Fanuc.into()) {
+            assert!(feeds(&path)[2..].iter().all(|shiftable| *shiftable != YES), "{block}");
+        }
     }
 }
 

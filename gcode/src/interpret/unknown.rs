@@ -8,6 +8,7 @@ use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
 use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
+use crate::toolpath::{Fixed, MoveKind};
 
 /// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
@@ -39,7 +40,10 @@ impl Interpreter<'_> {
         }
         if let Some(index) = words.unknown {
             let text = self.program.text(self.span(index)).to_ascii_uppercase();
-            if !SILENT.iter().any(|silent| text.starts_with(silent)) {
+            if self.is_homing() {
+                self.forget_all();
+                self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
+            } else if !SILENT.iter().any(|silent| text.starts_with(silent)) {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
                 self.open_section(index, "this statement", Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
@@ -55,6 +59,19 @@ impl Interpreter<'_> {
             self.note_optional(words);
         }
         self.note_optional_modes(words);
+    }
+
+    /// Whether the block is Grbl's `$H`, `$HX` (homing) or `$X` (unlock, after which the position may be lost). They stand alone and leave the
+    /// modal state as it is (Grbl v1.1, "Commands").
+    fn is_homing(&self) -> bool {
+        let text = self.program.text(self.span_of_block());
+        let text = text.split(|byte| b";(".contains(byte)).next().unwrap_or_default().trim_ascii().to_ascii_uppercase();
+        self.options.dialect == Dialect::Fanuc
+            && match text.as_slice() {
+                b"$X" => true,
+                [b'$', b'H', axes @ ..] => axes.iter().all(|axis| b"XYZABC".contains(axis)),
+                _ => false,
+            }
     }
 
     /// A feed and a motion code of an optional block are uncertain until another block states them.
