@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::ReadOptions;
-use gcode::{DecimalPoint, Dialect, PassiveCodes};
+use gcode::{DecimalPoint, Dialect, Macros, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
 use pipeline::model_based_ilc::Settings;
 use pipeline::model_based_ilc::{FewerPoints, LawName};
@@ -103,6 +103,10 @@ pub struct ProgramArgs {
     /// Whether the control skips blocks that begin with `/`. Without it these blocks and the moves that depend on them are left unchanged
     #[arg(long, value_enum, value_name = "ON|OFF")]
     pub block_delete: Option<Switch>,
+    /// What a macro or subprogram that is not found (G65, M98, M97, O-words) leaves behind: `keep`, the modes and the coordinate system as they were, or `unknown`. With
+    /// `unknown` moves are left unchanged until G90 or G91, plane, work offset, feed and position are stated again
+    #[arg(long, value_enum, default_value_t = MacrosName::Unknown)]
+    pub macros: MacrosName,
     /// Write the program without parameters, branches, loops and subprograms first, one block for every executed one. Without it programs are
     /// refused whose feed moves run several times or in other files
     #[arg(long)]
@@ -143,6 +147,7 @@ impl ProgramArgs {
             dialect: self.dialect.map(Into::into),
             passive: self.passive.iter().fold(PassiveCodes::default(), |passive, number| passive.with(*number)),
             block_delete: self.block_delete.map(|switch| switch == Switch::On),
+            macros: self.macros.into(),
             expand: self.expand,
             // Those beside the program, once it is known.
             subprograms: Subprograms::default(),
@@ -215,6 +220,24 @@ impl From<DecimalPointName> for DecimalPoint {
         match name {
             DecimalPointName::Unit => Self::Unit,
             DecimalPointName::LeastIncrement => Self::LeastIncrement,
+        }
+    }
+}
+
+/// What is known after macros and subprograms that are not found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MacrosName {
+    /// Modes and coordinate system are as they were; the position is unknown
+    Keep,
+    /// Nothing
+    Unknown,
+}
+
+impl From<MacrosName> for Macros {
+    fn from(name: MacrosName) -> Self {
+        match name {
+            MacrosName::Keep => Self::Keep,
+            MacrosName::Unknown => Self::Unknown,
         }
     }
 }

@@ -62,6 +62,16 @@ pub enum DecimalPoint {
     LeastIncrement,
 }
 
+/// What is known after a call of a macro or subprogram that is not found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Macros {
+    /// Nothing: moves are left alone until the modes and the position are stated again.
+    #[default]
+    Unknown,
+    /// Modes and coordinate system are as they were; the position is unknown.
+    Keep,
+}
+
 /// Interpreter settings that the program does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -82,6 +92,8 @@ pub struct Options {
     pub arc_tolerance: Option<ArcTolerance>,
     /// M codes of this machine that change neither path nor frame.
     pub passive: PassiveCodes,
+    /// What is known after macros and subprograms that are not found. On SINUMERIK it concerns calls by L; after others nothing is known.
+    pub macros: Macros,
 }
 
 impl Default for Options {
@@ -101,6 +113,7 @@ impl From<Dialect> for Options {
             start_mm: None,
             arc_tolerance: None,
             passive: PassiveCodes::default(),
+            macros: Macros::Unknown,
         }
     }
 }

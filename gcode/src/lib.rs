@@ -60,7 +60,7 @@ pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
 pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, undecided_point};
 pub use diagnostic::{Diagnostic, Severity};
-pub use dialect::{ArcCentres, DecimalPoint, Dialect, Options};
+pub use dialect::{ArcCentres, DecimalPoint, Dialect, Macros, Options};
 pub use dialogue::renumber;
 pub use edit::{Edits, edit, edit_blocks};
 pub use error::GcodeError;

@@ -85,7 +85,7 @@ fn a_feed_beside_a_dwell_is_not_taken() {
 
 #[test]
 fn a_lone_l_calls_a_subprogram() {
-    assert_eq!(shiftable(Dialect::Fanuc, "L100\nG1 X20.\n"), [UNKNOWN]);
+    assert_eq!(shiftable(Dialect::Fanuc, "L100\nG1 X20.\n"), [LEFT]);
 }
 
 #[test]

@@ -131,7 +131,8 @@ fn a_subprogram_that_is_not_found_leaves_everything_open() {
     let text = "G21 G90 G0 X0 Y0 Z0 F100\n#101=1\nM98 P900\nG1 X#101\nX1 Y1\nG0 X0 Y0 Z0\nG1 X1\nM30\n";
     let (_, toolpath) = evaluated(Dialect::Fanuc, text);
     let fixed: Vec<Shiftable> = toolpath.moves.iter().filter(|of| of.is_feed()).map(|of| of.shiftable).collect();
-    assert_eq!(fixed, [Shiftable::No(Fixed::RunTime), Shiftable::No(Fixed::UnknownStart), Shiftable::Yes]);
+    let left = Shiftable::No(Fixed::NotUnderstood);
+    assert_eq!(fixed, [Shiftable::No(Fixed::RunTime), left, left]);
     assert!(toolpath.warnings[0].message.contains("that is not found"), "{:?}", toolpath.warnings);
 }
 

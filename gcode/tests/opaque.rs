@@ -54,7 +54,6 @@ fn turned_scaled_and_polar_moves_are_left_alone() {
         ("G107 A0. Y0. Q4.", "G107"),
         ("G7.1 C50.", "G7.1 C0"),
         ("G107 C50.", "G107 C0."),
-        ("G66 P9100 A1.", "G67"),
         ("G254", "G255"),
     ] {
         is_left_alone(Dialect::Fanuc, on, body, off);

@@ -155,9 +155,7 @@ fn what_makes_a_start_unknown() {
         ("G4 U1.", true),
         ("G10 L2 P#1 X#2", false),
         ("G53 G0 X1", false),
-        ("M98 P100", false),
         ("G0 X#1", false),
-        ("G65 P9000 X1", false),
         ("M6 T1", true),
         ("G43 H1", true),
         ("G31 Z-1 F10", false),
@@ -314,7 +312,7 @@ fn after_a_code_that_is_not_understood_nothing_is_changed_until_it_is_cancelled(
         }
     }
     // Messages, switches and codes declared passive open no section.
-    for silent in ["MSG(\"now\")", "STOPRE", "M8", "M62 P1", "M19", "G187 P3", "M98 P1000"] {
+    for silent in ["MSG(\"now\")", "STOPRE", "M8", "M62 P1", "M19", "G187 P3"] {
         assert!(shifts(Dialect::Fanuc, &format!("{silent}\n{again}")), "{silent}");
     }
     assert!(shifts(Dialect::LinuxCnc, &format!("M140\n{again}")) && !shifts(Dialect::Fanuc, &format!("M140\n{again}")));

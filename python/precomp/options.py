@@ -20,6 +20,7 @@ class ProgramOptions(TypedDict, total=False):
     dialect: Union[Literal["fanuc", "linuxcnc", "sinumerik"], None]
     passive: Union[str, Sequence[str], None]
     block_delete: Union[bool, None]
+    macros: Literal["keep", "unknown"]
     expand: bool
     decimal_point: Union[Literal["unit", "least-increment"], None]
     work_offset: Union[_Offset, Mapping[str, _Offset], None]

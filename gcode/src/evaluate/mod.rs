@@ -41,7 +41,8 @@ use run::Run;
 /// their execution. No byte changes.
 ///
 /// `files` gives the content of subprogram files by their names: `name.ngc` in lower case for LinuxCNC; `O1234.nc`, `1234.nc`, `O1234` and
-/// `O1234.NC` for Fanuc; `NAME.SPF`, `NAME.MPF` and `_N_NAME_SPF` for SINUMERIK, in any case: the first that exists. A subprogram that is not found is not read: the position after it is unknown.
+/// `O1234.NC` for Fanuc; `NAME.SPF`, `NAME.MPF` and `_N_NAME_SPF` for SINUMERIK, in any case: the first that exists. A subprogram that is not found is not read: the position after it is unknown, and so
+/// are the modes ([`Macros`](crate::Macros)).
 ///
 /// # Errors
 /// [`GcodeError::Refused`] if the control would refuse an expression or a statement, if a jump depends on a value that is unknown, and if

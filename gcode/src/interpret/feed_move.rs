@@ -74,7 +74,13 @@ impl Interpreter<'_> {
     /// Whether a feed move in an open section is not read: its coordinates are not those of the path, or it has words without a known meaning.
     pub fn is_not_read(&self, words: &Gathered, motion: Motion) -> bool {
         let has_others = || words.duplicate.is_some() || self.stray(words, motion != Motion::Line).is_some();
-        self.sections.transforms() || (self.sections.is_open() && has_others())
+        self.sections.transforms() || ((self.sections.is_open() || self.is_doubtful()) && has_others())
+    }
+
+    /// Whether a macro may have changed what a feed move needs in order to be read: the plane or the start of an arc, the feed.
+    pub fn is_unsure(&self, motion: Motion) -> bool {
+        let is_fed = matches!(self.feed, FeedWord::Value { .. }) && self.modal.feed_mode == FeedMode::PerMinute;
+        self.is_doubtful() && (motion != Motion::Line || !is_fed)
     }
 
     /// Every execution of a block would get the same correction. Blocks must also run in the order of the file.

@@ -217,7 +217,13 @@ impl Interpreter<'_> {
                     end.nominal[axis] += value;
                     end.forget(axis);
                 }
-                (Some(value), Distance::Absolute) => end.set(axis, value + self.modal.shift[axis]),
+                (Some(value), Distance::Absolute) => {
+                    end.set(axis, value + self.modal.shift[axis]);
+                    // It may have been a distance.
+                    if self.doubts.distance {
+                        end.forget(axis);
+                    }
+                }
                 (Some(value), Distance::Incremental) => end.nominal[axis] += value * f64::from(repeats),
             }
         }

@@ -2,6 +2,7 @@
 
 mod arc_faults;
 mod arc_move;
+mod calls;
 mod codes;
 mod feed_move;
 mod frames;
@@ -156,6 +157,7 @@ impl Interpreter<'_> {
             return;
         }
         self.note_unknown(words);
+        self.settle_doubts(words);
         self.cutter_before = self.modal.cutter;
         let before = (self.motion, self.cycle);
         self.apply_settings(words);
@@ -304,36 +306,6 @@ impl Interpreter<'_> {
         self.optional_motion |= states_motion;
         self.keep_code_of_last_arc(words.optional, states_motion);
         self.push_fixed(MoveKind::Line, self.position, Fixed::NotUnderstood, states_motion);
-    }
-
-    fn apply_stops(&mut self, words: &Gathered) {
-        let (calls, ends) = match self.options.dialect {
-            Dialect::Fanuc => (&[97.0, 98.0, 198.0][..], &[2.0, 30.0, 99.0]),
-            Dialect::LinuxCnc => (&[98.0][..], &[2.0, 30.0, 99.0]),
-            Dialect::Sinumerik => (&[][..], &[2.0, 17.0, 30.0]),
-        };
-        if words.has_m(self.program, calls) || self.calls_by_l(words) {
-            self.call(self.span_of_block());
-        } else if words.has_m(self.program, ends) && !words.optional {
-            self.ended = true;
-        }
-    }
-
-    /// Whether L calls a subprogram: in every block of SINUMERIK, elsewhere in a block without codes and coordinates (Fadal). In a canned cycle
-    /// it repeats.
-    fn calls_by_l(&self, words: &Gathered) -> bool {
-        let is_alone = words.g.is_empty() && words.m.is_empty() && words.any(b"XYZABCIJKUVWRQFSTDH").is_none();
-        words.has(b'L') && (self.is_sinumerik() || (is_alone && self.cycle.is_none()))
-    }
-
-    /// A subprogram or macro that is not found. The position afterwards is unknown.
-    pub fn call(&mut self, span: Span) {
-        self.forget_all();
-        self.report.warning(
-            span,
-            "a subprogram is called that is not found: its moves are not read, and the modal state is taken to be the same afterwards",
-            None,
-        );
     }
 
     /// After a block that may not have run, a changed motion code or feed is uncertain.

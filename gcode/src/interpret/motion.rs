@@ -115,7 +115,7 @@ impl Interpreter<'_> {
     fn feed_move(&mut self, words: &Gathered, motion: Motion, at: usize, machine: bool, explicit_motion: bool) {
         let why = match self.options.dialect {
             Dialect::Sinumerik => self.reads_not(words, motion != Motion::Line),
-            _ => self.is_not_read(words, motion).then_some((Fixed::NotUnderstood, "")),
+            _ => (self.is_not_read(words, motion) || self.is_unsure(motion)).then_some((Fixed::NotUnderstood, "")),
         };
         if let Some(why) = why {
             return self.opaque_move(words, why, at, explicit_motion);
@@ -166,7 +166,7 @@ impl Interpreter<'_> {
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {
             Shiftable::No(Fixed::MachineCoordinates)
-        } else if self.sections.is_open() || self.unclear_feed || self.has_repeats(words) || self.may_turn(words) {
+        } else if self.is_in_section() || self.has_repeats(words) || self.may_turn(words) {
             Shiftable::No(Fixed::NotUnderstood)
         } else if compensated {
             Shiftable::No(Fixed::CutterCompensation)
@@ -181,6 +181,11 @@ impl Interpreter<'_> {
         } else {
             Shiftable::Yes
         }
+    }
+
+    /// Whether codes or macros before may have changed what the move depends on.
+    fn is_in_section(&self) -> bool {
+        self.sections.is_open() || self.is_doubtful() || self.unclear_feed
     }
 
     /// Whether an L may repeat the motion, as it does for arcs and canned cycles of some controls.
@@ -214,7 +219,7 @@ impl Interpreter<'_> {
         let calls = words.iter().any(|word| word.is(b'M') && [97.0, 98.0, 198.0].contains(&word.value));
         let dialect = self.options.dialect;
         let before = is_target && is_split_before(self.program, self.block, dialect);
-        let is_timed_alike = !self.is_guessed || words.iter().all(|word| acts_alike(self.program, self.block, word));
+        let is_timed_alike = !self.whole.is_guessed || words.iter().all(|word| acts_alike(self.program, self.block, word));
         is_splittable(self.program, self.block, dialect) && !calls && !before && is_timed_alike
     }
 

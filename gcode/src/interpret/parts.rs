@@ -6,7 +6,7 @@ use super::assumed_centres;
 use super::codes::Motion;
 use super::gather::Gathered;
 use super::shifts::Shifts;
-use super::state::{FeedWord, Interpreter};
+use super::state::{FeedWord, Interpreter, Whole};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Options;
 use crate::error::GcodeError;
@@ -23,13 +23,12 @@ pub struct Resume {
     modal: Modal,
     motion: Option<Motion>,
     position: Position,
-    idle: u8,
+    whole: Whole,
     shifts: Shifts,
     feed: FeedWord,
     units_stated: bool,
     arc_distance_stated: bool,
     tool_offset_stated: bool,
-    is_guessed: bool,
     content_seen: bool,
 }
 
@@ -100,6 +99,7 @@ impl<'a> Reader<'a> {
         let unclear = at.optional_feed || at.unclear_feed || at.optional_motion || at.optional_since_code;
         let open = at.cycle.is_some()
             || at.sections.is_open()
+            || at.has_doubts()
             || at.in_corner
             || at.corner_moves > 0
             || at.rounds_corners
@@ -126,13 +126,12 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
         modal: at.modal,
         motion: at.motion,
         position: at.position,
-        idle: at.idle,
+        whole: at.whole,
         shifts: at.shifts,
         feed: at.feed,
         units_stated: at.units_stated,
         arc_distance_stated: at.arc_distance_stated,
         tool_offset_stated: at.tool_offset_stated,
-        is_guessed: at.is_guessed,
         content_seen: at.content_seen,
     }
 }
@@ -142,7 +141,7 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
 /// # Errors
 /// As [`interpret`](crate::interpret).
 pub fn interpret_part(program: &Program, blocks: Range<usize>, options: &Options, from: &Resume) -> Result<Toolpath, GcodeError> {
-    let mut interpreter = Interpreter::with(program, options, from.modal.arc_distance, from.idle, from.is_guessed);
+    let mut interpreter = Interpreter::with(program, options, from.modal.arc_distance, from.whole);
     let from = from.clone();
     interpreter.modal = from.modal;
     interpreter.motion = from.motion;

@@ -186,13 +186,14 @@ impl Interpreter<'_> {
 
     /// A feed move that is left alone. Its end is known only if all its words are read.
     pub fn opaque_move(&mut self, words: &Gathered, why: (Fixed, &str), at: usize, explicit_motion: bool) {
+        let is_unread = !self.is_sinumerik() && self.motion.is_some_and(|motion| self.is_not_read(words, motion));
         let start = self.position;
         let (fixed, message) = why;
         self.position = self.target(words, 1);
         if !message.is_empty() {
             self.report.warning(self.span(at), message, None);
         }
-        if fixed == Fixed::NotUnderstood && (!message.is_empty() || !self.is_sinumerik()) {
+        if fixed == Fixed::NotUnderstood && (!message.is_empty() || is_unread) {
             self.forget_all();
         }
         self.keep_code_of_last_arc(words.optional, explicit_motion);

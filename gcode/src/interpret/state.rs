@@ -1,6 +1,7 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
 use super::arc_faults::ArcFaults;
+use super::calls::Doubts;
 use super::codes::Motion;
 use super::report::Report;
 use super::sections::Cause;
@@ -13,7 +14,7 @@ use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
 use crate::toolpath::Move;
-use crate::word::Span;
+use crate::word::{Span, Word};
 
 /// Interpreter state.
 pub(super) struct Interpreter<'a> {
@@ -25,13 +26,13 @@ pub(super) struct Interpreter<'a> {
     pub motion: Option<Motion>,
     pub cycle: Option<CycleState>,
     pub position: Position,
-    /// Linear axes that the program never names. Their position is constant and counts as known.
-    pub idle: u8,
+    pub whole: Whole,
     pub shifts: Shifts,
     pub feed: FeedWord,
     /// Bits of the axes of which G51.1 programs mirror images, in the order XYZABCUVW.
     pub mirrored: u16,
     pub sections: Sections<Cause>,
+    pub doubts: Doubts,
     /// Causes of open sections whose end is not reported yet, with the indices of their diagnostics.
     pub unended: Vec<(Cause, usize)>,
     /// How often the present block runs.
@@ -55,8 +56,6 @@ pub(super) struct Interpreter<'a> {
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
     pub cutter_before: CutterCompensation,
-    /// Whether the program may be of another control than the dialect that was found in it.
-    pub is_guessed: bool,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
     /// The present move begins or ends in a corner that the control rounds or chamfers; how many moves from here on do; on SINUMERIK all may.
@@ -68,6 +67,28 @@ pub(super) struct Interpreter<'a> {
     pub ended: bool,
     pub moves: Vec<Move>,
     pub modals: Vec<Modal>,
+}
+
+/// What only all words of the program show.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whole {
+    /// Linear axes that the program never names. Their position is constant and counts as known.
+    pub idle: u8,
+    /// Whether the program may be of another control than the dialect that was found in it.
+    pub is_guessed: bool,
+    /// Whether the program names a work offset anywhere.
+    pub states_work_offset: bool,
+}
+
+impl Whole {
+    fn of(program: &Program, options: &Options) -> Self {
+        let is_offset = |word: &Word| word.is(b'G') && (54.0..60.0).contains(&word.value);
+        Self {
+            idle: idle_axes(program),
+            is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
+            states_work_offset: program.words().iter().any(is_offset),
+        }
+    }
 }
 
 /// The modal F.
@@ -87,13 +108,12 @@ pub(super) enum FeedWord {
 
 impl<'a> Interpreter<'a> {
     pub fn new(program: &'a Program, options: &'a Options, arc_distance: Distance) -> Self {
-        let is_guessed = options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program);
-        Self::with(program, options, arc_distance, idle_axes(program), is_guessed)
+        Self::with(program, options, arc_distance, Whole::of(program, options))
     }
 
-    /// Same as [`Interpreter::new`], with what only all words of the program show.
-    pub fn with(program: &'a Program, options: &'a Options, arc_distance: Distance, idle: u8, is_guessed: bool) -> Self {
-        let mut position = Position { nominal: [0.0; 6], known: idle };
+    /// Same as [`Interpreter::new`], for a part of a program.
+    pub fn with(program: &'a Program, options: &'a Options, arc_distance: Distance, whole: Whole) -> Self {
+        let mut position = Position { nominal: [0.0; 6], known: whole.idle };
         for (axis, value) in options.start_mm.iter().flatten().enumerate() {
             position.set(axis, *value);
         }
@@ -107,11 +127,12 @@ impl<'a> Interpreter<'a> {
             motion: None,
             cycle: None,
             position,
-            idle,
+            whole,
             shifts: Shifts::default(),
             feed: FeedWord::Unset,
             mirrored: 0,
             sections: Sections::default(),
+            doubts: Doubts::default(),
             unended: Vec::new(),
             ran: Ran::Once,
             shared_since: false,
@@ -126,7 +147,6 @@ impl<'a> Interpreter<'a> {
             optional_since_code: false,
             tool_offset_stated: false,
             cutter_before: modal.cutter,
-            is_guessed,
             unsettled: [false; 6],
             in_corner: false,
             corner_moves: 0,
@@ -164,7 +184,7 @@ impl<'a> Interpreter<'a> {
 
     /// Marks the whole position as unknown.
     pub fn forget_all(&mut self) {
-        self.position.known = self.idle;
+        self.position.known = self.whole.idle;
     }
 }
 

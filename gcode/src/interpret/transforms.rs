@@ -35,7 +35,11 @@ impl Interpreter<'_> {
 
     /// Ends the sections that a code (in tenths) cancels. Returns whether there were any.
     pub fn end_sections(&mut self, words: &Gathered, off: u16) -> bool {
+        let has_macro = self.sections.any(|cause| matches!(cause, Cause::Transform(660 | 661)));
         let mut ended = self.sections.close_by(off);
+        if has_macro && ended && off == 670 {
+            self.doubt_modes(self.span_of_block(), "the macro of G66 is not read: the modal state");
+        }
         if off == MIRROR_OFF && !self.is_sinumerik() {
             // It ends the mirror images of the axes that it names (Fanuc 0i-F Operator's Manual, "Programmable Mirror Image").
             self.mirrored &= !axes(words);

@@ -38,6 +38,13 @@ pub(super) fn on_move(toolpath: &Toolpath, owner: usize, program: &Program, name
     Error::Program { diagnostics, text }
 }
 
+/// The same error with the warnings of the program: they name the options that help.
+pub(super) fn with_warnings(error: Error, toolpath: &Toolpath, program: &Program, name: &str) -> Error {
+    let Error::Program { mut diagnostics, .. } = error else { return error };
+    diagnostics.extend_from_slice(&toolpath.warnings);
+    Error::Program { text: render(&diagnostics, program, name), diagnostics }
+}
+
 /// Text of the faults of a program, errors first, each with its line and a caret under the word. The first fault has no
 /// `error:` label, so that the caller can print its own.
 #[must_use]

@@ -26,7 +26,7 @@ use crate::error::{Error, Result};
 use crate::setup::Setup;
 
 pub(crate) use faults::refused;
-use faults::{on_line, on_move};
+use faults::{on_line, on_move, with_warnings};
 use tool_path::{offset_of, pieces, words_of};
 
 pub use borders::PathSegment;
@@ -182,7 +182,8 @@ impl Part {
         let first_unknown =
             || toolpath.moves.iter().enumerate().find_map(|(owner, of)| Some((owner, unknown(of).filter(|_| of.is_feed())?)));
         if let (true, Some((owner, why))) = (owners.is_empty(), first_unknown()) {
-            return Err(on_move(&toolpath, owner, &program, name, format!("{why}, and no other is planned")));
+            let what = format!("{why}, and no other is planned");
+            return Err(with_warnings(on_move(&toolpath, owner, &program, name, what), &toolpath, &program, name));
         }
         if owners.is_empty() {
             let axes = kinematics.axes().iter().map(|axis| axis.name.clone()).collect();

@@ -1,6 +1,6 @@
 //! Settings for reading a program, and what they mean on a setup.
 
-use gcode::{DecimalPoint, Dialect, Options, PassiveCodes, Program};
+use gcode::{DecimalPoint, Dialect, Macros, Options, PassiveCodes, Program};
 
 use super::faults::render;
 use super::offsets::{GivenOffset, WorkOffsets};
@@ -21,6 +21,8 @@ pub struct ReadSettings {
     /// Whether the control skips blocks that begin with `/`. With `None` these blocks and all that depends on them are
     /// not compensated.
     pub block_delete: Option<bool>,
+    /// What is known after macros and subprograms that are not found.
+    pub macros: Macros,
     /// Whether a program is written without parameters, loops and subprograms first, one block for every executed one. Without it programs are
     /// refused whose feed moves run several times.
     pub expand: bool,
@@ -44,6 +46,7 @@ impl Default for ReadSettings {
             dialect: None,
             passive: PassiveCodes::default(),
             block_delete: None,
+            macros: Macros::Unknown,
             expand: false,
             subprograms: Subprograms::default(),
             decimal_point: None,
@@ -74,7 +77,8 @@ impl ReadSettings {
         let dialect = self.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
         let stated = self.decimal_point.or(setup.decimal_point);
         let decimal_point = stated.unwrap_or_default();
-        let options = Options { passive: self.passive, block_delete: self.block_delete, decimal_point, ..dialect.into() };
+        let Self { passive, block_delete, macros, .. } = *self;
+        let options = Options { passive, block_delete, macros, decimal_point, ..dialect.into() };
         if let (None, Some(open)) = (stated, gcode::undecided_point(program, &options)) {
             let diagnostics = vec![open];
             return Err(Error::Program { text: render(&diagnostics, program, name), diagnostics });
