@@ -83,12 +83,30 @@ pub fn undecided_point(program: &Program, options: &Options) -> Option<Diagnosti
     if is_read(DecimalPoint::Unit) && !is_read(DecimalPoint::LeastIncrement) {
         return None;
     }
+    Some(question(program, word))
+}
+
+/// Largest coordinate of a machine, in units: gantry machines are shorter than 10 m.
+const LARGEST_UNITS: f64 = 1e4;
+
+/// The first coordinate without a decimal point that lies beyond any machine if it counts units, as an error. A machine description whose
+/// control reads units does not fit such a program.
+pub fn oversized_point(program: &Program, options: &Options) -> Option<Diagnostic> {
+    if options.dialect != Dialect::Fanuc || program.language() == Language::Dialogue {
+        return None;
+    }
+    let word = coordinates(program).find(|word| !has_point(program, word) && word.value.abs() > LARGEST_UNITS)?;
+    Some(question(program, word))
+}
+
+/// The question how a coordinate is read.
+fn question(program: &Program, word: &Word) -> Diagnostic {
     let text = String::from_utf8_lossy(program.text(word.span)).into_owned();
     let value = word.value;
     let message = format!("{text} has no decimal point: controls read it as {value} or as {} mm", value * 1e-3);
     let help =
         "state --decimal-point unit, or --decimal-point least-increment (0.001 mm, 0.0001 in, 0.001°), as the control is set";
-    Some(Diagnostic::new(program, Severity::Error, word.span, message).with_help(help))
+    Diagnostic::new(program, Severity::Error, word.span, message).with_help(help)
 }
 
 #[cfg(test)]
@@ -110,6 +128,21 @@ mod tests {
         let arc = "G21 G90\nG0 X0. Y0. Z0.\nG1 X10 F600\nG2 X10. Y10.5 I0 J5.25\nM30\n";
         assert!(!is_open(arc, Dialect::Fanuc));
         assert!(is_open(&arc.replace("X10. Y10.5", "X10 Y10").replace("5.25", "5"), Dialect::Fanuc));
+    }
+
+    #[test]
+    fn coordinates_beyond_any_machine_are_a_question_of_their_own() {
+        let asks = |text: &str, dialect: Dialect| oversized_point(&parse(text), &dialect.into()).is_some();
+        let integers = "O1\nG21 G90\nG0 X0 Y0 Z0\nG1 X40000 F600\nY40000\nM30\n";
+        assert!(asks(integers, Dialect::Fanuc) && is_open(integers, Dialect::Fanuc));
+        assert!(!asks(integers, Dialect::LinuxCnc));
+        for text in [
+            integers.replace("40000", "4000"),
+            integers.replace("40000", "40000."),
+            integers.replace("Y40000", "S40000 M3").replace("X40000", "X4"),
+        ] {
+            assert!(!asks(&text, Dialect::Fanuc), "{text}");
+        }
     }
 
     #[test]

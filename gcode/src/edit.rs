@@ -165,6 +165,15 @@ mod tests {
     }
 
     #[test]
+    fn carriage_returns_alone_end_lines_that_are_put_in() {
+        let program = parse("%\rG1 X1 F100\rM30\r");
+        let mut edits = Edits::new();
+        edits.replace_motion(&program, 1, crate::Dialect::Fanuc, &["G1 X0.5 F100", "X1."]).expect("it can be split");
+        assert_eq!(program.blocks().len(), 3);
+        assert_eq!(edit(&program, &edits).expect("no overlap"), b"%\rG1 X0.5 F100\rX1.\rM30\r");
+    }
+
+    #[test]
     fn the_edits_of_all_parts_are_those_of_the_whole() {
         let program = parse("\u{feff}%\nG1 X1\n\nX2\nX3");
         let mut edits = Edits::new();

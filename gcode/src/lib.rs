@@ -58,7 +58,7 @@ mod word;
 pub use acting::is_motion_word;
 pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
-pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, undecided_point};
+pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, oversized_point, undecided_point};
 pub use diagnostic::{Diagnostic, Severity};
 pub use dialect::{ArcCentres, DecimalPoint, Dialect, Macros, Options};
 pub use dialogue::renumber;

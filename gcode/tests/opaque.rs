@@ -63,7 +63,7 @@ fn turned_scaled_and_polar_moves_are_left_alone() {
 
 #[test]
 fn words_of_the_mode_need_no_meaning_outside_it() {
-    is_left_alone(Dialect::Fanuc, "G12.1", "G41 G1 X20. C10. D1 F300\nC0 ,R2.\nG3 X10. C5. K5. E2.\nG40 X30.\n", "G13.1");
+    is_left_alone(Dialect::Fanuc, "G12.1", "G41 G1 X20. C10. D1 F300\nC0 ,R2.\nG3 X10. C5. K5. Q2.\nG40 X30.\n", "G13.1");
     is_left_alone(Dialect::Fanuc, "G16", "G1 X20. Y30. P5\nG91 Y30. X1. X2.\nG90\n", "G15");
     // A loop in a section is not edited.
     is_left_alone(Dialect::Fanuc, "G68 X0 Y0 R30.", "#1=0\nWHILE[#1LT3]DO1\nG1 X#1\n#1=#1+1\nEND1\n", "G69");

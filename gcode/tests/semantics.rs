@@ -335,6 +335,28 @@ fn what_an_optional_block_moves_is_unknown_until_it_is_stated() {
 }
 
 #[test]
+fn an_exponent_is_no_word_that_may_be_dropped() {
+    let (dialects, again) = ([Dialect::Fanuc, Dialect::LinuxCnc], "G0 X0 Y0 Z0\nG1 X5 F600\n");
+    for block in ["G4 P1e9", "G4 P1 E9", "G0 X1E3", "G92 X1E1", "S1E3 M3", "F1E3", "G10 L2 P2 X1E1", "T1E1"] {
+        for dialect in dialects {
+            let path = read_as(dialect, &format!("G21 G90 G17\nG0 X0 Y0 Z0\nG1 X2 F600\n{block}\n{again}"));
+            assert_eq!(path.moves[1].shiftable, Shiftable::Yes, "{block}");
+            assert_eq!(last(&path).shiftable, Shiftable::No(Fixed::NotUnderstood), "{block}");
+            assert!(path.warnings.iter().any(|warning| warning.line == 4 && warning.message.contains("an E ")), "{block}");
+        }
+    }
+    let dwell = read("G4 P1e9\n");
+    assert_eq!(last(&dwell).kind, MoveKind::Dwell { seconds: None });
+    // These codes have a word E.
+    for block in ["G65 P9000 A1 E5\nG90", "M68 E0 Q1", "M67E1Q0.5", "G187 P2 E0.05", "M150 E1"] {
+        let options =
+            Options { macros: gcode::Macros::Keep, passive: gcode::PassiveCodes::default().with(150), ..Options::default() };
+        let text = format!("G21 G90 G17\nG0 X0 Y0 Z0\n{block}\n{again}");
+        assert_eq!(last(&interpret(&parse(text), &options).expect("accepted")).shiftable, Shiftable::Yes, "{block}");
+    }
+}
+
+#[test]
 fn an_exact_stop_for_one_block_is_one_of_that_block() {
     let path = read("G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nG9 X20\nX30\n");
     let modes: Vec<PathMode> = path.moves.iter().map(|step| path.modal(step).path).collect();

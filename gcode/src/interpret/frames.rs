@@ -168,6 +168,7 @@ impl Interpreter<'_> {
             Dialect::Fanuc if words.has(b'P') => (self.dwell_of_p(words), true),
             Dialect::Fanuc => (self.coordinate(words, b'X').or_else(|| self.coordinate(words, b'U')), true),
         };
+        let seconds = seconds.filter(|_| self.free_exponent(words).is_none());
         // A time is in X or U. What other axis words do is not known.
         let own: &[u8] = if self.options.dialect == Dialect::Fanuc && !words.has(b'P') { b"X" } else { b"" };
         for axis in self.named(words).filter(|axis| taken && !own.contains(&AXIS_LETTERS[*axis])).collect::<Vec<_>>() {

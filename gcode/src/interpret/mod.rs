@@ -175,6 +175,7 @@ impl Interpreter<'_> {
             self.modal.path = path;
         }
         self.note_parallel_axes(words);
+        self.note_exponent(words);
         // The position depends on whether the block ran.
         if words.optional {
             for axis in self.named(words).collect::<Vec<_>>() {

@@ -1,6 +1,6 @@
 //! Codes and statements that are not interpreted. They open sections that are not changed.
 
-use super::codes::{Code, OneShot, written};
+use super::codes::{Code, Motion, OneShot, written};
 use super::gather::Gathered;
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
@@ -100,6 +100,32 @@ impl Interpreter<'_> {
                 self.sections.close(Cause::G(100));
             }
         }
+    }
+
+    /// An E that no code of the block takes: the exponent of a number, which controls do not read (`P1E9`), or a word without a known meaning. What
+    /// the block does is not known.
+    pub fn note_exponent(&mut self, words: &Gathered) {
+        // In a feed move it is an error.
+        let Some(index) = self.free_exponent(words).filter(|_| !self.report.has_errors()) else { return };
+        self.forget_all();
+        let help = "write numbers without an exponent";
+        self.open_section(index, "an E that belongs to no code of its block", Cause::Lasting, Some(help));
+    }
+
+    /// Index of an E that no code of the block takes.
+    pub fn free_exponent(&self, words: &Gathered) -> Option<usize> {
+        let takes = |code: Code| match code {
+            Code::OneShot(of) => matches!(of, OneShot::MacroCall | OneShot::Pocket),
+            Code::Motion(motion) => matches!(motion, Motion::Thread | Motion::RigidTap | Motion::Probe | Motion::Curve),
+            Code::Silent | Code::Unknown | Code::Cycle(_) | Code::ModalMacroOn => true,
+            _ => false,
+        };
+        // Outputs have a number or a value in E; codes of the builder may have anything.
+        let is_output =
+            |index: &usize| self.program.words()[*index].number().is_none_or(|n| (62.0..=68.0).contains(&n) || n >= 100.0);
+        let is_taken =
+            self.is_sinumerik() || self.cycle.is_some() || words.g.iter().any(|g| takes(g.code)) || words.m.iter().any(is_output);
+        words.index(b'E').filter(|_| !is_taken)
     }
 
     /// U, V and W move an axis parallel to X, Y or Z, or are increments of X, Y, Z (Fanuc, G code system A).

@@ -79,7 +79,14 @@ impl ReadSettings {
         let decimal_point = stated.unwrap_or_default();
         let Self { passive, block_delete, macros, .. } = *self;
         let options = Options { passive, block_delete, macros, decimal_point, ..dialect.into() };
-        if let (None, Some(open)) = (stated, gcode::undecided_point(program, &options)) {
+        let open = match (self.decimal_point, stated) {
+            (Some(_), _) => None,
+            // The description of a machine may stand for another control than that of the program.
+            (None, Some(DecimalPoint::Unit)) => gcode::oversized_point(program, &options),
+            (None, Some(DecimalPoint::LeastIncrement)) => None,
+            (None, None) => gcode::undecided_point(program, &options),
+        };
+        if let Some(open) = open {
             let diagnostics = vec![open];
             return Err(Error::Program { text: render(&diagnostics, program, name), diagnostics });
         }

@@ -342,8 +342,11 @@ fn shares(part: &Part, outcome: &Outcome) -> Shares {
     Shares { without_gain: if outcome.gained { without } else { 1.0 - left_alone }, left_alone }
 }
 
+/// Number of lines, which end with LF, CR LF or CR.
 fn line_count(bytes: &[u8]) -> usize {
-    bytes.split_inclusive(|byte| *byte == b'\n').count()
+    let is_end = |k: usize| bytes[k] == b'\n' || (bytes[k] == b'\r' && bytes.get(k + 1) != Some(&b'\n'));
+    let is_open = bytes.last().is_some_and(|last| !b"\r\n".contains(last));
+    (0..bytes.len()).filter(|k| is_end(*k)).count() + usize::from(is_open)
 }
 
 /// The keys of both.
@@ -377,4 +380,17 @@ pub(super) fn forecast(input: &Input, outcome: &Outcome, model: &Bundle, forecas
     all.extend(learning_curve(forecasts));
     all.extend([asked(model, input), known(model)]);
     Ok(vec![Group { name: input.name().to_owned(), sections: all }])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_with_any_of_three_endings() {
+        for text in ["A\nB\nC", "A\r\nB\r\nC\r\n", "A\rB\rC\r", "A\rB\r\nC\n"] {
+            assert_eq!(line_count(text.as_bytes()), 3, "{text:?}");
+        }
+        assert_eq!(line_count(b""), 0);
+    }
 }
