@@ -78,12 +78,20 @@ impl Run<'_> {
         let Some((body, times)) = self.body_of(&words, how)? else {
             // What is not read may assign every common parameter.
             self.push(Some(&words), false);
-            self.parameters.forget_global();
+            self.forget_unread(how == How::Macro);
             return Ok(Next::Following);
         };
         let arguments = (how == How::Macro).then(|| arguments(&words));
         self.push_others(&words);
         self.enter(body, times, arguments)
+    }
+
+    /// A subprogram that is not read ran. Without a level of its own it may assign the local parameters of its caller.
+    pub fn forget_unread(&mut self, own_level: bool) {
+        self.parameters.forget_global();
+        if !own_level {
+            self.parameters.forget_local();
+        }
     }
 
     /// Body and repetitions of a call; `None` if it is not found or not understood.

@@ -4,7 +4,7 @@ use super::value::Fault;
 use crate::program::Program;
 use crate::word::{Word, WordKind};
 
-/// Largest number of blocks that may be executed beyond one execution of every block of the program. It ends `while [1]` after a second.
+/// Largest number of blocks that may be executed beyond one execution of every block of the program. It ends a loop that counts without end after half a second.
 const MOST_REPEATED: usize = 4_000_000;
 /// Largest depth of calls.
 const DEEPEST: usize = 100;
@@ -29,18 +29,35 @@ pub(super) struct Limit(usize);
 
 impl Limit {
     pub fn new(main: &Program) -> Self {
-        Self(main.blocks().len() + MOST_REPEATED)
+        let all: usize = (0..main.blocks().len()).map(|block| weight(main, block)).sum();
+        Self(all + MOST_REPEATED)
     }
 
     /// Counts an executed block. Without an end the execution is refused.
-    pub fn count(&mut self) -> Result<(), Fault> {
-        if let Some(left) = self.0.checked_sub(1) {
+    pub fn count(&mut self, program: &Program, block: usize) -> Result<(), Fault> {
+        if let Some(left) = self.0.checked_sub(weight(program, block)) {
             self.0 = left;
             return Ok(());
         }
-        let message = format!("the program does not end: more than {MOST_REPEATED} blocks are repeated");
+        let message = format!(
+            "the program does not end: more than {MOST_REPEATED} blocks are repeated (one with expressions counts twice)"
+        );
         Err(Fault::new(message).help("check the condition of the loop"))
     }
+}
+
+/// Words and bytes of a block up to which it counts as one. Longer ones take the time of several.
+const USUAL_WORDS: usize = 16;
+const USUAL_BYTES: usize = 256;
+/// Bytes that take the time of a short block.
+const BYTES_A_BLOCK: usize = 16;
+
+/// What a block counts. With expressions and statements it takes the time of two (200 and 100 ns, measured with `#1=[#1+1]` and `G0 X1`).
+fn weight(program: &Program, block: usize) -> usize {
+    let bytes = program.blocks().get(block).map_or(0, |block| block.span.len());
+    let is_evaluated = |word: &Word| matches!(word.kind, WordKind::Flow | WordKind::Assignment | WordKind::Expression);
+    let own = 1 + usize::from(program.block_words(block).iter().any(is_evaluated));
+    own + program.word_range(block).len().saturating_sub(USUAL_WORDS) + bytes.saturating_sub(USUAL_BYTES) / BYTES_A_BLOCK
 }
 
 /// Refuses a further call within `open` others.

@@ -1,5 +1,7 @@
 //! Expressions: read and evaluated in one pass.
 
+use std::borrow::Cow;
+
 use super::arithmetic::{Operator, atan2, function, power};
 use super::parameters::{Name, Parameters};
 use super::value::{Fault, Value};
@@ -12,7 +14,10 @@ const DEEPEST: usize = 64;
 const WHOLE: f64 = 1e-4;
 
 /// A text in upper case without blanks and comments. Blanks have no meaning, names are the same in either case.
-pub(crate) fn packed(text: &[u8]) -> Vec<u8> {
+pub(crate) fn packed(text: &[u8]) -> Cow<'_, [u8]> {
+    if !text.iter().any(|byte| is_blank(*byte) || byte.is_ascii_lowercase() || matches!(byte, b'(' | b')')) {
+        return Cow::Borrowed(text);
+    }
     let mut out = Vec::with_capacity(text.len());
     let mut in_comment = false;
     for byte in text {
@@ -23,7 +28,7 @@ pub(crate) fn packed(text: &[u8]) -> Vec<u8> {
             _ => out.push(byte.to_ascii_uppercase()),
         }
     }
-    out
+    Cow::Owned(out)
 }
 
 /// The value of a term, as behind an address letter: `#1`, `[#1+2]`, `-SIN[30]`, `1.5`.
@@ -49,10 +54,23 @@ pub(crate) fn brackets(text: &[u8], parameters: &Parameters, dialect: Dialect) -
     Ok(values)
 }
 
-/// Target and value of an assignment such as `#1=[#2*3]`. Without target its number is unknown.
-pub(crate) fn assignment(text: &[u8], parameters: &Parameters, dialect: Dialect) -> Result<(Option<Name>, Value), Fault> {
+/// Target and value of an assignment. Without target its number is unknown.
+pub(crate) type Assigned = (Option<Name>, Value);
+
+/// Target and value of an assignment such as `#1=[#2*3]`.
+pub(crate) fn assignment(text: &[u8], parameters: &Parameters, dialect: Dialect) -> Result<Assigned, Fault> {
+    assignment_after(&[], text, parameters, dialect)
+}
+
+/// The same after the assignments `before`.
+pub(crate) fn assignment_after(
+    before: &[Assigned],
+    text: &[u8],
+    parameters: &Parameters,
+    dialect: Dialect,
+) -> Result<Assigned, Fault> {
     let text = packed(text);
-    let mut reader = Reader::new(&text, parameters, dialect);
+    let mut reader = Reader { before, ..Reader::new(&text, parameters, dialect) };
     let name = reader.name()?;
     reader.require(b'=')?;
     let value = match dialect {
@@ -71,13 +89,15 @@ struct Reader<'a> {
     /// Operators outside of inner brackets.
     has_relation: bool,
     has_logic: bool,
+    /// Assignments that `parameters` does not hold yet.
+    before: &'a [Assigned],
     parameters: &'a Parameters,
     dialect: Dialect,
 }
 
 impl<'a> Reader<'a> {
     fn new(text: &'a [u8], parameters: &'a Parameters, dialect: Dialect) -> Self {
-        Self { text, at: 0, depth: 0, has_relation: false, has_logic: false, parameters, dialect }
+        Self { text, at: 0, depth: 0, has_relation: false, has_logic: false, before: &[], parameters, dialect }
     }
 
     fn rest(&self) -> &'a [u8] {
@@ -173,6 +193,13 @@ impl<'a> Reader<'a> {
 
     fn parameter(&mut self) -> Result<Value, Fault> {
         let Some(name) = self.name()? else { return Ok(Value::Unknown) };
+        if let Some((target, value)) =
+            self.before.iter().rfind(|(target, _)| target.as_ref().is_none_or(|target| *target == name))
+        {
+            // The values of system parameters stay unknown; so do all where a target is not known.
+            let is_known = target.is_some() && self.parameters.holds(&name);
+            return Ok(if is_known { *value } else { Value::Unknown });
+        }
         self.parameters.get(&name)?.ok_or_else(|| match &name {
             Name::Named(text) => Fault::new(format!("#<{}> was not assigned", String::from_utf8_lossy(text).to_lowercase())),
             Name::Number(number) => Fault::new(format!("#{number} was not assigned")),

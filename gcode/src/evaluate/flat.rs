@@ -26,11 +26,11 @@ impl Flatten for Run<'_> {
     const WHOLE_LETTERS: &'static [u8] = b"GMNOPLDHST";
 
     fn subprogram_around(&self, executed: &Executed) -> Option<&str> {
-        self.sources[executed.source].body_around(executed.block)
+        self.sources[executed.source()].body_around(executed.block())
     }
 
     fn word(&self, executed: &Executed, word: &Word) -> Result<Vec<u8>, &'static str> {
-        let is_repeated = self.trace.runs(executed.source, executed.block) > 1 || executed.source > 0;
+        let is_repeated = self.trace.runs(executed.source(), executed.block()) > 1 || executed.source() > 0;
         let is_level = || !is_repeated && !executed.perhaps && self.subprogram_around(executed).is_none();
         if saves_modes(word) && !is_level() || self.is_profile(word) {
             return Err(reason(word));
@@ -40,8 +40,8 @@ impl Flatten for Run<'_> {
             WordKind::Expression => valued(word.letter, word.number().ok_or(reason(word))?).into_bytes(),
             // Numbers of repeated blocks would stand twice.
             WordKind::Number if matches!(word.letter, b'N' | b'O') && is_repeated => Vec::new(),
-            WordKind::Percent if executed.source > 0 => Vec::new(),
-            _ => self.sources[executed.source].program.text(word.span).to_vec(),
+            WordKind::Percent if executed.source() > 0 => Vec::new(),
+            _ => self.sources[executed.source()].program.text(word.span).to_vec(),
         })
     }
 }

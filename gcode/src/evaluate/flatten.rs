@@ -65,23 +65,23 @@ fn origin<Run: Flatten>(run: &Run, recorded: &Recorded<'_>, last: Option<&Execut
     let around = run.subprogram_around(executed);
     let follows = match last {
         Some(last) => {
-            let same = last.source == executed.source && last.run == executed.run && last.block < executed.block;
+            let same = last.source() == executed.source() && last.run == executed.run && last.block() < executed.block();
             same && run.subprogram_around(last) == around
         }
-        None => executed.source == 0,
+        None => executed.source() == 0,
     };
     if follows {
         return None;
     }
-    let place = match (around, executed.source) {
+    let place = match (around, executed.source()) {
         (Some(name), _) => format!("{}{name}, ", Run::SUBPROGRAM),
         (None, 0) => String::new(),
         (None, source) => format!("{}, ", recorded.programs[source].0),
     };
-    let is_repeated = recorded.trace.runs(executed.source, executed.block) > 1;
+    let is_repeated = recorded.trace.runs(executed.source(), executed.block()) > 1;
     let again = if is_repeated { format!(", run {}", executed.run) } else { String::new() };
     let [open, close] = Run::COMMENT;
-    Some(format!("{open}from {place}line {}{again}{close}", executed.block + 1))
+    Some(format!("{open}from {place}line {}{again}{close}", executed.block() + 1))
 }
 
 /// The block as text, without a line ending; empty if nothing is left of it.
@@ -90,7 +90,7 @@ fn line<Run: Flatten>(run: &Run, recorded: &Recorded<'_>, executed: &Executed) -
     for word in recorded.words_of(executed) {
         let text = run.word(executed, word).map_err(|message| {
             let fault = Fault::new(message).at(word.span);
-            recorded.note_at((executed.source, executed.block), executed.caller, fault)
+            recorded.note_at((executed.source(), executed.block()), executed.caller(), fault)
         })?;
         if !line.is_empty() && !text.is_empty() {
             line.push(b' ');

@@ -12,8 +12,8 @@ impl Run<'_> {
     pub fn execute_statement(&mut self, flow: usize) -> Result<Next, Fault> {
         let program = &self.sources[self.source].program;
         let span = program.words()[flow].span;
-        let statement = Statement::read(program.text(span));
-        let next = match &statement {
+        let Some(statement) = self.sources[self.source].statement(self.block) else { return Ok(Next::Following) };
+        let next = match &*statement {
             Statement::OWord { label, keyword, arguments } => self.execute_o_word(label, *keyword, arguments),
             Statement::If { condition, then } => self.execute_if(condition, then),
             Statement::While { condition, .. } => self.execute_while(condition),

@@ -11,10 +11,12 @@ mod expression;
 mod files;
 mod flat;
 mod flatten;
+mod hash;
 mod macros;
 mod o_words;
 mod parameters;
 mod perhaps;
+mod progress;
 mod quirks;
 mod recorded;
 mod run;
@@ -46,7 +48,7 @@ use run::Run;
 ///
 /// # Errors
 /// [`GcodeError::Refused`] if the control would refuse an expression or a statement, if a jump depends on a value that is unknown, and if
-/// the program does not end within 4 million repeated blocks.
+/// the program repeats itself, or does not end within 4 million repeated blocks.
 pub fn evaluate(program: &mut Program, options: &Options, files: Files<'_>) -> Result<(), GcodeError> {
     if let Some(language) = options.dialect.language_of(program) {
         *program = std::mem::take(program).in_language(language);

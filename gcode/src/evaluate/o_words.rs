@@ -67,8 +67,8 @@ impl Run<'_> {
             let source = &self.sources[self.source];
             let Some(next) = source.following(at, label, BRANCHES) else { break };
             (at, keyword) = next;
-            arguments = match source.statement(at) {
-                Some(super::statement::Statement::OWord { arguments, .. }) => arguments,
+            arguments = match source.statement(at).as_deref() {
+                Some(super::statement::Statement::OWord { arguments, .. }) => arguments.clone(),
                 _ => Vec::new(),
             };
         }
@@ -117,6 +117,7 @@ impl Run<'_> {
         let Some(call) = self.calls.last_mut() else { return Ok(Next::End) };
         if left == 0 {
             call.passes.remove(&block);
+            call.pass_changes += 1;
             return Ok(Next::At(end + 1));
         }
         if self.quirks.continued_do {
@@ -124,6 +125,7 @@ impl Run<'_> {
             return Err(Fault::new(message).help("write the do loop without continue"));
         }
         call.passes.insert(block, left - 1);
+        call.pass_changes += 1;
         Ok(Next::Following)
     }
 
@@ -136,7 +138,7 @@ impl Run<'_> {
             return Ok(Next::At(if is_do { end } else { start }));
         }
         if let Some(call) = self.calls.last_mut() {
-            call.passes.remove(&start);
+            call.pass_changes += u64::from(call.passes.remove(&start).is_some());
         }
         self.quirks.broke_while |=
             matches!(self.sources[self.source].following(self.block, label, LOOP_ENDS), Some((_, Keyword::EndWhile)));

@@ -1,7 +1,6 @@
 //! Numbered and named parameters, and the levels of calls that own the local ones.
 
-use std::collections::HashMap;
-
+use super::hash::Map;
 use super::value::{Fault, Value};
 use crate::dialect::Dialect;
 
@@ -28,7 +27,22 @@ const FIRST_SYSTEM_FANUC: u32 = 1000;
 #[derive(Clone, Debug)]
 struct Level {
     numbered: [Value; LOCALS],
-    named: HashMap<Vec<u8>, Value>,
+    named: Map<Vec<u8>, Value>,
+    /// Number of changes of its values.
+    changes: u64,
+}
+
+impl Level {
+    /// Makes its values unknown.
+    fn forget(&mut self) {
+        let values = || self.numbered.iter().chain(self.named.values());
+        if values().all(|value| *value == Value::Unknown) {
+            return;
+        }
+        self.changes += 1;
+        self.numbered = [Value::Unknown; LOCALS];
+        self.named.values_mut().for_each(|value| *value = Value::Unknown);
+    }
 }
 
 /// All parameters.
@@ -39,18 +53,21 @@ struct Level {
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters {
     dialect: Dialect,
-    numbered: HashMap<u32, Value>,
+    numbered: Map<u32, Value>,
     /// Global names, which begin with `_`.
-    named: HashMap<Vec<u8>, Value>,
+    named: Map<Vec<u8>, Value>,
     levels: Vec<Level>,
     /// Set for good by a G66, whose macro runs after every move.
     opaque: bool,
+    /// Number of changes of global values.
+    changes: u64,
 }
 
 impl Parameters {
     pub fn new(dialect: Dialect) -> Self {
-        let mut parameters = Self { dialect, numbered: HashMap::new(), named: HashMap::new(), levels: Vec::new(), opaque: false };
-        parameters.levels.push(Level { numbered: [Value::Unknown; LOCALS], named: HashMap::new() });
+        let main = Level { numbered: [Value::Unknown; LOCALS], named: Map::default(), changes: 0 };
+        let (numbered, named) = (Map::default(), Map::default());
+        let mut parameters = Self { dialect, numbered, named, levels: vec![main], opaque: false, changes: 0 };
         if dialect == Dialect::LinuxCnc {
             parameters.returned(None);
         }
@@ -63,6 +80,11 @@ impl Parameters {
 
     fn local(&self) -> Option<&Level> {
         self.levels.last()
+    }
+
+    /// Numbers of changes of global values, and of those of the present level.
+    pub fn changes(&self) -> [u64; 2] {
+        [self.changes, self.local().map_or(0, |level| level.changes)]
     }
 
     /// The value of a parameter. `None`: LinuxCNC knows no such name.
@@ -102,6 +124,12 @@ impl Parameters {
         }
     }
 
+    /// Whether a parameter has the value that was assigned to it.
+    pub fn holds(&self, name: &Name) -> bool {
+        let is_local = matches!(name, Name::Number(number) if *number <= self.last_local());
+        is_local || !(self.is_system(name) || self.opaque)
+    }
+
     /// Whether an assignment may move the coordinate system: offsets of work and tool, and what the control alone writes.
     pub fn moves_frame(&self, name: &Name) -> bool {
         match (name, self.dialect) {
@@ -119,25 +147,33 @@ impl Parameters {
             Name::Number(0) => return Err(Fault::new("#0 cannot be assigned")),
             Name::Number(number) if number <= last_local => {
                 if let Some(level) = self.levels.last_mut() {
-                    level.numbered[number as usize - 1] = value;
+                    let before = std::mem::replace(&mut level.numbered[number as usize - 1], value);
+                    level.changes += u64::from(!before.is_same(value));
                 }
             }
             Name::Number(number) => {
                 self.check(number)?;
                 if !system {
-                    self.numbered.insert(number, value);
+                    let before = self.numbered.insert(number, value);
+                    self.changes += u64::from(before.is_none_or(|before| !before.is_same(value)));
                 }
             }
             Name::Named(text) if text.starts_with(b"_") || self.dialect == Dialect::Fanuc => {
-                self.named.insert(text, value);
+                self.set_global(text, value);
             }
             Name::Named(text) => {
                 if let Some(level) = self.levels.last_mut() {
-                    level.named.insert(text, value);
+                    let before = level.named.insert(text, value);
+                    level.changes += u64::from(before.is_none_or(|before| !before.is_same(value)));
                 }
             }
         }
         Ok(())
+    }
+
+    fn set_global(&mut self, name: Vec<u8>, value: Value) {
+        let before = self.named.insert(name, value);
+        self.changes += u64::from(before.is_none_or(|before| !before.is_same(value)));
     }
 
     /// Opens a level for a subprogram with these values of its first local parameters.
@@ -149,7 +185,7 @@ impl Parameters {
                 *slot = *value;
             }
         }
-        self.levels.push(Level { numbered, named: HashMap::new() });
+        self.levels.push(Level { numbered, named: Map::default(), changes: 0 });
     }
 
     /// Closes the level of a subprogram.
@@ -162,26 +198,26 @@ impl Parameters {
     /// LinuxCNC's value of a call, `#<_value>` and `#<_value_returned>`.
     pub fn returned(&mut self, value: Option<Value>) {
         let has = Value::Number(f64::from(u8::from(value.is_some())));
-        self.named.insert(b"_VALUE_RETURNED".to_vec(), has);
-        self.named.insert(b"_VALUE".to_vec(), value.unwrap_or(Value::Number(0.0)));
+        self.set_global(b"_VALUE_RETURNED".to_vec(), has);
+        self.set_global(b"_VALUE".to_vec(), value.unwrap_or(Value::Number(0.0)));
     }
 
     /// The value of a call is not known.
     pub fn returned_unknown(&mut self) {
-        self.named.insert(b"_VALUE_RETURNED".to_vec(), Value::Unknown);
-        self.named.insert(b"_VALUE".to_vec(), Value::Unknown);
+        self.set_global(b"_VALUE_RETURNED".to_vec(), Value::Unknown);
+        self.set_global(b"_VALUE".to_vec(), Value::Unknown);
     }
 
     /// The local parameters of the present level are unknown.
     pub fn forget_local(&mut self) {
         if let Some(level) = self.levels.last_mut() {
-            level.numbered = [Value::Unknown; LOCALS];
-            level.named.values_mut().for_each(|value| *value = Value::Unknown);
+            level.forget();
         }
     }
 
     /// Code that is not read ran: what it can assign is unknown. Parameters of the open levels are its callers' own.
     pub fn forget_global(&mut self) {
+        self.changes += u64::from(!(self.numbered.is_empty() && self.named.is_empty()));
         self.numbered.clear();
         self.named.clear();
     }
@@ -189,14 +225,12 @@ impl Parameters {
     /// The target of an assignment is not known.
     pub fn forget_all(&mut self) {
         self.forget_global();
-        for level in &mut self.levels {
-            level.numbered = [Value::Unknown; LOCALS];
-            level.named.values_mut().for_each(|value| *value = Value::Unknown);
-        }
+        self.levels.iter_mut().for_each(Level::forget);
     }
 
     /// From here on global parameters stay unknown.
     pub fn close_global(&mut self) {
+        self.changes += u64::from(!self.opaque);
         self.opaque = true;
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! They are recorded once and marked. What they may assign is unknown from their start on.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::calls::value_of;
 use super::control::{DEEPEST_PERHAPS, MOST_BEFORE_END, Next, undecided};
 use super::expression::assignment;
 use super::parameters::Name;
-use super::run::Run;
+use super::run::{Body, Run};
 use super::statement::{Keyword, Statement, Then};
 use super::value::{Fault, Value};
 use crate::word::{Word, WordKind};
@@ -20,7 +21,7 @@ impl Run<'_> {
         let range = self.widened(range)?;
         // The second pass meets targets of assignments whose number the first made unknown.
         for _ in 0..2 {
-            self.forget_assigned(range.clone(), 0)?;
+            self.forget_assigned(range.clone())?;
         }
         self.record(range.clone(), 0)?;
         Ok(Next::At(range.end.max(after)))
@@ -48,7 +49,7 @@ impl Run<'_> {
             );
         }
         if self.calls_by_code(&words) {
-            self.parameters.forget_global();
+            self.forget_unread(words.iter().any(|word| word.is(b'G') && word.value == 65.0));
         }
         self.push(Some(&words), true);
         Ok(Next::Following)
@@ -93,11 +94,12 @@ impl Run<'_> {
         let mut at = range.start;
         while at < range.end {
             let before = range.clone();
-            match self.sources[self.source].statement(at) {
+            let statement = self.sources[self.source].statement(at);
+            match statement.as_deref() {
                 Some(Statement::OWord { label: super::statement::Label::Fixed(label), keyword, .. }) => match keyword {
                     Keyword::Return => range.end = range.end.max(self.end_of_body()?),
                     Keyword::Break | Keyword::Continue => {
-                        if let Some((start, end)) = self.loop_around(at, &label)
+                        if let Some((start, end)) = self.loop_around(at, label)
                             && !(range.contains(&start) && range.contains(&end))
                         {
                             range = range.start.min(start)..range.end.max(end + 1);
@@ -106,7 +108,7 @@ impl Run<'_> {
                     _ => {}
                 },
                 Some(Statement::Goto(target) | Statement::If { then: Then::Goto(target), .. }) => {
-                    let text = super::expression::term(&target, &self.parameters, self.dialect)?;
+                    let text = super::expression::term(target, &self.parameters, self.dialect)?;
                     let target = self.jump_target(text.number())?;
                     if !self.only_ends(target) {
                         range = range.start.min(target)..range.end.max(target);
@@ -135,7 +137,7 @@ impl Run<'_> {
             return Err(missing());
         }
         let own = self.sources[source].statement(start.wrapping_sub(1));
-        if let Some((label, Keyword::Sub)) = own.as_ref().and_then(Statement::labelled) {
+        if let Some((label, Keyword::Sub)) = own.as_deref().and_then(Statement::labelled) {
             let end = self.sources[source].following(start - 1, label, &[Keyword::EndSub]);
             return end.map(|(block, _)| block).ok_or_else(missing);
         }
@@ -147,36 +149,43 @@ impl Run<'_> {
         Ok(last)
     }
 
-    /// Makes unknown what the blocks of `range` may assign.
-    fn forget_assigned(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
-        for block in range {
-            self.limit.count()?;
-            let mut names = Vec::new();
-            let source = &self.sources[self.source];
-            let read = |text: &[u8]| assignment(text, &self.parameters, self.dialect).map_or(None, |(name, _)| name);
-            for word in source.program.block_words(block).iter().filter(|word| word.kind == WordKind::Assignment) {
-                names.push(read(source.program.text(word.span)));
-            }
-            let statement = source.statement(block);
-            if let Some(Statement::If { then: Then::Assign(text), .. }) = &statement {
-                names.push(read(text));
-            }
-            for name in names {
-                self.assign(name, Value::Unknown)?;
-            }
-            if let Some(body) = self.called(block, statement)? {
-                self.parameters.forget_global();
-                self.parameters.returned_unknown();
-                // A subprogram without a level of its own assigns the local parameters of its caller.
-                if let Some(range) = body.range.filter(|_| depth < DEEPEST_PERHAPS && !body.own_level) {
-                    let here = std::mem::replace(&mut self.source, body.source);
-                    let forgotten = self.forget_assigned(range, depth + 1);
-                    self.source = here;
-                    forgotten?;
-                }
-            }
+    /// Makes unknown what the blocks of `range`, and the subprograms called there, may assign.
+    fn forget_assigned(&mut self, range: Range<usize>) -> Result<(), Fault> {
+        let here = self.source;
+        let (mut open, mut seen) = (vec![(here, range)], HashSet::new());
+        let mut forgotten = Ok(());
+        while let Some((source, range)) = open.pop().filter(|_| forgotten.is_ok()) {
+            self.source = source;
+            forgotten = range.into_iter().try_for_each(|block| {
+                let called = self.forget_in(block)?;
+                open.extend(called.filter(|(source, body)| seen.insert((*source, body.start))));
+                Ok(())
+            });
         }
-        Ok(())
+        self.source = here;
+        forgotten
+    }
+
+    /// Makes unknown what a block may assign. Returns source and blocks of a subprogram whose local parameters are those of its caller.
+    fn forget_in(&mut self, block: usize) -> Result<Option<(usize, Range<usize>)>, Fault> {
+        self.limit.count(&self.sources[self.source].program, block)?;
+        let mut names = Vec::new();
+        let source = &self.sources[self.source];
+        let read = |text: &[u8]| assignment(text, &self.parameters, self.dialect).map_or(None, |(name, _)| name);
+        for word in source.program.block_words(block).iter().filter(|word| word.kind == WordKind::Assignment) {
+            names.push(read(source.program.text(word.span)));
+        }
+        let statement = source.statement(block);
+        if let Some(Statement::If { then: Then::Assign(text), .. }) = statement.as_deref() {
+            names.push(read(text));
+        }
+        for name in names {
+            self.assign(name, Value::Unknown)?;
+        }
+        let Some(body) = self.called(block, statement.as_deref())? else { return Ok(None) };
+        self.forget_unread(body.own_level || body.range.is_some());
+        self.parameters.returned_unknown();
+        Ok(body.range.filter(|_| !body.own_level).map(|range| (body.source, range)))
     }
 
     /// Records the words of `range`, and of the subprograms called in it.
@@ -184,19 +193,19 @@ impl Run<'_> {
         let here = self.block;
         let mut block = range.start;
         while block < range.end {
-            self.limit.count()?;
+            self.limit.count(&self.sources[self.source].program, block)?;
             self.block = block;
             let statement = self.sources[self.source].statement(block);
-            if let Some((label, Keyword::Sub)) = statement.as_ref().and_then(Statement::labelled) {
+            if let Some((label, Keyword::Sub)) = statement.as_deref().and_then(Statement::labelled) {
                 let end = self.sources[self.source].following(block, label, &[Keyword::EndSub]);
                 block = end.map_or(range.end, |(end, _)| end) + 1;
                 continue;
             }
             let has_flow = statement.is_some();
-            let called = self.called(block, statement)?;
+            let called = self.called(block, statement.as_deref())?;
             let (words, _) = self.evaluated_words(false)?;
             match called {
-                Some(Callee { range: Some(body), own_level, source }) if depth < DEEPEST_PERHAPS => {
+                Some(Callee { range: Some(body), own_level, source }) if self.may_record((source, body.start), depth) => {
                     self.record_call(source, body, own_level, depth)?;
                 }
                 Some(_) => self.push(Some(&words), true),
@@ -207,6 +216,11 @@ impl Run<'_> {
         }
         self.block = here;
         Ok(())
+    }
+
+    /// Whether a subprogram is recorded with its blocks: not within itself.
+    fn may_record(&self, body: Body, depth: usize) -> bool {
+        depth < DEEPEST_PERHAPS && self.calls.iter().skip(1).all(|call| call.body != body)
     }
 
     fn record_call(&mut self, source: usize, body: Range<usize>, own_level: bool, depth: usize) -> Result<(), Fault> {
@@ -222,10 +236,10 @@ impl Run<'_> {
     }
 
     /// What a block calls.
-    fn called(&mut self, block: usize, statement: Option<Statement>) -> Result<Option<Callee>, Fault> {
+    fn called(&mut self, block: usize, statement: Option<&Statement>) -> Result<Option<Callee>, Fault> {
         let here = std::mem::replace(&mut self.block, block);
         let (body, own_level) = match statement {
-            Some(Statement::OWord { label, keyword: Keyword::Call, .. }) => (Some(self.subprogram(&label)), true),
+            Some(Statement::OWord { label, keyword: Keyword::Call, .. }) => (Some(self.subprogram(label)), true),
             Some(_) => (None, false),
             None => {
                 let words = self.sources[self.source].program.block_words(block).to_vec();
@@ -239,7 +253,7 @@ impl Run<'_> {
         let Some((source, start)) = body? else { return Ok(Some(Callee { source: self.source, range: None, own_level })) };
         let of = &self.sources[source];
         let own = of.statement(start.wrapping_sub(1));
-        let end = match own.as_ref().and_then(Statement::labelled) {
+        let end = match own.as_deref().and_then(Statement::labelled) {
             Some((label, Keyword::Sub)) => of.following(start - 1, label, &[Keyword::EndSub]).map(|(end, _)| end),
             _ => Some(of.program_around(start).end),
         };

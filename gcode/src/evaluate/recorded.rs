@@ -21,9 +21,9 @@ pub(super) struct Recorded<'a> {
 impl Recorded<'_> {
     /// The words of an executed block with their values.
     pub fn words_of(&self, executed: &Executed) -> &[Word] {
-        match &executed.words {
-            Words::Own => self.programs[executed.source].1.block_words(executed.block),
-            Words::Valued(range) => &self.trace.words[range.clone()],
+        match executed.words() {
+            Words::Own => self.programs[executed.source()].1.block_words(executed.block()),
+            Words::Valued(range) => self.trace.words.get(range).unwrap_or_default(),
         }
     }
 
@@ -49,22 +49,22 @@ impl Recorded<'_> {
         let own_words = main.words().len();
         let mut once = vec![false; main.blocks().len()];
         for executed in &self.trace.executed {
-            let words = match &executed.words {
-                Words::Own if executed.source == 0 => main.word_range(executed.block),
+            let words = match executed.words() {
+                Words::Own if executed.source() == 0 => main.word_range(executed.block()),
                 _ => {
                     let start = again.len();
-                    let caller = main.blocks()[executed.caller].span;
-                    let at = |word: &Word| placed(word, (executed.source > 0).then_some(caller));
+                    let caller = main.blocks()[executed.caller()].span;
+                    let at = |word: &Word| placed(word, (executed.source() > 0).then_some(caller));
                     again.extend(self.words_of(executed).iter().map(at));
                     own_words + start..own_words + again.len()
                 }
             };
-            if executed.source == 0 && executed.run == 1 {
-                values.extend(own_values(main, executed.block, self.words_of(executed)));
+            if executed.source() == 0 && executed.run == 1 {
+                values.extend(own_values(main, executed.block(), self.words_of(executed)));
             }
-            let (block, first_word, end_word) = (executed.caller as u32, words.start as u32, words.end as u32);
+            let (block, first_word, end_word) = (executed.caller() as u32, words.start as u32, words.end as u32);
             let ran = self.ran(executed);
-            once[executed.caller] |= ran == Ran::Once;
+            once[executed.caller()] |= ran == Ran::Once;
             steps.push(Step { block, first_word, end_word, ran });
         }
         let files = self.programs[1..].iter().map(|(name, program)| ((*name).to_owned(), program.bytes().to_vec())).collect();
@@ -73,11 +73,11 @@ impl Recorded<'_> {
     }
 
     fn ran(&self, executed: &Executed) -> Ran {
-        match executed {
-            Executed { perhaps: true, .. } => Ran::Perhaps,
-            Executed { source: 1.., .. } => Ran::Elsewhere,
-            Executed { block, .. } if self.trace.runs(0, *block) > 1 => Ran::Repeated,
-            _ => Ran::Once,
+        match executed.source() {
+            _ if executed.perhaps => Ran::Perhaps,
+            1.. => Ran::Elsewhere,
+            0 if self.trace.runs(0, executed.block()) > 1 => Ran::Repeated,
+            0 => Ran::Once,
         }
     }
 }

@@ -6,9 +6,10 @@ use std::collections::{HashMap, HashSet};
 use super::control::{Limit, Next, check_alone, check_depth, main_block};
 use super::files::{Files, Library};
 use super::parameters::Parameters;
+use super::progress::Progress;
 use super::quirks::Quirks;
 use super::recorded::Recorded;
-use super::source::Source;
+use super::source::{BlockKind, Source};
 use super::trace::Trace;
 use super::value::{Fault, Value};
 use crate::dialect::{Dialect, Options};
@@ -33,6 +34,9 @@ pub(super) struct Call {
     pub arguments: Option<Vec<(u32, Value)>>,
     /// Remaining passes of `repeat`, by block.
     pub passes: HashMap<usize, u64>,
+    /// Number of changes of these.
+    pub pass_changes: u64,
+    pub progress: Progress,
     /// Whether a `return` may have been executed.
     pub may_return: bool,
     /// Block of an M73, and its M72 for the return.
@@ -74,6 +78,8 @@ impl<'a> Run<'a> {
                 again: 0,
                 arguments: None,
                 passes: HashMap::new(),
+                pass_changes: 0,
+                progress: Progress::default(),
                 may_return: false,
                 restores: None,
             }],
@@ -99,7 +105,8 @@ impl<'a> Run<'a> {
                 }
                 return Ok(());
             }
-            match self.limit.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
+            let counted = self.limit.count(&self.sources[self.source].program, self.block).and_then(|()| self.check_progress());
+            match counted.and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
                 Next::Following => self.block += 1,
                 Next::At(block) => self.block = block,
                 Next::Set => {}
@@ -108,20 +115,31 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Refuses a program that repeats itself.
+    fn check_progress(&mut self) -> Result<(), Fault> {
+        let [global, local] = self.parameters.changes();
+        let Quirks { broke_while, continued_do } = self.quirks;
+        let Some(call) = self.calls.last_mut() else { return Ok(()) };
+        let own = 8 * call.pass_changes + 4 * u64::from(call.may_return) + 2 * u64::from(broke_while) + u64::from(continued_do);
+        call.progress.count([global, local, own], self.sources[self.source].blocks())
+    }
+
     pub fn in_call(&self) -> bool {
         self.calls.len() > 1
     }
 
     fn execute_block(&mut self) -> Result<Next, Fault> {
         let block = self.block;
-        let words = self.sources[self.source].program.block_words(block);
-        if words.iter().all(is_inert) {
-            if !words.is_empty() {
-                self.content_seen |= words.iter().any(|word| word.kind != WordKind::Comment);
+        match self.sources[self.source].kind(block) {
+            BlockKind::Empty => return Ok(Next::Following),
+            kind @ (BlockKind::Comment | BlockKind::Inert) => {
+                self.content_seen |= kind == BlockKind::Inert;
                 self.push(None, false);
+                return Ok(Next::Following);
             }
-            return Ok(Next::Following);
+            BlockKind::Active => {}
         }
+        let words = self.sources[self.source].program.block_words(block);
         let optional = self.sources[self.source].program.is_optional(block);
         if optional && self.options.block_delete == Some(true) {
             return Ok(Next::Following);
@@ -184,6 +202,8 @@ impl<'a> Run<'a> {
             again,
             arguments,
             passes: HashMap::new(),
+            pass_changes: 0,
+            progress: Progress::default(),
             may_return: false,
             restores: None,
         });
@@ -204,6 +224,7 @@ impl<'a> Run<'a> {
         if call.again > 0 {
             call.again -= 1;
             call.passes.clear();
+            call.progress = Progress::default();
             if let Some(arguments) = &call.arguments {
                 self.parameters.enter(arguments);
             }
@@ -215,19 +236,3 @@ impl<'a> Run<'a> {
         Next::Set
     }
 }
-
-/// Whether a word needs no evaluation and no control of the execution.
-fn is_inert(word: &Word) -> bool {
-    match word.kind {
-        WordKind::Comment => true,
-        WordKind::Number => match word.letter {
-            b'M' => !ACTIVE_M.contains(&word.value),
-            b'G' => word.value != 65.0 && word.value != 66.0,
-            _ => true,
-        },
-        _ => false,
-    }
-}
-
-/// M codes that end a program, call or return, and M73, which acts at a return.
-const ACTIVE_M: [f64; 7] = [2.0, 30.0, 73.0, 97.0, 98.0, 99.0, 198.0];

@@ -1,12 +1,13 @@
 //! A program file with the places that jumps and calls lead to.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::ops::Range;
+use std::rc::Rc;
 
+use super::hash::Map;
 use super::statement::{Keyword, Label, Statement};
 use crate::program::Program;
-use crate::word::WordKind;
+use crate::word::{Word, WordKind};
 
 /// A file.
 #[derive(Debug)]
@@ -14,39 +15,86 @@ pub(super) struct Source<'a> {
     /// File name; empty for the main program.
     pub name: String,
     pub program: Cow<'a, Program>,
+    /// How each block is executed.
+    kinds: Vec<BlockKind>,
+    /// Flow statements by their blocks.
+    statements: Map<usize, Rc<Statement>>,
     /// O-words of each label, in order.
-    labels: HashMap<Vec<u8>, Vec<(usize, Keyword)>>,
+    labels: Map<Vec<u8>, Vec<(usize, Keyword)>>,
     /// DO and END of each Fanuc loop.
-    loops: HashMap<usize, usize>,
+    loops: Map<usize, usize>,
     /// Blocks of each sequence number N.
-    sequence: HashMap<u32, Vec<usize>>,
+    sequence: Map<u32, Vec<usize>>,
     /// Program numbers `O1234`, in order.
     numbers: Vec<(u32, usize)>,
     /// Bodies of subprograms with their names, inner ones after outer ones.
     bodies: Vec<(Range<usize>, String)>,
 }
 
+/// How a block is executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BlockKind {
+    Empty,
+    /// Comments alone.
+    Comment,
+    /// Words that need no evaluation and no control of the execution.
+    Inert,
+    Active,
+}
+
+impl BlockKind {
+    fn of(words: &[Word]) -> Self {
+        match words {
+            [] => Self::Empty,
+            _ if words.iter().all(|word| word.kind == WordKind::Comment) => Self::Comment,
+            _ if words.iter().all(is_inert) => Self::Inert,
+            _ => Self::Active,
+        }
+    }
+}
+
+/// Whether a word needs no evaluation and no control of the execution.
+fn is_inert(word: &Word) -> bool {
+    match word.kind {
+        WordKind::Comment => true,
+        WordKind::Number => match word.letter {
+            b'M' => !ACTIVE_M.contains(&word.value),
+            b'G' => word.value != 65.0 && word.value != 66.0,
+            _ => true,
+        },
+        _ => false,
+    }
+}
+
+/// M codes that end a program, call or return, and M73, which acts at a return.
+const ACTIVE_M: [f64; 7] = [2.0, 30.0, 73.0, 97.0, 98.0, 99.0, 198.0];
+
 impl<'a> Source<'a> {
     pub fn new(name: String, program: Cow<'a, Program>) -> Self {
         let mut source = Self {
             name,
             program,
-            labels: HashMap::new(),
-            loops: HashMap::new(),
-            sequence: HashMap::new(),
+            kinds: Vec::new(),
+            statements: Map::default(),
+            labels: Map::default(),
+            loops: Map::default(),
+            sequence: Map::default(),
             numbers: Vec::new(),
             bodies: Vec::new(),
         };
         let mut open: Vec<(u32, usize)> = Vec::new();
         for block in 0..source.program.blocks().len() {
             source.note_numbers(block);
-            match source.statement(block) {
-                Some(Statement::OWord { label: Label::Fixed(label), keyword, .. }) => {
-                    source.labels.entry(label).or_default().push((block, keyword));
+            source.kinds.push(BlockKind::of(source.program.block_words(block)));
+            let Some(word) = source.flow_word(block) else { continue };
+            let statement = Statement::read(source.program.text(source.program.words()[word].span));
+            match &statement {
+                Statement::OWord { label: Label::Fixed(label), keyword, .. } => {
+                    source.labels.entry(label.clone()).or_default().push((block, *keyword));
                 }
-                Some(Statement::While { number, .. } | Statement::Do { number }) => open.push((number, block)),
-                Some(Statement::End { number }) => {
-                    if let Some(at) = open.iter().rposition(|(opened, _)| *opened == number) {
+                Statement::While { number, .. } | Statement::Do { number } => open.push((*number, block)),
+                Statement::End { number } => {
+                    if let Some(at) = open.iter().rposition(|(opened, _)| opened == number) {
                         source.loops.insert(open[at].1, block);
                         source.loops.insert(block, open[at].1);
                         open.truncate(at);
@@ -54,6 +102,7 @@ impl<'a> Source<'a> {
                 }
                 _ => {}
             }
+            source.statements.insert(block, Rc::new(statement));
         }
         source.bodies = source.find_bodies();
         source
@@ -85,6 +134,11 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// How a block is executed.
+    pub fn kind(&self, block: usize) -> BlockKind {
+        self.kinds.get(block).copied().unwrap_or(BlockKind::Active)
+    }
+
     pub fn blocks(&self) -> usize {
         self.program.blocks().len()
     }
@@ -95,9 +149,8 @@ impl<'a> Source<'a> {
     }
 
     /// The flow statement of a block.
-    pub fn statement(&self, block: usize) -> Option<Statement> {
-        let word = self.flow_word(block)?;
-        Some(Statement::read(self.program.text(self.program.words()[word].span)))
+    pub fn statement(&self, block: usize) -> Option<Rc<Statement>> {
+        self.statements.get(&block).cloned()
     }
 
     /// O-words with this label, in order.

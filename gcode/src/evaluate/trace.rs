@@ -13,18 +13,44 @@ pub(super) enum Words {
     Valued(Range<usize>),
 }
 
-/// One execution of a block.
+/// One execution of a block. Millions may be held: indices take 32 bits, as many as a program of 4 GiB needs.
 #[derive(Clone, Debug)]
 pub(super) struct Executed {
-    pub source: usize,
-    pub block: usize,
-    pub words: Words,
+    source: u32,
+    block: u32,
+    /// First word and number of words in [`Trace::words`]; [`OWN`] for those of the file.
+    words: [u32; 2],
+    caller: u32,
     /// Which execution of the block it is, from 1.
     pub run: u32,
     /// Whether only the running program decides if it is executed.
     pub perhaps: bool,
+}
+
+const OWN: [u32; 2] = [u32::MAX; 2];
+
+fn index(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+impl Executed {
+    pub fn source(&self) -> usize {
+        self.source as usize
+    }
+
+    pub fn block(&self) -> usize {
+        self.block as usize
+    }
+
     /// Block of the main program that was left by a call, else the block itself.
-    pub caller: usize,
+    pub fn caller(&self) -> usize {
+        self.caller as usize
+    }
+
+    pub fn words(&self) -> Words {
+        let [start, count] = self.words.map(|number| number as usize);
+        if self.words == OWN { Words::Own } else { Words::Valued(start..start + count) }
+    }
 }
 
 /// All executed blocks.
@@ -53,13 +79,14 @@ impl Trace {
         runs[block] += 1;
         let run = runs[block];
         let words = match words {
-            None => Words::Own,
+            None => OWN,
             Some(words) => {
                 let start = self.words.len();
                 self.words.extend_from_slice(words);
-                Words::Valued(start..self.words.len())
+                [index(start), index(words.len())]
             }
         };
-        self.executed.push(Executed { source, block, words, run, perhaps, caller });
+        let (source, block, caller) = (index(source), index(block), index(caller));
+        self.executed.push(Executed { source, block, words, caller, run, perhaps });
     }
 }

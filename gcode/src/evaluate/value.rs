@@ -14,6 +14,14 @@ pub(crate) enum Value {
 }
 
 impl Value {
+    /// Whether nothing tells the values apart, not even the sign of a zero.
+    pub fn is_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => a.to_bits() == b.to_bits(),
+            _ => self == other,
+        }
+    }
+
     /// The number; 0 for null, as in arithmetic. `None` if unknown.
     pub fn number(self) -> Option<f64> {
         match self {

@@ -1,17 +1,12 @@
 //! Blocks of words: the values of expressions, assignments.
 
-use std::borrow::Cow;
-
 use super::control::Next;
-use super::expression::{assignment, term};
+use super::expression::{Assigned, assignment, assignment_after, term};
 use super::parameters::Name;
 use super::run::Run;
 use super::value::{Fault, Value};
 use crate::dialect::Dialect;
 use crate::word::{Word, WordKind};
-
-/// Target and value of an assignment. Without target its number is unknown.
-type Assigned = (Option<Name>, Value);
 
 impl Run<'_> {
     /// Executes a block of words: assignments, codes, calls.
@@ -47,7 +42,6 @@ impl Run<'_> {
     pub fn evaluated_words(&self, strict: bool) -> Result<(Vec<Word>, Vec<Assigned>), Fault> {
         let program = &self.sources[self.source].program;
         let (mut words, mut assigned) = (Vec::new(), Vec::new());
-        let mut parameters = Cow::Borrowed(&self.parameters);
         for word in program.block_words(self.block) {
             match word.kind {
                 WordKind::Expression => {
@@ -67,13 +61,10 @@ impl Run<'_> {
                         Err(_) => (None, Value::Unknown),
                     };
                     // LinuxCNC reads the block before it assigns. No manual states it for several assignments on Fanuc.
-                    if self.dialect == Dialect::Fanuc {
-                        let after = assignment(text, &parameters, self.dialect).ok();
+                    if self.dialect == Dialect::Fanuc && !assigned.is_empty() {
+                        let after = assignment_after(&assigned, text, &self.parameters, self.dialect).ok();
                         if after != Some((name.clone(), value)) {
                             value = Value::Unknown;
-                        }
-                        if let Some(name) = name.clone() {
-                            let _ = parameters.to_mut().set(name, value);
                         }
                     }
                     if name.as_ref().is_none_or(|name| self.parameters.moves_frame(name)) {

@@ -1,5 +1,7 @@
 //! Ends of numbers, names, brackets and expressions in a line of a SINUMERIK program.
 
+use std::borrow::Cow;
+
 use crate::number::{is_blank, skip_blanks};
 
 /// Operators between the operands of an expression, longest first ("Arithmetic functions", "Comparison operations and logic operations").
@@ -27,14 +29,13 @@ pub(crate) fn number(line: &[u8], at: usize) -> Option<(usize, f64)> {
         return None;
     }
     let mut end = signed + length;
-    let mut text = mantissa.to_owned();
+    let mut text = Cow::Borrowed(mantissa);
     if rest.get(end..end + 2).is_some_and(|mark| mark.eq_ignore_ascii_case(b"EX")) {
         let sign = usize::from(matches!(rest.get(end + 2), Some(b'+' | b'-')));
         let digits = rest[end + 2 + sign..].iter().take_while(|byte| byte.is_ascii_digit()).count();
         if digits > 0 {
             let exponent = std::str::from_utf8(&rest[end + 2..end + 2 + sign + digits]).ok()?;
-            text.push('e');
-            text.push_str(exponent);
+            text = Cow::Owned(format!("{mantissa}e{exponent}"));
             end += 2 + sign + digits;
         }
     }

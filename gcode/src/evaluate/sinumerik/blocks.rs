@@ -1,8 +1,6 @@
 //! Blocks of words: the values of expressions, assignments, ends.
 
-use std::borrow::Cow;
-
-use super::expression::{evaluate, target};
+use super::expression::{evaluate, evaluate_after, target};
 use super::run::Run;
 use super::variables::Name;
 use crate::evaluate::control::Next;
@@ -41,7 +39,6 @@ impl Run<'_> {
     pub(super) fn evaluated_words(&self, strict: bool) -> Result<(Vec<Word>, Assigned), Fault> {
         let program = &self.sources[self.source].program;
         let (mut words, mut assigned): (Vec<Word>, Assigned) = (Vec::new(), Vec::new());
-        let mut variables = Cow::Borrowed(&self.variables);
         for word in program.block_words(self.block) {
             match word.kind {
                 WordKind::Expression => {
@@ -54,7 +51,7 @@ impl Run<'_> {
                     words.push(Word { value: value.number().unwrap_or(f64::NAN), ..*word });
                 }
                 WordKind::Assignment => {
-                    let (name, value) = match self.assignment(word, &variables) {
+                    let (name, value) = match self.assignment(word, &assigned) {
                         Ok(read) => read,
                         Err(fault) if strict => return Err(fault.at(word.span)),
                         Err(_) => continue,
@@ -64,7 +61,6 @@ impl Run<'_> {
                     } else if self.may_be_axis(&name) {
                         words.push(Word { kind: WordKind::Unknown, ..*word });
                     }
-                    variables.to_mut().set(&name, value);
                     assigned.push((name, value));
                 }
                 _ => words.push(*word),
@@ -86,20 +82,20 @@ impl Run<'_> {
     }
 
     /// Target and value of an assignment. Its value is unknown if it reads what the block assigned before: no manual states the order.
-    fn assignment(&self, word: &Word, variables: &super::variables::Variables) -> Result<(Name, Value), Fault> {
+    fn assignment(&self, word: &Word, assigned: &[(Name, Value)]) -> Result<(Name, Value), Fault> {
         let text = self.sources[self.source].program.text(word.span);
         let (name, value) = target(text, &self.variables)?;
-        let before = self.assigned_value(&name, value, &self.variables)?;
-        let after = self.assigned_value(&name, value, variables)?;
-        Ok((name, if before == after { before } else { Value::Unknown }))
+        let before = self.assigned_value(&name, value, &[])?;
+        let is_same = assigned.is_empty() || self.assigned_value(&name, value, assigned)? == before;
+        Ok((name, if is_same { before } else { Value::Unknown }))
     }
 
     /// The value of an assignment. Those of system variables are not evaluated: they may be frames or strings.
-    fn assigned_value(&self, name: &Name, text: &[u8], variables: &super::variables::Variables) -> Result<Value, Fault> {
+    fn assigned_value(&self, name: &Name, text: &[u8], assigned: &[(Name, Value)]) -> Result<Value, Fault> {
         if name.base.starts_with('$') {
             return Ok(Value::Unknown);
         }
-        match evaluate(text, variables) {
+        match evaluate_after(assigned, text, &self.variables) {
             // A list of values or the chain of frames.
             Err(_) if text.contains(&b':') || text.contains(&b',') => Ok(Value::Unknown),
             value => value,

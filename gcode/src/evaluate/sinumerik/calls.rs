@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::expression::{arguments, evaluate};
 use super::run::{Arguments, Run};
 use super::source::Source;
-use super::statement::{Parameter, Statement, parameters, program_name, saves};
+use super::statement::{Parameter, parameters, program_name, saves};
 use super::variables::{Kind, Name};
 use crate::evaluate::control::Next;
 use crate::evaluate::value::{Fault, Value};
@@ -131,8 +131,7 @@ impl Run<'_> {
     /// The PROC statement of a subprogram.
     fn procedure(&self, source: usize, body: &Range<usize>) -> Option<usize> {
         let source = &self.sources[source];
-        let block = body.clone().find(|block| source.statement(*block) == Some(&Statement::Procedure))?;
-        source.flow_word(block)
+        source.flow_word(source.procedure(body)?)
     }
 
     /// The PROC statement of a subprogram with SAVE, as a word that is not known: which modes it restores is not followed.

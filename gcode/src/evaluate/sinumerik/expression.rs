@@ -11,7 +11,12 @@ const DEEPEST: usize = 64;
 
 /// The value of an expression that is the whole text.
 pub(super) fn evaluate(text: &[u8], variables: &Variables) -> Result<Value, Fault> {
-    let mut reader = Reader { text, at: 0, depth: 0, variables };
+    evaluate_after(&[], text, variables)
+}
+
+/// The same after the assignments `before`.
+pub(super) fn evaluate_after(before: &[(Name, Value)], text: &[u8], variables: &Variables) -> Result<Value, Fault> {
+    let mut reader = Reader { text, at: 0, depth: 0, before, variables };
     let value = reader.expression()?;
     reader.blanks();
     match text.get(reader.at) {
@@ -22,7 +27,7 @@ pub(super) fn evaluate(text: &[u8], variables: &Variables) -> Result<Value, Faul
 
 /// Target and value text of an assignment such as `R1=R2*3` or `LIST[R1]=5`.
 pub(super) fn target<'a>(text: &'a [u8], variables: &Variables) -> Result<(Name, &'a [u8]), Fault> {
-    let mut reader = Reader { text, at: 0, depth: 0, variables };
+    let mut reader = Reader { text, at: 0, depth: 0, before: &[], variables };
     let name = reader.variable()?;
     reader.blanks();
     match text.get(reader.at) {
@@ -54,6 +59,8 @@ struct Reader<'a> {
     text: &'a [u8],
     at: usize,
     depth: usize,
+    /// Assignments that `variables` does not hold yet.
+    before: &'a [(Name, Value)],
     variables: &'a Variables,
 }
 
@@ -178,7 +185,10 @@ impl Reader<'_> {
             b"TRUE" => self.constant(4, 1.0),
             b"FALSE" => self.constant(5, 0.0),
             b"PI" => self.constant(2, std::f64::consts::PI),
-            _ => Ok(self.variables.get(&self.variable()?)),
+            _ => {
+                let name = self.variable()?;
+                Ok(self.variables.get_after(self.before, &name))
+            }
         }
     }
 
@@ -188,7 +198,7 @@ impl Reader<'_> {
     }
 
     fn inner(&self, text: &[u8]) -> Result<Value, Fault> {
-        let mut reader = Reader { text, at: 0, depth: self.depth, variables: self.variables };
+        let mut reader = Reader { text, at: 0, depth: self.depth, ..*self };
         let value = reader.expression()?;
         reader.blanks();
         if reader.at < text.len() { Err(Fault::new("this argument is not understood")) } else { Ok(value) }

@@ -17,19 +17,19 @@ impl Flatten for Run<'_> {
     const WHOLE_LETTERS: &'static [u8] = b"GMNPLDHST";
 
     fn subprogram_around(&self, executed: &Executed) -> Option<&str> {
-        Some(self.sources[executed.source].program_around(executed.block)).filter(|name| !name.is_empty())
+        Some(self.sources[executed.source()].program_around(executed.block())).filter(|name| !name.is_empty())
     }
 
     fn word(&self, executed: &Executed, word: &Word) -> Result<Vec<u8>, &'static str> {
-        let program = &self.sources[executed.source].program;
-        let is_repeated = self.trace.runs(executed.source, executed.block) > 1 || executed.source > 0;
+        let program = &self.sources[executed.source()].program;
+        let is_repeated = self.trace.runs(executed.source(), executed.block()) > 1 || executed.source() > 0;
         match word.kind {
             WordKind::Flow | WordKind::Assignment => Err(reason(word)),
             WordKind::Expression => valued(program, word),
             // Numbers of repeated blocks and labels would stand twice.
             WordKind::Number if word.letter == b'N' && is_repeated => Ok(Vec::new()),
             WordKind::Keyword if word.name == Name::Label => Ok(Vec::new()),
-            WordKind::Percent if executed.source > 0 => Ok(Vec::new()),
+            WordKind::Percent if executed.source() > 0 => Ok(Vec::new()),
             WordKind::Keyword | WordKind::Unknown => with_values(program, word),
             _ => Ok(program.text(word.span).to_vec()),
         }

@@ -11,8 +11,8 @@ impl Run<'_> {
     /// Executes the flow statement in the word `flow`.
     pub(super) fn execute_statement(&mut self, flow: usize) -> Result<Next, Fault> {
         let span = self.sources[self.source].program.words()[flow].span;
-        let Some(statement) = self.sources[self.source].statement(self.block).cloned() else { return Ok(Next::Following) };
-        let next = match &statement {
+        let Some(statement) = self.sources[self.source].shared_statement(self.block) else { return Ok(Next::Following) };
+        let next = match &*statement {
             Statement::If { condition } => self.branch(condition),
             // Reached from above: the branch before ran.
             Statement::Else => self.partner().map(|end| Next::At(end + 1)),
@@ -95,13 +95,14 @@ impl Run<'_> {
     /// ENDFOR: the next pass, while the counter does not exceed the end value.
     fn count_on(&mut self) -> Result<Next, Fault> {
         let (head, end) = (self.partner()?, self.block);
-        let Some(Statement::For { variable, to, .. }) = self.sources[self.source].statement(head).cloned() else {
+        let statement = self.sources[self.source].shared_statement(head);
+        let Some(Statement::For { variable, to, .. }) = statement.as_deref() else {
             return Err(Fault::new("FOR is missing"));
         };
-        let name = self.variable(&variable)?;
+        let name = self.variable(variable)?;
         let next = self.variables.get(&name).number().map_or(Value::Unknown, |value| Value::Number(value + 1.0));
         self.variables.set(&name, next);
-        self.pass(&name, &to, head + 1, end)
+        self.pass(&name, to, head + 1, end)
     }
 
     fn pass(&mut self, counter: &Name, to: &[u8], body: usize, end: usize) -> Result<Next, Fault> {

@@ -121,7 +121,7 @@ impl Run<'_> {
     fn forget_assigned(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
         let here = self.block;
         for block in range {
-            self.limit.count()?;
+            self.limit.count(&self.sources[self.source].program, block)?;
             self.block = block;
             let source = &self.sources[self.source];
             let mut names = Vec::new();
@@ -157,7 +157,7 @@ impl Run<'_> {
     fn record(&mut self, range: Range<usize>, depth: usize) -> Result<(), Fault> {
         let here = self.block;
         for block in range {
-            self.limit.count()?;
+            self.limit.count(&self.sources[self.source].program, block)?;
             self.block = block;
             let called = self.callee(depth);
             if let Some((Some((source, body)), _)) = called {

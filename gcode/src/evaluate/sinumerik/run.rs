@@ -9,6 +9,7 @@ use super::variables::{Kind, Name, Variables};
 use crate::dialect::Options;
 use crate::evaluate::control::{Limit, Next, check_alone, check_depth, main_block};
 use crate::evaluate::files::{Files, Library};
+use crate::evaluate::progress::Progress;
 use crate::evaluate::recorded::Recorded;
 use crate::evaluate::trace::Trace;
 use crate::evaluate::value::{Fault, Value};
@@ -32,6 +33,7 @@ pub(super) struct Call {
     pub body: Range<usize>,
     /// Executions of the body that are still to come after this one.
     pub again: u32,
+    pub progress: Progress,
     /// `None` for a section, which has no variables of its own.
     pub arguments: Option<Arguments>,
     /// The PROC statement of a subprogram that restores modes at its end.
@@ -63,7 +65,15 @@ impl<'a> Run<'a> {
             library: Library::new(files),
             sources: vec![source],
             variables: Variables::new(),
-            calls: vec![Call { source: 0, block: 0, body, again: 0, arguments: None, saved: None }],
+            calls: vec![Call {
+                source: 0,
+                block: 0,
+                body,
+                again: 0,
+                progress: Progress::default(),
+                arguments: None,
+                saved: None,
+            }],
             source: 0,
             block: 0,
             trace: Trace::default(),
@@ -82,13 +92,21 @@ impl<'a> Run<'a> {
                     _ => continue,
                 }
             }
-            match self.limit.count().and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
+            let counted = self.limit.count(&self.sources[self.source].program, self.block).and_then(|()| self.check_progress());
+            match counted.and_then(|()| self.execute_block()).map_err(|fault| self.note(fault))? {
                 Next::Following => self.block += 1,
                 Next::At(block) => self.block = block,
                 Next::Set => {}
                 Next::End => return Ok(()),
             }
         }
+    }
+
+    /// Refuses a program that repeats itself.
+    fn check_progress(&mut self) -> Result<(), Fault> {
+        let [global, local] = self.variables.changes();
+        let Some(call) = self.calls.last_mut() else { return Ok(()) };
+        call.progress.count([global, local, 0], self.sources[self.source].blocks())
     }
 
     pub(super) fn in_subprogram(&self) -> bool {
@@ -167,7 +185,8 @@ impl<'a> Run<'a> {
         check_depth(self.calls.len())?;
         let Some(again) = times.checked_sub(1) else { return Ok(Next::Following) };
         let saved = arguments.as_ref().and_then(|_| self.saving_statement(source, &body));
-        let call = Call { source: self.source, block: self.block, body, again, arguments, saved };
+        let progress = Progress::default();
+        let call = Call { source: self.source, block: self.block, body, again, progress, arguments, saved };
         (self.source, self.block) = (source, call.body.start);
         self.open_level(&call);
         self.calls.push(call);
@@ -203,6 +222,7 @@ impl<'a> Run<'a> {
         }
         if call.again > 0 {
             call.again -= 1;
+            call.progress = Progress::default();
             self.block = call.body.start;
             self.open_level(&call);
             self.calls.push(call);

@@ -1,10 +1,11 @@
 //! A program file with the places that jumps, loops and calls lead to.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::ops::Range;
+use std::rc::Rc;
 
 use super::statement::{Direction, Statement, program_name};
+use crate::evaluate::hash::Map;
 use crate::program::Program;
 use crate::sinumerik::names::Name;
 use crate::word::WordKind;
@@ -15,11 +16,13 @@ pub(super) struct Source<'a> {
     /// File name; empty for the main program.
     pub name: String,
     pub program: Cow<'a, Program>,
-    statements: HashMap<usize, Statement>,
+    statements: Map<usize, Rc<Statement>>,
+    /// Blocks with PROC, in order.
+    procedures: Vec<usize>,
     /// Blocks of labels and of block numbers (`N10`), in upper case.
-    places: HashMap<String, Vec<usize>>,
+    places: Map<String, Vec<usize>>,
     /// From IF to ELSE or ENDIF, from ELSE to ENDIF, between the ends of a loop.
-    partners: HashMap<usize, usize>,
+    partners: Map<usize, usize>,
     /// Programs of an archive by name, with their blocks.
     programs: Vec<(String, Range<usize>)>,
 }
@@ -29,9 +32,10 @@ impl<'a> Source<'a> {
         let mut source = Self {
             name,
             program,
-            statements: HashMap::new(),
-            places: HashMap::new(),
-            partners: HashMap::new(),
+            statements: Map::default(),
+            procedures: Vec::new(),
+            places: Map::default(),
+            partners: Map::default(),
             programs: Vec::new(),
         };
         let mut heads = Vec::new();
@@ -55,7 +59,11 @@ impl<'a> Source<'a> {
             let upper = || String::from_utf8_lossy(text).to_ascii_uppercase();
             match word.kind {
                 WordKind::Flow => {
-                    self.statements.insert(block, Statement::read(text));
+                    let statement = Statement::read(text);
+                    if statement == Statement::Procedure {
+                        self.procedures.push(block);
+                    }
+                    self.statements.insert(block, Rc::new(statement));
                 }
                 WordKind::Keyword if word.name == Name::Label => {
                     self.places.entry(upper().trim_end_matches(':').to_owned()).or_default().push(block);
@@ -77,7 +85,7 @@ impl<'a> Source<'a> {
         let mut open: Vec<usize> = Vec::new();
         for block in blocks {
             let own = &self.statements[&block];
-            let closes = |head: &Statement| match own {
+            let closes = |head: &Statement| match **own {
                 Statement::Else => matches!(head, Statement::If { .. }),
                 Statement::EndIf => matches!(head, Statement::If { .. } | Statement::Else),
                 Statement::EndWhile => matches!(head, Statement::While { .. }),
@@ -92,7 +100,7 @@ impl<'a> Source<'a> {
                 self.partners.insert(block, head);
             }
             if matches!(
-                own,
+                **own,
                 Statement::If { .. }
                     | Statement::Else
                     | Statement::While { .. }
@@ -105,7 +113,7 @@ impl<'a> Source<'a> {
         }
         // An ELSE leads to its ENDIF, not back to its IF.
         for (block, statement) in &self.statements {
-            if *statement == Statement::Else && self.partners.get(block).is_some_and(|partner| partner < block) {
+            if **statement == Statement::Else && self.partners.get(block).is_some_and(|partner| partner < block) {
                 self.partners.remove(block);
             }
         }
@@ -116,7 +124,18 @@ impl<'a> Source<'a> {
     }
 
     pub fn statement(&self, block: usize) -> Option<&Statement> {
-        self.statements.get(&block)
+        self.statements.get(&block).map(|statement| &**statement)
+    }
+
+    /// The same, to be executed while the execution changes.
+    pub fn shared_statement(&self, block: usize) -> Option<Rc<Statement>> {
+        self.statements.get(&block).cloned()
+    }
+
+    /// The first block of `range` with PROC.
+    pub fn procedure(&self, range: &Range<usize>) -> Option<usize> {
+        let first = self.procedures.partition_point(|block| *block < range.start);
+        self.procedures.get(first).copied().filter(|block| range.contains(block))
     }
 
     /// Index of the flow word of a block.

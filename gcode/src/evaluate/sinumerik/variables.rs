@@ -1,8 +1,7 @@
 //! R parameters, global user data and local variables ("Variables").
 
-use std::collections::HashMap;
-
 use super::arithmetic::rounded;
+use crate::evaluate::hash::Map;
 use crate::evaluate::value::Value;
 
 /// Type of a variable, as far as an assignment depends on it.
@@ -79,8 +78,10 @@ impl Name {
 /// Variables of one program level.
 #[derive(Clone, Debug, Default)]
 struct Level {
-    kinds: HashMap<String, Kind>,
-    values: HashMap<Name, Value>,
+    kinds: Map<String, Kind>,
+    values: Map<Name, Value>,
+    /// Number of changes of these.
+    changes: u64,
 }
 
 /// All variables. What no block assigned is unknown, because an earlier program, an operator or the machine may have set it; a variable that is
@@ -88,13 +89,20 @@ struct Level {
 #[derive(Clone, Debug)]
 pub(super) struct Variables {
     /// R parameters and global user data.
-    global: HashMap<Name, Value>,
+    global: Map<Name, Value>,
     levels: Vec<Level>,
+    /// Number of changes of global values.
+    changes: u64,
 }
 
 impl Variables {
     pub fn new() -> Self {
-        Self { global: HashMap::new(), levels: vec![Level::default()] }
+        Self { global: Map::default(), levels: vec![Level::default()], changes: 0 }
+    }
+
+    /// Numbers of changes of global values, and of those of the present level.
+    pub fn changes(&self) -> [u64; 2] {
+        [self.changes, self.levels.last().map_or(0, |level| level.changes)]
     }
 
     pub fn get(&self, name: &Name) -> Value {
@@ -106,6 +114,21 @@ impl Variables {
         }
     }
 
+    /// The value of a variable after the assignments `before`.
+    pub fn get_after(&self, before: &[(Name, Value)], name: &Name) -> Value {
+        let is_whole_r = |target: &Name| target.base == "R" && name.is_parameter();
+        let covers =
+            |target: &Name| target == name || (target.index.is_none() && (target.base == name.base || is_whole_r(target)));
+        match before.iter().rfind(|(target, _)| covers(target)) {
+            Some((target, _)) if target.index.is_none() => Value::Unknown,
+            Some((_, value)) => match self.levels.last().and_then(|level| level.kinds.get(&name.base)) {
+                Some(kind) => kind.of(*value),
+                None => *value,
+            },
+            None => self.get(name),
+        }
+    }
+
     /// Whether the name is an R parameter or a variable that the program defines.
     pub fn is_defined(&self, name: &Name) -> bool {
         name.is_parameter() || self.levels.last().is_some_and(|level| level.kinds.contains_key(&name.base))
@@ -114,7 +137,7 @@ impl Variables {
     /// Defines a variable of the present level. Its elements are 0 until they are assigned.
     pub fn define(&mut self, base: &str, kind: Kind) {
         if let Some(level) = self.levels.last_mut() {
-            level.kinds.insert(base.to_owned(), kind);
+            level.changes += u64::from(level.kinds.insert(base.to_owned(), kind) != Some(kind));
         }
     }
 
@@ -122,16 +145,23 @@ impl Variables {
     pub fn set(&mut self, name: &Name, value: Value) {
         let Some(level) = self.levels.last_mut() else { return };
         if name.index.is_none() {
+            self.changes += 1;
             level.kinds.insert(name.base.clone(), Kind::Other);
             level.values.retain(|known, _| known.base != name.base);
             let is_r = name.base == "R";
             self.global.retain(|known, _| known.base != name.base && !(is_r && known.is_parameter()));
             return;
         }
-        match level.kinds.get(&name.base) {
-            Some(kind) => level.values.insert(name.clone(), kind.of(value)),
-            None => self.global.insert(name.clone(), value),
+        let (values, value, changes) = match level.kinds.get(&name.base) {
+            Some(kind) => (&mut level.values, kind.of(value), &mut level.changes),
+            None => (&mut self.global, value, &mut self.changes),
         };
+        match values.get_mut(name) {
+            Some(known) if known.is_same(value) => return,
+            Some(known) => *known = value,
+            None => drop(values.insert(name.clone(), value)),
+        }
+        *changes += 1;
     }
 
     /// Opens the level of a subprogram.
@@ -148,6 +178,7 @@ impl Variables {
 
     /// Code that is not read ran.
     pub fn forget_global(&mut self) {
+        self.changes += u64::from(!self.global.is_empty());
         self.global.clear();
     }
 
@@ -155,6 +186,8 @@ impl Variables {
     pub fn forget_all(&mut self) {
         self.forget_global();
         for level in &mut self.levels {
+            let is_known = |kind: &Kind| *kind != Kind::Other;
+            level.changes += u64::from(!level.values.is_empty() || level.kinds.values().any(is_known));
             level.values.clear();
             level.kinds.values_mut().for_each(|kind| *kind = Kind::Other);
         }
