@@ -95,7 +95,10 @@ pub fn oversized_point(program: &Program, options: &Options) -> Option<Diagnosti
     if options.dialect != Dialect::Fanuc || program.language() == Language::Dialogue {
         return None;
     }
-    let word = coordinates(program).find(|word| !has_point(program, word) && word.value.abs() > LARGEST_UNITS)?;
+    // Rotary axes may turn without end.
+    let is_length = |word: &Word| !b"ABC".contains(&word.letter);
+    let is_large = |word: &&Word| is_length(word) && !has_point(program, word) && word.value.abs() > LARGEST_UNITS;
+    let word = coordinates(program).find(is_large)?;
     Some(question(program, word))
 }
 
@@ -139,7 +142,7 @@ mod tests {
         for text in [
             integers.replace("40000", "4000"),
             integers.replace("40000", "40000."),
-            integers.replace("Y40000", "S40000 M3").replace("X40000", "X4"),
+            integers.replace("Y40000", "S40000 M3").replace("X40000", "A36000"),
         ] {
             assert!(!asks(&text, Dialect::Fanuc), "{text}");
         }

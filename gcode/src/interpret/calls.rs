@@ -1,33 +1,12 @@
 //! Calls of subprograms and macros that are not found, and what is known after them; ends of the program.
 
 use super::codes::{Code, Motion};
+use super::doubts::Doubts;
 use super::gather::Gathered;
 use super::sections::Cause;
 use super::state::Interpreter;
 use crate::dialect::{Dialect, Macros};
 use crate::word::Span;
-
-/// Modal groups that a macro may have changed, until the program states them again.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Doubts {
-    /// G90, G91: axis words may be targets or distances.
-    pub distance: bool,
-    /// G54 to G59.3. Not if the program never states one: then it is left to the macro.
-    work_offset: bool,
-    /// G17 to G19, which concern arcs alone.
-    plane: bool,
-    /// The motion code of blocks without one.
-    motion: bool,
-    /// The feed of moves without F.
-    feed: bool,
-}
-
-impl Doubts {
-    /// Whether a move may be another than the program says.
-    fn concern(self, is_arc: bool) -> bool {
-        self.distance || self.work_offset || self.motion || self.feed || (self.plane && is_arc)
-    }
-}
 
 impl Interpreter<'_> {
     /// Executes the codes at the end of the block: calls, and the end of the program.

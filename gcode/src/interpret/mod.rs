@@ -4,6 +4,7 @@ mod arc_faults;
 mod arc_move;
 mod calls;
 mod codes;
+mod doubts;
 mod feed_move;
 mod frames;
 mod gather;

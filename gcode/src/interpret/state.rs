@@ -1,8 +1,8 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
 use super::arc_faults::ArcFaults;
-use super::calls::Doubts;
 use super::codes::Motion;
+use super::doubts::Doubts;
 use super::report::Report;
 use super::sections::Cause;
 use super::shifts::Shifts;
