@@ -70,6 +70,14 @@ fn words_of_the_mode_need_no_meaning_outside_it() {
 }
 
 #[test]
+fn a_tilted_plane_ends_with_its_code_though_the_tool_was_turned_to_it() {
+    for turn in ["G53.1", "G53.1 P1", "G53.6 H1", "G253"] {
+        let body = format!("{turn}\nG43 H1\nG0 X0 Y0 Z50.\nG1 Z-1. F300\nG2 X30. Y5. R50.\nG0 Z50.\n");
+        is_left_alone(Dialect::Fanuc, "G68.2 X0 Y0 Z0 I30. J20. K0", &body, "G69");
+    }
+}
+
+#[test]
 fn a_mirror_image_lasts_until_the_last_of_its_axes_is_named() {
     let path = read(Dialect::Fanuc, &format!("{BEFORE}G51.1 X0 Y0\nG1 X1.\nG50.1 X0\n{AFTER}"));
     assert_eq!(feeds(&path)[2..].iter().filter(|shiftable| **shiftable == YES).count(), 0);

@@ -245,7 +245,8 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
         90 => Code::ExactStopHere,
         // Haas: look-ahead limited, smoothness.
         1030 | 1870 => Code::Silent,
-        270 | 290 => Code::OneShot(OneShot::Home),
+        // G53.1, G53.6 (Fanuc) and G253 (Haas) turn the rotary axes until the tool is normal to a tilted plane.
+        270 | 290 | 531 | 536 | 2530 => Code::OneShot(OneShot::Home),
         310 => Code::Motion(Motion::Probe),
         // Haas Mill Operator's Manual: bolt hole circle (G70), arc (G71), holes along an angle (G72).
         700 | 710 | 720 if has_any(b"IJKL") && !has_any(LATHE_CYCLE) => Code::OneShot(OneShot::HolePattern),
