@@ -164,6 +164,23 @@ fn moves_behind_a_code_given_as_passive_are_compensated() {
 }
 
 #[test]
+fn moves_behind_a_macro_that_is_not_found_stay_unless_it_is_said_to_keep_the_modes() {
+    let program = UNKNOWN_CODE.replace("M428\nG0 X0 Y0", "M98 P1000\nG0 X0 Y0 Z0");
+    let said = folder_with(&program).prints(&UNKNOWN_CODE_WORDS);
+    assert!(said.contains("--macros keep") && said.contains("3 after codes whose effect"), "{said}");
+    let (_, figures) = compensate(&folder_with(&program), &["--dialect", "fanuc", "--macros", "keep"]);
+    assert_eq!(figures["left_alone"]["feed_length_share"], 0.0, "{figures}");
+}
+
+#[test]
+fn a_turned_section_stays_and_its_warning_names_its_lines() {
+    let program = UNKNOWN_CODE.replace("M428", "G68 X0 Y0 R30\nG1 X5 Y5\nG69");
+    let said = folder_with(&program).prints(&UNKNOWN_CODE_WORDS);
+    assert!(said.contains("G68: coordinates are not those of the path") && said.contains("up to line 8"), "{said}");
+    assert!(said.contains("moves left as they are: 1 after codes"), "{said}");
+}
+
+#[test]
 fn only_m_codes_can_be_given_as_passive() {
     folder_with(UNKNOWN_CODE).fails(2, &[&UNKNOWN_CODE_WORDS[..], &["--passive", "G428"]].concat());
 }
