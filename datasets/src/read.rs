@@ -91,9 +91,7 @@ pub(crate) fn log_of(
     mut report: Report,
 ) -> Result<(Log, Report), DatasetError> {
     let map = map_of(path, table, options)?;
-    if !map.unused.is_empty() {
-        report.push(Finding::new(Severity::Note, Check::Mended, format!("columns not used: {}", map.unused.join(", "))));
-    }
+    report.findings.extend(map.findings());
     let mut sources = Vec::new();
     for axis in &map.axes {
         sources.push((axis.axis.clone(), axis.reference));

@@ -2,6 +2,8 @@
 
 use motion::Axis;
 
+use crate::{Check, Finding, Severity};
+
 /// A column of a table and its factor to s, mm or rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Source {
@@ -31,4 +33,15 @@ pub struct ColumnMap {
     pub axes: Vec<AxisColumns>,
     /// Names of the unused columns.
     pub unused: Vec<String>,
+    /// What names leave open and was assumed.
+    pub assumed: Vec<String>,
+}
+
+impl ColumnMap {
+    /// What is to be known of the map.
+    pub(crate) fn findings(&self) -> Vec<Finding> {
+        let unused = (!self.unused.is_empty()).then(|| format!("columns not used: {}", self.unused.join(", ")));
+        let messages = self.assumed.iter().cloned().chain(unused);
+        messages.map(|message| Finding::new(Severity::Note, Check::Mended, message)).collect()
+    }
 }

@@ -48,7 +48,7 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
     used.extend(axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]));
     let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused })
+    Ok(ColumnMap { time, axes, unused, assumed: Vec::new() })
 }
 
 /// The entries of a mapping, as `t=time_s,x_ref=cmd`: the column of time, and those of the axes.
@@ -59,7 +59,8 @@ fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), Da
         let fail = |reason: String| DatasetError::Mapping { text: entry.to_owned(), reason };
         let (key, value) = entry.split_once('=').ok_or_else(|| fail("there is no `=`".to_owned()))?;
         let key = key.trim().to_ascii_lowercase();
-        let named = named(value.trim(), table).map_err(fail)?;
+        let axis = key.rsplit_once('_').map_or("", |(axis, _)| axis);
+        let named = named(value.trim(), axis, table).map_err(fail)?;
         let duplicate = || fail(format!("`{key}` is given twice"));
         if key == "t" {
             if named.unit.is_some_and(|unit| unit.quantity != Quantity::Time) {
@@ -98,10 +99,10 @@ fn both_sides((name, reference, actual): Sides) -> Result<AxisColumns, String> {
     Ok(AxisColumns { axis: axis(&name, &[reference.unit, actual.unit])?, reference: reference.source, actual: actual.source })
 }
 
-/// A column's name or `#` and its number, with `*factor` or `:unit`.
-fn named(text: &str, table: &Table) -> Result<Named, String> {
+/// A column's name or `#` and its number, with `*factor` or `:unit`, for `axis`.
+fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
     if let Some(column) = find(text, table)? {
-        let unit = unit_of_name(&table.names[column]);
+        let unit = unit_of_name(&table.names[column], axis);
         let scale = unit.map_or(1.0, |unit| unit.scale);
         return Ok(Named { source: Source { column, scale }, unit });
     }

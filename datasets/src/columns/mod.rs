@@ -2,11 +2,13 @@
 
 mod map;
 mod mapping;
+mod meaning;
 mod names;
+mod numbered;
 mod recognise;
 mod unit;
 
 pub use map::{AxisColumns, ColumnMap, Source};
-pub(crate) use names::is_joint_pin;
-pub(crate) use recognise::{implied_period_s, recognise_reference};
+pub(crate) use numbered::{edge_role, is_joint_pin};
+pub(crate) use recognise::{PROBED_ROWS, implied_period_s, recognise_reference, table_encoders};
 pub use unit::{Quantity, Unit};

@@ -1,39 +1,60 @@
 //! The words of a column name.
 
+use super::meaning::{Meaning, Role};
+use super::numbered::{is_edge_name, numbered};
 use super::unit::Unit;
 
-/// Content of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
-    Time,
-    Reference,
-    Actual,
-    /// A position whose name does not state whether it is commanded or actual.
-    Position,
-}
-
-/// Meaning of a column name of which every word is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Meaning {
-    pub role: Role,
-    /// Lower-case axis name; empty for the time.
-    pub axis: String,
-    pub unit: Option<Unit>,
-}
-
-const TIME: &[&str] = &["t", "time", "timestamp"];
-const REFERENCE: &[&str] =
-    &["ref", "reference", "cmd", "command", "commanded", "des", "desired", "set", "setpoint", "sp", "target"];
-const ACTUAL: &[&str] = &["act", "actual", "enc", "encoder", "fb", "feedback", "meas", "measured"];
-const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value"];
+const TIME: &[&str] = &["t", "time", "timestamp", "zeit", "zeitstempel"];
+const REFERENCE: &[&str] = &[
+    "ref",
+    "reference",
+    "cmd",
+    "command",
+    "commanded",
+    "des",
+    "desired",
+    "set",
+    "setpoint",
+    "sp",
+    "target",
+    "soll",
+    "sollposition",
+    "sollpos",
+    "sollwert",
+    "lagesollwert",
+    "positionssollwert",
+];
+const ACTUAL: &[&str] = &[
+    "act",
+    "actual",
+    "enc",
+    "enc1",
+    "encoder",
+    "fb",
+    "feedback",
+    "meas",
+    "measured",
+    "ist",
+    "istposition",
+    "istpos",
+    "istwert",
+    "lageistwert",
+    "positionsistwert",
+];
+const TABLE: &[&str] = &["enc2", "encoder2"];
+const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert"];
 
 /// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
 /// for a position.
 pub(super) fn understand(name: &str) -> Option<Meaning> {
-    if let Some(meaning) = joint_pin(name) {
+    if let Some(meaning) = numbered(name) {
         return Some(meaning);
     }
+    if is_edge_name(name) {
+        return None;
+    }
     let mut role = None;
+    let mut is_table = false;
     let mut axis = String::new();
     let mut unit = None;
     for (index, word) in words(name).iter().enumerate() {
@@ -42,7 +63,8 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
             Some(Role::Time)
         } else if REFERENCE.contains(&word) {
             Some(Role::Reference)
-        } else if ACTUAL.contains(&word) {
+        } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
+            is_table |= TABLE.contains(&word);
             Some(Role::Actual)
         } else {
             None
@@ -72,45 +94,25 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         Some(role) => role,
         None => Role::Position,
     };
-    Some(Meaning { role, axis, unit })
+    Some(Meaning { role, axis, unit, is_table })
 }
 
-/// Axes of LinuxCNC's joints 0 to 5 if its configuration names no others.
-const JOINTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
-
-/// A pin of a joint in LinuxCNC's HAL: `joint.0.motor-pos-cmd`, `joint.0.pos-fb`. Rotary joints are
-/// in degrees.
-fn joint_pin(name: &str) -> Option<Meaning> {
-    let (number, pin) = name.strip_prefix("joint.")?.split_once('.')?;
-    let role = match pin.strip_prefix("motor-").unwrap_or(pin) {
-        "pos-cmd" => Role::Reference,
-        "pos-fb" => Role::Actual,
-        _ => return None,
-    };
-    let axis = *JOINTS.get(number.parse::<usize>().ok()?)?;
-    let unit = if JOINTS[..3].contains(&axis) { "mm" } else { "deg" };
-    Some(Meaning { role, axis: axis.to_owned(), unit: Unit::named(unit) })
-}
-
-/// Whether a column has the name of a joint's pin, which does not state the axis.
-pub(crate) fn is_joint_pin(name: &str) -> bool {
-    joint_pin(name).is_some()
-}
-
-/// Lower-case words: split at everything that is neither letter nor digit, and where a capital follows a small letter or digit.
+/// Lower-case words: split at everything that is neither letter nor digit, where a capital follows a small letter or digit, and before the
+/// last of several capitals that a small letter follows: `XSoll` is `x` and `soll`.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
-    let mut before = ' ';
-    for character in name.chars() {
+    let characters: Vec<char> = name.chars().collect();
+    for (index, &character) in characters.iter().enumerate() {
+        let before = if index > 0 { characters[index - 1] } else { ' ' };
         let is_word = character.is_alphanumeric() || character == '°';
-        let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit());
+        let starts = before.is_uppercase() && characters.get(index + 1).is_some_and(|next| next.is_lowercase());
+        let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit() || starts);
         if !is_word || hump {
             words.push(String::new());
         }
         if is_word && let Some(word) = words.last_mut() {
             word.extend(character.to_lowercase());
         }
-        before = character;
     }
     words.retain(|word| !word.is_empty());
     words
@@ -151,8 +153,17 @@ mod tests {
             ("Axis X Set Position (mm)", Role::Reference, "x"),
             ("y-fb-um", Role::Actual, "y"),
             ("ActPosZ", Role::Actual, "z"),
-            ("joint.1.motor-pos-cmd", Role::Reference, "y"),
-            ("joint.3.pos-fb", Role::Actual, "a"),
+            ("DES_POS|2", Role::Reference, "y"),
+            ("Zeit [ms]", Role::Time, ""),
+            ("X_Soll", Role::Reference, "x"),
+            ("Soll Y [mm]", Role::Reference, "y"),
+            ("SollpositionZ", Role::Reference, "z"),
+            ("XSollposition", Role::Reference, "x"),
+            ("ZIst", Role::Actual, "z"),
+            ("Ist-Position X1 (mm)", Role::Actual, "x1"),
+            ("Istposition Achse Y", Role::Actual, "y"),
+            ("Lagesollwert X", Role::Reference, "x"),
+            ("x_enc2_mm", Role::Actual, "x"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }
@@ -173,6 +184,11 @@ mod tests {
             "x_time",
             "joint.0.motor-offset",
             "joint.9.motor-pos-cmd",
+            "DES_POS|x",
+            "x|Soll",
+            "X_Sollgeschwindigkeit",
+            "Istwert",
+            "X_Soll_Ist",
         ] {
             assert_eq!(meaning(name), None, "{name}");
         }

@@ -5,7 +5,9 @@ use std::path::Path;
 use motion::{Axis, AxisKind};
 
 use super::map::{AxisColumns, ColumnMap, Source};
-use super::names::{Meaning, Role, understand};
+use super::meaning::{Meaning, Role};
+use super::names::understand;
+use super::numbered::{assumed_unit, is_edge_signal};
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
@@ -23,7 +25,8 @@ impl ColumnMap {
 
 fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
-    let meanings = meanings(table);
+    let (meanings, mut assumed) = meanings(table);
+    assumed.extend(numbered_axes(table));
     let time = time(&meanings).map_err(fail)?;
     let mut axes: Vec<AxisColumns> = Vec::new();
     let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
@@ -40,7 +43,7 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
         return Err(fail("no axis has both a commanded and an actual position by its column names".to_owned()));
     }
     let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused })
+    Ok(ColumnMap { time, axes, unused, assumed })
 }
 
 /// The time column, and the position column of each axis.
@@ -49,7 +52,7 @@ type Recognised = (Option<Source>, Vec<(Axis, Source)>);
 /// Time and position columns of a reference: `t,x,y,z`, or the commanded ones of a log.
 pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<Recognised, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
-    let meanings = meanings(table);
+    let (meanings, _) = meanings(table);
     let mut axes = Vec::new();
     for role in [Role::Position, Role::Reference] {
         for name in axis_names(&meanings, &[role]) {
@@ -66,10 +69,14 @@ pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<Recognis
 }
 
 pub(super) fn time_column(table: &Table) -> Result<Option<Source>, String> {
-    time(&meanings(table))
+    time(&meanings(table).0)
 }
 
-pub(super) fn unit_of_name(name: &str) -> Option<Unit> {
+/// The unit of a column that is mapped to `axis`.
+pub(super) fn unit_of_name(name: &str, axis: &str) -> Option<Unit> {
+    if let Some(unit) = assumed_unit(name, axis) {
+        return Some(unit);
+    }
     understand(name).and_then(|meaning| meaning.unit).or_else(|| {
         // Names with unknown words may still end in their unit: `motor_travel_um`.
         let (_, last) = name.rsplit_once(['_', ' ', '[', '('])?;
@@ -117,8 +124,42 @@ pub(crate) fn implied_period_s(table: &Table) -> Option<f64> {
     })
 }
 
-fn meanings(table: &Table) -> Vec<Option<Meaning>> {
-    table.names.iter().map(|name| understand(name)).collect()
+/// Rows at the beginning of a log that show whether an encoder is there.
+pub(crate) const PROBED_ROWS: usize = 1000;
+
+/// Indices of the columns of second encoders.
+pub(crate) fn table_encoders(table: &Table) -> Vec<usize> {
+    let is_table = |name: &String| understand(name).is_some_and(|meaning| meaning.is_table);
+    table.names.iter().enumerate().filter(|(_, name)| is_table(name)).map(|(index, _)| index).collect()
+}
+
+/// Meanings of the columns, and what was assumed: of the two encoders of an axis the one at the table counts, unless it is not there, so
+/// that it reads 0 throughout the first rows.
+fn meanings(table: &Table) -> (Vec<Option<Meaning>>, Vec<String>) {
+    let mut meanings: Vec<Option<Meaning>> = table.names.iter().map(|name| understand(name)).collect();
+    let mut assumed = Vec::new();
+    for second in table_encoders(table) {
+        let axis = meanings[second].as_ref().map(|meaning| meaning.axis.clone()).unwrap_or_default();
+        let is_first = |meaning: &Meaning| meaning.role == Role::Actual && meaning.axis == axis && !meaning.is_table;
+        let Some(first) = meanings.iter().position(|meaning| meaning.as_ref().is_some_and(is_first)) else { continue };
+        let rows = table.columns.get(second).map_or(&[][..], Vec::as_slice);
+        let rows = &rows[..rows.len().min(PROBED_ROWS)];
+        let (taken, left) =
+            if !rows.is_empty() && rows.iter().all(|value| *value == 0.0) { (first, second) } else { (second, first) };
+        let why = if taken == second { "the encoder at the table" } else { "the other one reads 0" };
+        assumed.push(format!("of the encoders of {axis} `{}` is used, {why}; choose with a mapping", table.names[taken]));
+        meanings[left] = None;
+    }
+    (meanings, assumed)
+}
+
+/// What is assumed of axes that are numbered.
+fn numbered_axes(table: &Table) -> Option<String> {
+    table.names.iter().any(|name| is_edge_signal(name)).then(|| {
+        "axes 1 to 6 are taken for x y z a b c, in mm and degrees; where the machine's are others, say so with a mapping like \
+         `z_ref=DES_POS|2,z_act=ENC1_POS|2`"
+            .to_owned()
+    })
 }
 
 fn time(meanings: &[Option<Meaning>]) -> Result<Option<Source>, String> {

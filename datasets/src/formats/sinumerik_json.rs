@@ -6,9 +6,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::LogFormat;
+use crate::columns::edge_role;
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
-/// JSON of SINUMERIK Edge: `DES_POS|n` is the commanded, `ENC_POS|n` the actual position of axis `n`, one row a position-control cycle.
+/// JSON of SINUMERIK Edge: `DES_POS|n` is the commanded, `ENC_POS|n` or `ENC1_POS|n` the actual position of axis `n`, `ENC2_POS|n` that of
+/// its encoder at the table; one row a position-control cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct SinumerikJson;
 
@@ -93,17 +95,18 @@ impl LogFormat for SinumerikJson {
 }
 
 impl Signal {
-    /// Name of the signal's column: `x_ref` for `DES_POS|1` of axis X, and so on.
+    /// Name of the signal's column: `x_ref_mm` for `DES_POS|1` of axis X; its own where the axis has no name.
     fn column(&self) -> String {
         let address = if self.address.is_empty() { &self.name } else { &self.address };
-        let (quantity, number) = address.split_once('|').unwrap_or((address, ""));
-        let side = match quantity {
-            "DES_POS" => "ref",
-            "ENC_POS" => "act",
-            _ => return address.clone(),
+        let role = address.split_once('|').and_then(|(signal, _)| edge_role(signal));
+        let Some((is_reference, is_table)) = role.filter(|_| !self.axis.is_empty()) else { return address.clone() };
+        let side = match (is_reference, is_table) {
+            (true, _) => "ref",
+            (false, false) => "act",
+            (false, true) => "enc2",
         };
-        let axis = if self.axis.is_empty() { format!("axis{number}") } else { self.axis.to_lowercase() };
         // Positions are in mm, those of rotary axes in degrees.
+        let axis = self.axis.to_lowercase();
         let unit = if axis.starts_with(['a', 'b', 'c']) && !axis.starts_with("axis") { "deg" } else { "mm" };
         format!("{axis}_{side}_{unit}")
     }

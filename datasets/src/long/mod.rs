@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use motion::Axis;
 
-use crate::columns::recognise_reference;
+use crate::columns::{PROBED_ROWS, recognise_reference, table_encoders};
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
 use crate::read::{FARTHEST, LATEST_S, check_period, map_of, run_name, stated, uniform_columns};
@@ -89,8 +89,8 @@ impl Extent {
     }
 }
 
-/// Axes, time column, columns of positions, and names of columns that are not used.
-type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<String>);
+/// Axes, time column, columns of positions, and what is to be known of them.
+type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<Finding>);
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
@@ -102,7 +102,8 @@ impl LongFile {
         Self::open(path, options, most, |table, options| {
             let map = map_of(path, table, options)?;
             let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
-            Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, map.unused))
+            let findings = map.findings();
+            Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, findings))
         })
     }
 
@@ -130,7 +131,10 @@ impl LongFile {
         columns: impl FnOnce(&Table, &ReadOptions) -> Result<Columns, DatasetError>,
     ) -> Result<Option<Self>, DatasetError> {
         let (format, table, rows) = match parquet_head(path)? {
-            Some((table, rows)) => (Format::Parquet, table, rows),
+            Some((mut table, rows)) => {
+                probe_encoders(path, &mut table)?;
+                (Format::Parquet, table, rows)
+            }
             None => match CsvHead::of(path)? {
                 Some(head) => {
                     let (table, rows) = (head.table.clone(), head.rows);
@@ -144,11 +148,8 @@ impl LongFile {
         }
         let mut report = Report::default();
         let options = stated(path, options, &mut report)?;
-        let (axes, time, sources, unused) = columns(&table, &options)?;
-        if !unused.is_empty() {
-            let text = format!("columns not used: {}", unused.join(", "));
-            report.push(Finding::new(Severity::Note, Check::Mended, text));
-        }
+        let (axes, time, sources, findings) = columns(&table, &options)?;
+        report.findings.extend(findings);
         if time.is_none() {
             // The head has all that an error about the period says.
             let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(sources.iter().copied()).collect();
@@ -274,4 +275,14 @@ impl LongFile {
     pub fn pieces(&self, lengths: Lengths) -> Result<Pieces<'_>, DatasetError> {
         Pieces::new(self, lengths)
     }
+}
+
+/// Reads the first rows of the columns of second encoders, which show whether these are there.
+fn probe_encoders(path: &Path, table: &mut Table) -> Result<(), DatasetError> {
+    for column in table_encoders(table) {
+        let mut values = vec![Vec::new()];
+        ParquetRows::open(path, &[Source { column, scale: 1.0 }])?.read(PROBED_ROWS, &mut values, &mut Vec::new())?;
+        table.columns[column] = values.swap_remove(0);
+    }
+    Ok(())
 }

@@ -67,8 +67,9 @@ fn check(path: &Path, lengths: Lengths) {
     let mut pieces = file.pieces(lengths).unwrap();
     for from in [100, 30_000, 30_500, ROWS - 50] {
         let piece = pieces.at(from..from + 40).unwrap();
-        let own = &piece.reference.columns()[1][piece.own.clone()];
-        assert_eq!(own, &whole.reference.columns()[1][from..from + 40]);
+        let last = whole.axes().len() - 1;
+        let own = &piece.reference.columns()[last][piece.own.clone()];
+        assert_eq!(own, &whole.reference.columns()[last][from..from + 40]);
     }
 }
 
@@ -156,5 +157,35 @@ fn a_spool_holds_what_is_written_at_once() {
         let read = |path: &Path| read_log(path, &ReadOptions::default()).unwrap().0;
         let (found, wanted) = (read(&path), read(&whole));
         assert!(found.reference == wanted.reference && found.actual == wanted.actual, "{name}");
+    }
+}
+
+/// These columns as a text table and as Parquet.
+fn both_forms(folder: &TempDir, columns: &[(&str, Vec<f64>)]) -> [PathBuf; 2] {
+    let named: Vec<(String, Vec<f64>)> = columns.iter().map(|(name, column)| ((*name).to_owned(), column.clone())).collect();
+    let mut parquet = Vec::new();
+    crate::formats::parquet::write(&mut parquet, &named).unwrap();
+    let path = folder.path().join("run.parquet");
+    std::fs::write(&path, parquet).unwrap();
+    let mut text = columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",") + "\n";
+    for k in 0..columns[0].1.len() {
+        let row: Vec<String> = columns.iter().map(|(_, column)| format!("{:.9}", column[k])).collect();
+        text += &(row.join(",") + "\n");
+    }
+    [path, write(folder, "run.csv", &text)]
+}
+
+#[test]
+fn the_encoder_is_chosen_as_for_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let column = |gain: f64| (0..ROWS).map(|k| gain * (1.0 + (k as f64 * 0.0007).sin())).collect::<Vec<f64>>();
+    for table in [1.2, 0.0] {
+        let time = (0..ROWS).map(|k| k as f64 * 0.001).collect();
+        let columns = [("time", time), ("DES_POS|1", column(1.0)), ("ENC1_POS|1", column(1.1)), ("ENC2_POS|1", column(table))];
+        for path in both_forms(&folder, &columns) {
+            check(&path, Lengths { own: 7777, before: 100, after: 100 });
+            let highest = read_log(&path, &ReadOptions::default()).unwrap().0.actual.columns()[0][2244];
+            assert!((highest - 2.0 * if table > 0.0 { table } else { 1.1 }).abs() < 1e-3, "{highest}");
+        }
     }
 }
