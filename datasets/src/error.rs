@@ -100,6 +100,18 @@ pub enum DatasetError {
         /// Previous time stamp, s.
         before_s: f64,
     },
+    /// A commanded path whose time stamps have a gap.
+    #[error("{}: line {line}: the time steps by {step_s:.6} s after {time_s} s; a commanded path has no gaps: what is commanded there is not known. Write every sample, or cut the file there into two paths", path.display())]
+    Gap {
+        /// The file.
+        path: PathBuf,
+        /// Line before the gap, from 1.
+        line: usize,
+        /// Time stamp before the gap, s.
+        time_s: f64,
+        /// Length of the gap, s.
+        step_s: f64,
+    },
     /// Too few rows.
     #[error("{}: {rows} rows; a log needs at least {needed}", path.display())]
     TooShort {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use motion::{Axis, AxisKind};
 
-use crate::formats::{format_of, read_table};
+use crate::formats::{format_of, table_of};
 use crate::read::{log_of, map_of, stated};
 use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Source, Table};
 
@@ -54,7 +54,7 @@ pub enum Role {
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, DatasetError> {
     let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
     let format = format_of(&bytes).map_or("unknown", |format| format.name());
-    let table = read_table(path)?;
+    let table = table_of(path, bytes)?;
     let mut report = Report { findings: table.findings.clone() };
     let options = stated(path, options, &mut report)?;
     let columns = columns(&table, &map_of(path, &table, &options)?);

@@ -6,7 +6,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use common::assert_found;
-use datasets::{Check, DatasetError, Log, ReadOptions, Report, Severity, read_log};
+use datasets::{
+    Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess_runs, read_log, read_reference, read_runs,
+};
 use motion::AxisKind;
 
 const PERIOD_S: f64 = 0.002;
@@ -155,4 +157,90 @@ fn german_names_are_read_with_their_units() {
             assert!(report.findings.is_empty(), "{report}");
         }
     }
+}
+
+/// A log of 4000 rows without those that are lost.
+fn with_gaps(lost: &[(usize, usize)], time: impl Fn(usize) -> f64) -> String {
+    let kept = (0..4000).filter(|k| !lost.iter().any(|(from, to)| (*from..*to).contains(k)));
+    kept.fold("t,x_ref,x_act\n".to_owned(), |mut text, k| {
+        let [reference, actual] = sample(0, k as f64 * PERIOD_S);
+        writeln!(text, "{:.6},{reference:.6},{actual:.6}", time(k)).unwrap();
+        text
+    })
+}
+
+fn runs(text: &str) -> Result<(Vec<Log>, Report), DatasetError> {
+    let folder = tempfile::tempdir().unwrap();
+    read_runs(&file(&folder, "run.csv", text), &ReadOptions::default())
+}
+
+#[test]
+fn a_log_with_gaps_is_cut_into_runs() {
+    // 4 lost rows are interpolated; 50 and 2000 are not; between them are 100 rows only.
+    let text = with_gaps(&[(300, 304), (1000, 1050), (1150, 3150)], |k| 7.0 + k as f64 * PERIOD_S);
+    let (logs, report) = runs(&text).unwrap();
+    let found: Vec<(&str, usize, f64)> = logs.iter().map(|log| (log.name.as_str(), log.len(), log.start_s)).collect();
+    assert_eq!(found, [("run part 1", 1000, 7.0), ("run part 3", 850, 13.3)]);
+    for log in &logs {
+        assert_eq!(log.period_s(), PERIOD_S);
+        let first = ((log.start_s - 7.0) / PERIOD_S).round() as usize;
+        for (k, actual) in log.actual.columns()[0].iter().enumerate() {
+            assert!((actual - sample(0, (first + k) as f64 * PERIOD_S)[1]).abs() < 2e-3, "{k}");
+        }
+    }
+    let first = "t = 1.998 s: the time steps by 0.102000 s after line 997: 50 rows are missing";
+    assert_found(&report, Severity::Note, Check::Timing, first);
+    assert_found(&report, Severity::Note, Check::Timing, "steps by 4.002000 s after line 1097: 2000 rows are missing");
+    assert_found(&report, Severity::Note, Check::Timing, "left out: part 2 (100 rows, 0.198 s)");
+    // Only the part with the lost rows is interpolated.
+    assert_found(&report, Severity::Warn, Check::Timing, "run part 1: 1 of 995 intervals");
+    assert!(!report.is_refused() && report.findings.len() == 4, "{report}");
+    assert!(!assess_runs(&logs, Purpose::Training).is_refused());
+}
+
+#[test]
+fn a_clock_that_was_set_forward_is_a_gap_and_one_that_was_set_back_is_not() {
+    let (logs, report) = runs(&with_gaps(&[], |k| k as f64 * PERIOD_S + if k < 1500 { 0.0 } else { 1e8 })).unwrap();
+    assert_eq!(logs.iter().map(Log::len).collect::<Vec<_>>(), [1500, 2500]);
+    assert_found(&report, Severity::Note, Check::Timing, "after line 1501");
+    let error = runs(&with_gaps(&[], |k| k as f64 * PERIOD_S - if k < 1500 { 0.0 } else { 1.0 })).unwrap_err();
+    assert!(matches!(error, DatasetError::TimeOrder { line: 1502, .. }), "{error}");
+}
+
+#[test]
+fn parts_of_a_log_have_one_period_whatever_the_rounding_of_its_stamps() {
+    // Stamps of 10 ms, rows every 4 ms.
+    let period_s = 0.004;
+    let text = with_gaps(&[(700, 903), (3000, 3102)], |k| (k as f64 * period_s * 100.0 + 1e-9).floor() * 0.01);
+    let (logs, report) = runs(&text).unwrap();
+    assert_eq!(logs.len(), 3);
+    assert!(logs.iter().all(|log| log.period_s() == logs[0].period_s()), "{report}");
+    assert!((logs[0].period_s() / period_s - 1.0).abs() < 1e-3, "{}", logs[0].period_s());
+}
+
+#[test]
+fn a_log_of_scraps_is_refused() {
+    let lost: Vec<_> = (0..40).map(|k| (100 * k, 100 * k + 20)).collect();
+    let error = runs(&with_gaps(&lost, |k| k as f64 * PERIOD_S)).unwrap_err().to_string();
+    assert!(error.contains("39 gaps, the first after line 81") && error.contains("log without loss"), "{error}");
+}
+
+#[test]
+fn a_log_with_gaps_is_not_one_run() {
+    let (_, report) = read(with_gaps(&[(1000, 1100)], |k| k as f64 * PERIOD_S), None).unwrap();
+    assert_found(&report, Severity::Refuse, Check::Timing, "100 rows are missing after line 1001");
+}
+
+#[test]
+fn a_commanded_path_with_gaps_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, "path.csv", with_gaps(&[(1000, 1100)], |k| k as f64 * PERIOD_S));
+    let mapped = ReadOptions { columns: Some("x_ref=x_ref,x_act=x_act".to_owned()), ..ReadOptions::default() };
+    for options in [ReadOptions::default(), mapped] {
+        let error = read_reference(&path, &options).unwrap_err();
+        assert!(matches!(error, DatasetError::Gap { line: 1001, .. }), "{error}");
+        assert!(error.to_string().contains("steps by 0.202000 s after 1.998 s"), "{error}");
+    }
+    let whole = file(&folder, "path.csv", with_gaps(&[(300, 304)], |k| k as f64 * PERIOD_S));
+    assert_eq!(read_reference(&whole, &ReadOptions::default()).unwrap().0.len(), 4000);
 }

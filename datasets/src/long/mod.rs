@@ -14,7 +14,8 @@ use motion::Axis;
 use crate::columns::{PROBED_ROWS, recognise_reference, table_encoders};
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
-use crate::read::{FARTHEST, LATEST_S, check_period, map_of, run_name, stated, uniform_columns};
+use crate::read::{map_of, run_name, stated};
+use crate::recorded::{FARTHEST, LATEST_S, check_period, stated_period_s};
 use crate::{Check, DatasetError, Finding, Report, Severity, Source, Table};
 use stamps::Stamps;
 
@@ -153,7 +154,7 @@ impl LongFile {
         if time.is_none() {
             // The head has all that an error about the period says.
             let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(sources.iter().copied()).collect();
-            uniform_columns(path, &table, None, &named, options.period_s)?;
+            stated_period_s(path, &table, &named, options.period_s)?;
         }
         let (period_s, extents) = (options.period_s.unwrap_or_default(), vec![Extent::default(); axes.len()]);
         let mut file = Self { path: path.to_owned(), format, axes, sources, period_s, start_s: 0.0, rows: 0, extents, report };
