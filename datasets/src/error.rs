@@ -62,6 +62,18 @@ pub enum DatasetError {
         /// Unit of both.
         unit: &'static str,
     },
+    /// The command of an axis moves and its actual position does not.
+    #[error("{}: the command travels {travel:.3} {unit} but column `{column}` never changes; log the encoder's position", path.display())]
+    Stuck {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column of the actual position.
+        column: String,
+        /// Travel of the command.
+        travel: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// The column mapping cannot be parsed.
     #[error("column mapping `{text}`: {reason}; write it as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`")]
     Mapping {

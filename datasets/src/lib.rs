@@ -29,6 +29,7 @@ mod splits;
 mod stretches;
 mod table;
 mod timing;
+mod usable;
 mod write;
 
 pub use atomic::{ignores_case, try_folder, write_all, write_all_and, write_atomically};

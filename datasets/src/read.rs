@@ -7,17 +7,19 @@ use motion::{Axis, Trajectory};
 use crate::formats::{read_table, table_of};
 use crate::options::ReadOptions;
 use crate::parts::{Parts, noted, of_one_period};
-use crate::recorded::{Recorded, columns_of};
+use crate::recorded::Recorded;
 use crate::side_file::read_side_file;
+use crate::usable::Usable;
 use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
 
 /// Reads one run, and reports the corrections for a uniform rate.
 ///
+/// An axis with missing or implausible values, or whose actual position does not move with its command, is left out with a finding.
 /// The report is about reading only; [`assess`](crate::assess) checks the fitness for a purpose. A file whose time stamps have gaps is
 /// refused by a finding: it is no one run ([`read_runs`]).
 ///
 /// # Errors
-/// When the file cannot be read, its columns are not recognised, a required value is missing, the
+/// When the file cannot be read, its columns are not recognised, no axis can be used, a time stamp is missing, the
 /// time stamps go back, or the sampling period is unknown.
 pub fn read_log(path: &Path, options: &ReadOptions) -> Result<(Log, Report), DatasetError> {
     let (table, options, report) = opened(path, options)?;
@@ -142,13 +144,34 @@ fn recorded(
 ) -> Result<(Vec<Axis>, Recorded), DatasetError> {
     let map = map_of(path, table, options)?;
     report.findings.extend(map.findings());
-    let references = map.axes.iter().map(|axis| (axis.axis.clone(), axis.reference));
-    let actuals = map.axes.iter().map(|axis| (axis.axis.clone(), axis.actual));
-    let sources: Vec<(Axis, Source)> = references.chain(actuals).collect();
-    let columns = columns_of(path, table, &sources)?;
-    let (recorded, findings) = Recorded::new(path, table, map.time, (&sources, columns), options.period_s)?;
+    let axes: Vec<Axis> = map.axes.iter().map(|columns| columns.axis.clone()).collect();
+    let references = map.axes.iter().map(|axis| axis.reference);
+    let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
+    let (kept, columns) = usable_columns(path, table, &axes, &sources, report)?;
+    let axes: Vec<Axis> = kept.iter().map(|axis| axes[*axis].clone()).collect();
+    let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(kept.iter().map(|axis| sources[*axis])).collect();
+    let (recorded, findings) = Recorded::new(path, table, map.time, (&named, columns), options.period_s)?;
     report.findings.extend(findings);
-    Ok((map.axes.into_iter().map(|columns| columns.axis).collect(), recorded))
+    Ok((axes, recorded))
+}
+
+/// Indices of the axes that can be used, and their columns: commands, then actual positions. The others are findings.
+fn usable_columns(
+    path: &Path,
+    table: &Table,
+    axes: &[Axis],
+    sources: &[Source],
+    report: &mut Report,
+) -> Result<(Vec<usize>, Vec<Vec<f64>>), DatasetError> {
+    let columns = sources.iter().map(|source| table.scaled(path, source.column, source.scale));
+    let mut columns = columns.collect::<Result<Vec<_>, _>>()?;
+    let mut usable = Usable::new(path, table, axes, sources);
+    usable.note(&columns, &table.lines);
+    let (kept, findings) = usable.finish()?;
+    report.findings.extend(findings);
+    let slots = kept.iter().copied().chain(kept.iter().map(|axis| axis + axes.len()));
+    let columns = slots.map(|slot| std::mem::take(&mut columns[slot])).collect();
+    Ok((kept, columns))
 }
 
 /// A run at a uniform rate.

@@ -244,3 +244,36 @@ fn a_commanded_path_with_gaps_is_refused() {
     let whole = file(&folder, "path.csv", with_gaps(&[(300, 304)], |k| k as f64 * PERIOD_S));
     assert_eq!(read_reference(&whole, &ReadOptions::default()).unwrap().0.len(), 4000);
 }
+
+#[test]
+fn a_bad_axis_is_left_out_and_the_others_are_used() {
+    let header = "t,x_ref,x_act,y_ref,y_act,z_ref,z_act";
+    let still = |k: usize| row(k, &[0, 1]) + ",5,5";
+    let (log, report) = read(table(header, still), None).unwrap();
+    // An axis that stands still is none of these: it may move in another run.
+    assert_eq!(names(&log), ["x", "y", "z"]);
+    assert!(report.findings.is_empty(), "{report}");
+    let stuck = |k: usize| row(k, &[0, 1]) + &format!(",{},7.5", sample(2, k as f64 * PERIOD_S)[0]);
+    let (log, report) = read(table(header, stuck), None).unwrap();
+    assert_eq!(names(&log), ["x", "y"]);
+    assert_axis(&log, 1, 1, 1.0);
+    assert_found(&report, Severity::Warn, Check::Mended, "axis z is left out: the command travels");
+    let unlogged = |k: usize| row(k, &[0, 1]) + ",,";
+    let (log, report) = read(table(header, unlogged), None).unwrap();
+    assert_eq!(names(&log), ["x", "y"]);
+    assert_found(&report, Severity::Warn, Check::Mended, "axis z is left out: line 2: column `z_ref` has no finite number");
+    let hole = |k: usize| {
+        row(k, &[0, 1, 2]).replacen(',', if k == 300 { ",n/a," } else { "," }, 1).split(',').take(7).collect::<Vec<_>>().join(",")
+    };
+    let (log, report) = read(table(header, hole), None).unwrap();
+    assert_eq!(names(&log), ["y", "z"]);
+    assert_found(&report, Severity::Warn, Check::Mended, "axis x is left out: line 302: column `x_ref`");
+}
+
+#[test]
+fn a_log_without_a_good_axis_is_refused() {
+    let error = read(table("t,x_ref,x_act", |k| row(k, &[0]).rsplit_once(',').unwrap().0.to_owned() + ",2.5"), None).unwrap_err();
+    assert!(matches!(&error, DatasetError::Stuck { column, .. } if column == "x_act"), "{error}");
+    let error = read(table("t,x_ref,x_act,y_ref,y_act", |k| format!("{},,1,2,", k as f64 * PERIOD_S)), None).unwrap_err();
+    assert!(matches!(&error, DatasetError::Missing { line: 2, column, .. } if column == "x_ref"), "{error}");
+}

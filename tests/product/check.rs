@@ -83,7 +83,10 @@ fn every_fault_is_named() {
     assert_unfit(of(|_, actual| actual[2].iter_mut().for_each(|x| *x += 4.0)), "units", "different zeros");
     assert_unfit(of(|_, actual| actual[0].iter_mut().for_each(|x| *x = (*x * 10.0).round() / 10.0)), "digits", "steps of 0.1 mm");
     assert_unfit(of(|reference, actual| actual[0].clone_from(&reference[0])), "copied", "a copy of it");
-    assert_unfit(of(|_, actual| actual[1].fill(3.0)), "motion", "never changes");
+    let (verdict, findings) = of(|_, actual| actual[1].fill(3.0));
+    let told =
+        |(check, text): &(String, String)| check == "mended" && text.starts_with("axis y is left out: the command travels");
+    assert!(verdict == "fit with warnings" && findings.iter().any(told), "{findings:#?}");
     let saturated = |_: &mut Columns, actual: &mut Columns| {
         let most = actual[1].iter().copied().fold(0.0, f64::max);
         actual[1].iter_mut().for_each(|y| *y = y.min(0.5 * most));

@@ -1,5 +1,6 @@
 //! Logs and references that are too long to be held: read once for what they are, then in pieces as often as needed.
 
+mod extent;
 mod findings;
 mod pieces;
 mod recording;
@@ -15,10 +16,12 @@ use crate::columns::{PROBED_ROWS, recognise_reference, table_encoders};
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
 use crate::read::{map_of, run_name, stated};
-use crate::recorded::{FARTHEST, LATEST_S, check_period, stated_period_s};
+use crate::recorded::{LATEST_S, check_period, stated_period_s};
+use crate::usable::Usable;
 use crate::{Check, DatasetError, Finding, Report, Severity, Source, Table};
 use stamps::Stamps;
 
+pub use extent::Extent;
 pub use findings::PieceFindings;
 pub use pieces::{Lengths, Piece, Pieces};
 pub use recording::Recording;
@@ -46,48 +49,6 @@ pub struct LongFile {
 enum Format {
     Csv(Box<CsvHead>),
     Parquet,
-}
-
-/// Extent of a column, mm or rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
-    /// Least position.
-    pub low: f64,
-    /// Largest position.
-    pub high: f64,
-    /// Largest distance between a sample and the second one after it.
-    pub two_steps: f64,
-    /// Largest second difference of neighbouring samples.
-    pub bend: f64,
-    last: [f64; 2],
-    seen: usize,
-}
-
-impl Default for Extent {
-    fn default() -> Self {
-        Self { low: f64::INFINITY, high: f64::NEG_INFINITY, two_steps: 0.0, bend: 0.0, last: [0.0; 2], seen: 0 }
-    }
-}
-
-impl Extent {
-    /// The extent of a column that is held.
-    #[must_use]
-    pub fn of(column: &[f64]) -> Self {
-        let mut extent = Self::default();
-        column.iter().for_each(|at| extent.note(*at));
-        extent
-    }
-
-    fn note(&mut self, at: f64) {
-        (self.low, self.high) = (self.low.min(at), self.high.max(at));
-        if self.seen >= 2 {
-            let [before, last] = self.last;
-            self.two_steps = self.two_steps.max((at - before).abs());
-            self.bend = self.bend.max((at - 2.0 * last + before).abs());
-        }
-        self.last = [self.last[1], at];
-        self.seen += 1;
-    }
 }
 
 /// Axes, time column, columns of positions, and what is to be known of them.
@@ -167,15 +128,21 @@ impl LongFile {
         wanted.extend(time);
         let mut rows = self.rows_of(&wanted)?;
         let (mut columns, mut lines, mut stamps) = (vec![Vec::new(); wanted.len()], Vec::new(), Stamps::default());
+        let positions = self.sources.len();
+        let mut usable = Usable::new(&self.path, head, &self.axes, &self.sources);
         while rows.read(BATCH, &mut columns, &mut lines)? > 0 {
-            for (slot, (column, source)) in columns.iter().zip(&wanted).enumerate() {
-                self.check_values(head, slot, source, column, &lines)?;
+            usable.note(&columns[..positions], &lines);
+            if self.is_reference() {
+                usable.check_all()?;
+            }
+            if let Some(time) = time {
+                self.check_times(head, time, &columns[positions], &lines)?;
             }
             for (extent, column) in self.extents.iter_mut().zip(&columns) {
                 column.iter().for_each(|at| extent.note(*at));
             }
             if time.is_some() {
-                columns[self.sources.len()].iter().for_each(|time| stamps.note(*time));
+                columns[positions].iter().for_each(|time| stamps.note(*time));
             }
             self.rows += lines.len();
             columns.iter_mut().for_each(Vec::clear);
@@ -184,6 +151,9 @@ impl LongFile {
                 return Ok(false);
             }
         }
+        let (kept, left_out) = usable.finish()?;
+        self.report.findings.extend(left_out);
+        self.keep(&kept);
         if let Some(why) = rows.cut_off() {
             self.report.findings.insert(0, Finding::new(Severity::Warn, Check::Mended, why));
         }
@@ -195,20 +165,26 @@ impl LongFile {
         Ok(true)
     }
 
-    /// Refuses values that are missing or out of range.
-    fn check_values(
-        &self,
-        head: &Table,
-        slot: usize,
-        source: &Source,
-        values: &[f64],
-        lines: &[usize],
-    ) -> Result<(), DatasetError> {
-        let axis = self.axes.get(slot % self.axes.len()).filter(|_| slot < self.sources.len());
-        let (most, unit) = axis.map_or((LATEST_S, "s"), |axis| (FARTHEST, axis.kind.unit()));
+    /// Whether the file holds commanded positions only.
+    fn is_reference(&self) -> bool {
+        self.sources.len() == self.axes.len()
+    }
+
+    /// Keeps these axes only.
+    fn keep(&mut self, kept: &[usize]) {
+        let axes = self.axes.len();
+        self.sources =
+            (0..self.sources.len()).filter(|slot| kept.contains(&(slot % axes))).map(|slot| self.sources[slot]).collect();
+        self.extents = kept.iter().map(|axis| self.extents[*axis]).collect();
+        self.axes = kept.iter().map(|axis| self.axes[*axis].clone()).collect();
+    }
+
+    /// Refuses time stamps that are missing or out of range.
+    fn check_times(&self, head: &Table, time: Source, values: &[f64], lines: &[usize]) -> Result<(), DatasetError> {
+        let (most, unit) = (LATEST_S, "s");
         let Some(row) = values.iter().position(|value| !(-most..=most).contains(value)) else { return Ok(()) };
         let (path, line, value) = (self.path.clone(), lines[row], values[row]);
-        let column = head.names.get(source.column).cloned().unwrap_or_default();
+        let column = head.names.get(time.column).cloned().unwrap_or_default();
         Err(if value.is_finite() {
             DatasetError::Absurd { path, line, column, value, most, unit }
         } else {

@@ -93,18 +93,62 @@ fn a_last_row_that_is_cut_off_is_left_out_with_the_same_words() {
     }
 }
 
+/// The line of a text log at this index, and its fields.
+fn line_of(text: &str, index: usize) -> (&str, Vec<&str>) {
+    let line = text.lines().nth(index).unwrap();
+    (line, line.split(',').collect())
+}
+
 #[test]
 fn faults_have_the_words_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (text, lines) = (text(), 50_003);
-    let line = text.lines().nth(lines).unwrap();
-    let fields: Vec<&str> = line.split(',').collect();
-    let [x, y] = [fields[2], fields[5]];
-    for mended in [line.replace(x, "nan"), line.replace(x, "1e9"), line.replace(&format!(",{y}"), ""), format!("{line},7")] {
+    let (line, fields) = line_of(&text, lines);
+    let [t, x, y] = [fields[0], fields[2], fields[5]];
+    // A stamp, both axes, too few fields and too many.
+    let no_axis = line.replace(x, "nan").replace(y, "1e9");
+    for mended in [line.replace(t, "nan"), no_axis, line.replace(&format!(",{y}"), ""), format!("{line},7")] {
         let path = write(&folder, "fault.csv", &text.replace(line, &mended));
         let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
         assert_eq!(found, read_log(&path, &ReadOptions::default()).unwrap_err().to_string());
         assert!(found.contains(&format!("line {}", lines + 1)), "{found}");
+    }
+    // A commanded path needs all of its axes.
+    let path = write(&folder, "fault.csv", &text.replace(line, &line.replace(x, "nan")));
+    let found = LongFile::reference(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
+    assert_eq!(found, read_reference(&path, &ReadOptions::default()).unwrap_err().to_string());
+}
+
+#[test]
+fn a_bad_axis_is_left_out_as_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (text, lines) = (text(), 50_003);
+    let (line, fields) = line_of(&text, lines);
+    let stuck: String = text
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [t, mode, x, "x_act", y, y_act] => [t, mode, x, "x_act", y, y_act].join(","),
+            [t, mode, x, _, y, y_act] => [t, mode, x, "3.25", y, y_act].join(","),
+            _ => line.to_owned(),
+        } + "\n")
+        .collect();
+    let [x, y_act] = [fields[2], fields[5]];
+    for (bad, kept, words) in [
+        (text.replace(line, &line.replace(x, "nan")), "y", "axis x is left out: line 50004: column `x_ref` has no finite number"),
+        (
+            text.replace(line, &line.replace(y_act, "1e9")),
+            "x",
+            "axis y is left out: line 50004: column `y_act` holds 1000000000 mm",
+        ),
+        (stuck, "y", "column `x_act` never changes"),
+    ] {
+        let path = write(&folder, "bad.csv", &bad);
+        check(&path, Lengths { own: 7777, before: 100, after: 100 });
+        let file = open(&path);
+        let names: Vec<&str> = file.axes().iter().map(|axis| axis.name.as_str()).collect();
+        assert_eq!((names, file.extents().len()), (vec![kept], 1));
+        let message = &file.report.findings.last().unwrap().message;
+        assert!(message.contains(words), "{message}");
     }
 }
 
