@@ -71,8 +71,9 @@ fn columns(table: &Table, map: &ColumnMap) -> Vec<Column> {
 }
 
 fn role(index: usize, map: &ColumnMap) -> (Role, String) {
-    if let Some(time) = map.time.filter(|time| time.column == index) {
-        return (Role::Time, unit(time, TIMES, "s"));
+    let mut times = map.time.iter().chain(map.clocks.iter().map(|clock| &clock.time));
+    if let Some(time) = times.find(|time| time.column == index) {
+        return (Role::Time, unit(*time, TIMES, "s"));
     }
     for axis in &map.axes {
         let units = if axis.axis.kind == AxisKind::Linear { LENGTHS } else { ANGLES };

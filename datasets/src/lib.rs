@@ -8,6 +8,7 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
 mod atomic;
+mod clocks;
 pub mod columns;
 mod error;
 pub mod excitation;

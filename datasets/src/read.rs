@@ -4,6 +4,7 @@ use std::path::Path;
 
 use motion::{Axis, Trajectory};
 
+use crate::clocks::on_one_clock;
 use crate::formats::{read_table, table_of};
 use crate::options::ReadOptions;
 use crate::parts::{Parts, noted, of_one_period};
@@ -14,7 +15,7 @@ use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Sour
 
 /// Reads one run, and reports the corrections for a uniform rate.
 ///
-/// An axis with missing or implausible values, or whose actual position does not move with its command, is left out with a finding.
+/// Columns with clocks of their own are joined to that of the command, with a finding. An axis with missing or implausible values, or whose actual position does not move with its command, is left out with a finding.
 /// The report is about reading only; [`assess`](crate::assess) checks the fitness for a purpose. A file whose time stamps have gaps is
 /// refused by a finding: it is no one run ([`read_runs`]).
 ///
@@ -144,13 +145,15 @@ fn recorded(
 ) -> Result<(Vec<Axis>, Recorded), DatasetError> {
     let map = map_of(path, table, options)?;
     report.findings.extend(map.findings());
+    let (table, findings) = on_one_clock(path, table, map.time, &map.clocks)?;
+    report.findings.extend(findings);
     let axes: Vec<Axis> = map.axes.iter().map(|columns| columns.axis.clone()).collect();
     let references = map.axes.iter().map(|axis| axis.reference);
     let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
-    let (kept, columns) = usable_columns(path, table, &axes, &sources, report)?;
+    let (kept, columns) = usable_columns(path, &table, &axes, &sources, report)?;
     let axes: Vec<Axis> = kept.iter().map(|axis| axes[*axis].clone()).collect();
     let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(kept.iter().map(|axis| sources[*axis])).collect();
-    let (recorded, findings) = Recorded::new(path, table, map.time, (&named, columns), options.period_s)?;
+    let (recorded, findings) = Recorded::new(path, &table, map.time, (&named, columns), options.period_s)?;
     report.findings.extend(findings);
     Ok((axes, recorded))
 }

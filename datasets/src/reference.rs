@@ -4,12 +4,13 @@ use std::path::Path;
 
 use motion::{Axis, Trajectory};
 
-use crate::columns::recognise_reference;
+use crate::clocks::on_one_clock;
+use crate::columns::{CommandColumns, recognise_reference};
 use crate::formats::read_table;
 use crate::read::{map_of, opened};
 use crate::recorded::{Recorded, columns_of};
 use crate::write::{content, times, write_content};
-use crate::{DatasetError, ReadOptions, Report, Source, Table};
+use crate::{DatasetError, ReadOptions, Report, Table};
 
 /// Reads a reference, one column per axis; of a log, the commanded columns.
 ///
@@ -24,8 +25,7 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
     let (table, options, mut report) = opened(path, options)?;
     let map = map_of(path, &table, &options)?;
     report.findings.extend(map.findings());
-    let sources: Vec<(Axis, Source)> = map.axes.into_iter().map(|axis| (axis.axis, axis.reference)).collect();
-    reference_of(path, &table, (map.time, sources), options.period_s, report)
+    reference_of(path, &table, map.into(), options.period_s, report)
 }
 
 /// As [`read_reference`], from columns that are already in memory, named as in a file; errors have the name `path`. `period_s` is the
@@ -41,12 +41,14 @@ pub fn reference_from_table(path: &Path, table: &Table, period_s: Option<f64>) -
 fn reference_of(
     path: &Path,
     table: &Table,
-    (time, sources): (Option<Source>, Vec<(Axis, Source)>),
+    CommandColumns { time, clocks, axes: sources }: CommandColumns,
     period_s: Option<f64>,
     mut report: Report,
 ) -> Result<(Trajectory, Report), DatasetError> {
-    let columns = columns_of(path, table, &sources)?;
-    let (recorded, findings) = Recorded::new(path, table, time, (&sources, columns), period_s)?;
+    let (table, findings) = on_one_clock(path, table, time, &clocks)?;
+    report.findings.extend(findings);
+    let columns = columns_of(path, &table, &sources)?;
+    let (recorded, findings) = Recorded::new(path, &table, time, (&sources, columns), period_s)?;
     report.findings.extend(findings);
     if let Some((gap, line, time_s)) = recorded.gaps().first() {
         return Err(DatasetError::Gap { path: path.to_owned(), line: *line, time_s: *time_s, step_s: gap.step_s });

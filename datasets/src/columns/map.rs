@@ -24,11 +24,32 @@ pub struct AxisColumns {
     pub actual: Source,
 }
 
+/// Columns whose time stamps are not those of the log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clock {
+    /// Their time stamps.
+    pub time: Source,
+    /// Indices of the columns.
+    pub signals: Vec<usize>,
+}
+
+impl Clock {
+    /// Adds a column with these time stamps.
+    pub(super) fn add(clocks: &mut Vec<Self>, time: Source, column: usize) {
+        match clocks.iter_mut().find(|clock| clock.time == time) {
+            Some(clock) => clock.signals.push(column),
+            None => clocks.push(Self { time, signals: vec![column] }),
+        }
+    }
+}
+
 /// The columns of a table that form a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Time stamps, if any.
+    /// Time stamps, if any; those of the first command.
     pub time: Option<Source>,
+    /// Columns with other time stamps.
+    pub clocks: Vec<Clock>,
     /// The axes, in the order of their first column.
     pub axes: Vec<AxisColumns>,
     /// Names of the unused columns.

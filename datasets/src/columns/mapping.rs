@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::map::{AxisColumns, ColumnMap, Source};
-use super::recognise::{axis, time_column, unit_of_name, unused};
+use super::map::{AxisColumns, Clock, ColumnMap, Source};
+use super::recognise::{axis, clocks_of, unit_of_name, unused};
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
@@ -21,7 +21,7 @@ impl ColumnMap {
     ///
     /// Right-hand side: a column name or `#` and its number, then `*factor` or `:unit`. The default
     /// is the unit in the column's name, else s, mm or rad. Without `t` a time column is searched
-    /// by its name.
+    /// by its name; `t_ref` and `t_act` name those of commands and actual positions that have clocks of their own.
     ///
     /// # Errors
     /// When the text cannot be parsed, or the table lacks a column.
@@ -31,29 +31,57 @@ impl ColumnMap {
 }
 
 fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
-    let (time, sides) = entries(text, table)?;
+    let (times, sides) = entries(text, table)?;
     let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
     let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;
     if axes.is_empty() {
         return Err(whole("no axis is named".to_owned()));
     }
-    let time = match time {
-        Some(time) => Some(time),
-        None => time_column(table).map_err(|reason| DatasetError::Columns {
+    let (time, clocks) = match times.clocks(&axes).map_err(whole)? {
+        Some(stated) => stated,
+        None => clocks_of(table, &axes).map_err(|reason| DatasetError::Columns {
             path: path.to_owned(),
             reason,
             names: table.names.clone(),
         })?,
     };
-    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
-    used.extend(axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]));
-    let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused, assumed: Vec::new() })
+    let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed: Vec::new() };
+    map.unused = unused(table, &map);
+    Ok(map)
 }
 
-/// The entries of a mapping, as `t=time_s,x_ref=cmd`: the column of time, and those of the axes.
-fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), DatasetError> {
-    let mut time = None;
+/// Columns of time that a mapping names: of all positions, of the commands, of the actual ones.
+#[derive(Default)]
+struct Times {
+    all: Option<Source>,
+    reference: Option<Source>,
+    actual: Option<Source>,
+}
+
+/// The time stamps of the log, and the columns with others.
+type Stamps = (Option<Source>, Vec<Clock>);
+
+impl Times {
+    /// The time stamps of the commands, and those of the actual positions where they are others; `None` where the mapping names none.
+    fn clocks(&self, axes: &[AxisColumns]) -> Result<Option<Stamps>, String> {
+        if self.all.or(self.reference).or(self.actual).is_none() {
+            return Ok(None);
+        }
+        let (reference, actual) = (self.reference.or(self.all), self.actual.or(self.all));
+        let (Some(reference), Some(actual)) = (reference, actual) else {
+            return Err("`t_ref` and `t_act` belong together".to_owned());
+        };
+        let mut clocks = Vec::new();
+        if reference != actual {
+            axes.iter().for_each(|axis| Clock::add(&mut clocks, actual, axis.actual.column));
+        }
+        Ok(Some((Some(reference), clocks)))
+    }
+}
+
+/// The entries of a mapping, as `t=time_s,x_ref=cmd`: the columns of time, and those of the axes.
+fn entries(text: &str, table: &Table) -> Result<(Times, Vec<Sides>), DatasetError> {
+    let mut times = Times::default();
     let mut sides: Vec<Sides> = Vec::new();
     for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
         let fail = |reason: String| DatasetError::Mapping { text: entry.to_owned(), reason };
@@ -62,7 +90,13 @@ fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), Da
         let axis = key.rsplit_once('_').map_or("", |(axis, _)| axis);
         let named = named(value.trim(), axis, table).map_err(fail)?;
         let duplicate = || fail(format!("`{key}` is given twice"));
-        if key == "t" {
+        let time = match key.as_str() {
+            "t" => Some(&mut times.all),
+            "t_ref" => Some(&mut times.reference),
+            "t_act" => Some(&mut times.actual),
+            _ => None,
+        };
+        if let Some(time) = time {
             if named.unit.is_some_and(|unit| unit.quantity != Quantity::Time) {
                 return Err(fail("time needs a unit of time: s, ms, us, ns or min".to_owned()));
             }
@@ -74,7 +108,7 @@ fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), Da
         let (name, is_reference) = match key.rsplit_once('_') {
             Some((name, "ref")) if !name.is_empty() => (name, true),
             Some((name, "act")) if !name.is_empty() => (name, false),
-            _ => return Err(fail(format!("`{key}` is neither `t`, `<axis>_ref` nor `<axis>_act`"))),
+            _ => return Err(fail(format!("`{key}` is neither `t`, `t_ref`, `t_act`, `<axis>_ref` nor `<axis>_act`"))),
         };
         let index = match sides.iter().position(|side| side.0 == name) {
             Some(index) => index,
@@ -88,7 +122,7 @@ fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), Da
             return Err(duplicate());
         }
     }
-    Ok((time, sides))
+    Ok((times, sides))
 }
 
 /// Refuses an axis with one missing column.

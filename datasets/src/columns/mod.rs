@@ -1,5 +1,6 @@
 //! Meaning of the columns of a table: axis, commanded or actual, unit.
 
+mod clocks;
 mod map;
 mod mapping;
 mod meaning;
@@ -8,7 +9,7 @@ mod numbered;
 mod recognise;
 mod unit;
 
-pub use map::{AxisColumns, ColumnMap, Source};
+pub use map::{AxisColumns, Clock, ColumnMap, Source};
 pub(crate) use numbered::{edge_role, is_joint_pin};
-pub(crate) use recognise::{PROBED_ROWS, implied_period_s, recognise_reference, table_encoders};
+pub(crate) use recognise::{CommandColumns, PROBED_ROWS, implied_period_s, recognise_reference, table_encoders};
 pub use unit::{Quantity, Unit};

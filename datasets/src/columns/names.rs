@@ -53,15 +53,16 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
     if is_edge_name(name) {
         return None;
     }
-    let mut role = None;
-    let mut is_table = false;
+    let (mut role, mut is_time, mut is_table) = (None, false, false);
     let mut axis = String::new();
     let mut unit = None;
     for (index, word) in words(name).iter().enumerate() {
         let word = word.as_str();
-        let new_role = if TIME.contains(&word) {
-            Some(Role::Time)
-        } else if REFERENCE.contains(&word) {
+        if TIME.contains(&word) {
+            is_time = true;
+            continue;
+        }
+        let new_role = if REFERENCE.contains(&word) {
             Some(Role::Reference)
         } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
             is_table |= TABLE.contains(&word);
@@ -88,8 +89,10 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         }
     }
     let role = match role {
-        Some(Role::Time) if axis.is_empty() => Role::Time,
-        Some(Role::Time) => return None,
+        None if is_time && axis.is_empty() => Role::Time,
+        None if is_time => return None,
+        Some(Role::Reference) if is_time => Role::ReferenceTime,
+        Some(_) if is_time => Role::ActualTime,
         _ if axis.is_empty() => return None,
         Some(role) => role,
         None => Role::Position,
@@ -155,6 +158,10 @@ mod tests {
             ("ActPosZ", Role::Actual, "z"),
             ("DES_POS|2", Role::Reference, "y"),
             ("Zeit [ms]", Role::Time, ""),
+            ("t_cmd", Role::ReferenceTime, ""),
+            ("time_act_ms", Role::ActualTime, ""),
+            ("t_x_ref", Role::ReferenceTime, "x"),
+            ("YActTime", Role::ActualTime, "y"),
             ("X_Soll", Role::Reference, "x"),
             ("Soll Y [mm]", Role::Reference, "y"),
             ("SollpositionZ", Role::Reference, "z"),

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use motion::Axis;
 
-use crate::columns::{PROBED_ROWS, recognise_reference, table_encoders};
+use crate::columns::{CommandColumns, PROBED_ROWS, recognise_reference, table_encoders};
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
 use crate::read::{map_of, run_name, stated};
@@ -56,7 +56,7 @@ type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<Finding>);
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
-    /// CSV and Parquet, and uneven or repeated time stamps.
+    /// CSV and Parquet, uneven or repeated time stamps, and columns with clocks of their own.
     ///
     /// # Errors
     /// As [`read_log`](crate::read_log).
@@ -65,7 +65,8 @@ impl LongFile {
             let map = map_of(path, table, options)?;
             let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
             let findings = map.findings();
-            Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, findings))
+            let is_one = map.clocks.is_empty();
+            Ok(is_one.then(|| (map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, findings)))
         })
     }
 
@@ -75,14 +76,13 @@ impl LongFile {
     /// As [`read_reference`](crate::read_reference).
     pub fn reference(path: &Path, options: &ReadOptions, most: usize) -> Result<Option<Self>, DatasetError> {
         Self::open(path, options, most, |table, options| {
-            if options.columns.is_some() {
-                let map = map_of(path, table, options)?;
-                let sources = map.axes.iter().map(|axis| axis.reference).collect();
-                return Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, Vec::new()));
-            }
-            let (time, found) = recognise_reference(path, table)?;
-            let (axes, sources) = found.into_iter().unzip();
-            Ok((axes, time, sources, Vec::new()))
+            let columns = match &options.columns {
+                Some(_) => map_of(path, table, options)?.into(),
+                None => recognise_reference(path, table)?,
+            };
+            let CommandColumns { time, clocks, axes } = columns;
+            let (axes, sources) = axes.into_iter().unzip();
+            Ok(clocks.is_empty().then_some((axes, time, sources, Vec::new())))
         })
     }
 
@@ -90,7 +90,7 @@ impl LongFile {
         path: &Path,
         options: &ReadOptions,
         most: usize,
-        columns: impl FnOnce(&Table, &ReadOptions) -> Result<Columns, DatasetError>,
+        columns: impl FnOnce(&Table, &ReadOptions) -> Result<Option<Columns>, DatasetError>,
     ) -> Result<Option<Self>, DatasetError> {
         let (format, table, rows) = match parquet_head(path)? {
             Some((mut table, rows)) => {
@@ -110,7 +110,7 @@ impl LongFile {
         }
         let mut report = Report::default();
         let options = stated(path, options, &mut report)?;
-        let (axes, time, sources, findings) = columns(&table, &options)?;
+        let Some((axes, time, sources, findings)) = columns(&table, &options)? else { return Ok(None) };
         report.findings.extend(findings);
         if time.is_none() {
             // The head has all that an error about the period says.
