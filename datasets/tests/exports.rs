@@ -76,3 +76,138 @@ fn a_halscope_file_with_decimal_commas_that_is_cut_off_is_read_to_its_last_row()
         assert_found(&report, Severity::Warn, Check::Mended, "the last row (line 402)");
     }
 }
+
+/// The first rows of an export of TwinCAT 3, and of TwinCAT 2.
+const TWINCAT_3: &str = "Name;YT Chart\r\nFile;C:\\scope\\run.svdx\r\nStarttime of export;133500000000000000;Thursday\r\nEndtime of export;133500000008000000;Thursday\r\n\r\n";
+const TWINCAT_2: &str = "Name;Scope01\r\nFile;\r\nStartRecord;128783093223690000;Donnerstag, 5. Februar 2009;13:08:42\r\nEndRecord;128783093339880000;;\r\n\r\n";
+
+/// One row of the header of channels: the key before every channel.
+fn header(key: &str, values: [&str; 4]) -> String {
+    values.map(|value| format!("{key};{value}")).join(";") + "\r\n"
+}
+
+fn channels(rows: &[(&str, [&str; 4])]) -> String {
+    rows.iter().map(|(key, values)| header(key, *values)).collect()
+}
+
+const NAMES: [&str; 4] = ["X SetPos", "X ActPos", "Z SetPos", "Z ActPos"];
+
+/// Four channels, each with its own time: value and stamp of row `k`, or none.
+fn scope(first: &str, head: &[(&str, [&str; 4])], at: impl Fn(usize, usize) -> Option<(f64, f64)>) -> String {
+    let mut text = first.to_owned() + &channels(head) + "\r\n";
+    for k in 0..SAMPLES {
+        let fields =
+            [0, 1, 2, 3].map(|channel| at(channel, k).map_or(";".to_owned(), |(time, value)| format!("{time};{value:.6}")));
+        writeln!(text, "{}\r", fields.join(";").replace('.', ",")).unwrap();
+    }
+    text + "EOF\r\n"
+}
+
+fn at(channel: usize, t: f64) -> f64 {
+    sample(t)[channel]
+}
+
+#[test]
+fn exports_of_both_scopes_of_twincat_are_read() {
+    let three = [
+        ("Name", NAMES),
+        ("SymbolComment", [""; 4]),
+        ("Data-Type", ["REAL64"; 4]),
+        ("SampleTime[ms]", ["2"; 4]),
+        ("SymbolName", ["a.b"; 4]),
+        ("Unit", ["mm"; 4]),
+    ];
+    let two = [
+        ("Name", NAMES),
+        ("NetId", ["172.16.8.205.1.1"; 4]),
+        ("Port", ["801"; 4]),
+        ("SampleTime[ms]", ["2"; 4]),
+        ("SymbolBased", ["TRUE"; 4]),
+        ("Data-Type", ["ADST_REAL64"; 4]),
+    ];
+    // Milliseconds since the first sample, or ticks of 100 ns since 1601.
+    for start in [0.0, 1.335e17] {
+        let time = |k: usize| if start > 0.0 { start + k as f64 * 20_000.0 } else { k as f64 * 2.0 };
+        for (first, head) in [(TWINCAT_3, &three[..]), (TWINCAT_2, &two[..])] {
+            let text = scope(first, head, |channel, k| Some((time(k), at(channel, k as f64 * PERIOD_S))));
+            let (log, report) = read("scope.csv", &text).unwrap();
+            assert_sample(&log);
+            assert!(report.findings.is_empty(), "{report}");
+            assert_sample(&read("scope.txt", text.replace(';', "\t")).unwrap().0);
+        }
+    }
+}
+
+#[test]
+fn the_row_of_sampling_times_may_be_missing() {
+    let text = scope(TWINCAT_3, &[("Name", NAMES)], |channel, k| Some((2.0 * k as f64, at(channel, k as f64 * PERIOD_S))));
+    assert_sample(&read("scope.csv", text).unwrap().0);
+}
+
+#[test]
+fn a_header_of_many_channels_is_recognised() {
+    let long = "MAIN.fbMachine.stStation.stAxis.NcToPlc.".repeat(30);
+    let head = [("Name", NAMES), ("SymbolName", [long.as_str(); 4]), ("SampleTime[ms]", ["2"; 4]), ("Unit", ["mm"; 4])];
+    assert_sample(
+        &read("scope.csv", scope(TWINCAT_3, &head, |channel, k| Some((2.0 * k as f64, at(channel, k as f64 * PERIOD_S)))))
+            .unwrap()
+            .0,
+    );
+}
+
+#[test]
+fn channels_of_twincat_with_times_of_their_own_are_joined() {
+    let head = [("Name", NAMES), ("SampleTime[ms]", ["2", "4", "2", "4"]), ("Unit", ["mm"; 4])];
+    let value = |channel: usize, t: f64| Some((1e3 * t, at(channel, t)));
+    // Slower channels end early, or have samples in every second row only.
+    let early = |channel: usize, k: usize| match channel % 2 {
+        1 if k >= SAMPLES / 2 => None,
+        1 => value(channel, 2.0 * k as f64 * PERIOD_S),
+        _ => value(channel, k as f64 * PERIOD_S),
+    };
+    let spread =
+        |channel: usize, k: usize| if channel % 2 == 1 && k % 2 == 1 { None } else { value(channel, k as f64 * PERIOD_S) };
+    for text in [scope(TWINCAT_3, &head, early), scope(TWINCAT_3, &head, spread)] {
+        let (log, report) = read("scope.csv", text).unwrap();
+        assert_eq!((log.len(), log.axes().len(), log.period_s()), (SAMPLES - 1, 2, PERIOD_S));
+        assert_found(&report, Severity::Note, Check::Timing, "X ActPos mm");
+        for k in 0..log.len() {
+            let wanted = sample(k as f64 * PERIOD_S);
+            assert!((log.reference.columns()[0][k] - wanted[0]).abs() < 1e-9);
+            // a·T²/8 at 720 mm/s² and 4 ms.
+            assert!((log.actual.columns()[0][k] - wanted[1]).abs() < 1.5e-3);
+        }
+    }
+}
+
+#[test]
+fn exports_of_twincat_without_times_have_the_sampling_time_of_their_header() {
+    let values = |separator: &str, k: usize| sample(k as f64 * PERIOD_S).map(|value| format!("{value:.6}")).join(separator);
+    let rows = |start: &str| (0..SAMPLES).map(|k| format!("{start}{}\n", values(";", k))).collect::<String>();
+    let paired = |rate: &str| channels(&[("Name", NAMES), ("SampleTime[ms]", ["2", "2", "2", rate]), ("Unit", ["mm"; 4])]);
+    let single = |rate: &str| format!("Name;{}\nSampleTime[ms];2;2;2;{rate}\nUnit;mm;mm;mm;mm\n", NAMES.join(";"));
+    for (good, bad) in [
+        (paired("2") + "\n" + &rows(""), paired("4") + "\n" + &rows("")),
+        (single("2") + "\n" + &rows(";"), single("4") + "\n" + &rows(";")),
+    ] {
+        let (log, report) = read("scope.csv", TWINCAT_3.to_owned() + &good).unwrap();
+        assert_sample(&log);
+        assert!(report.findings.is_empty(), "{report}");
+        let error = read("scope.csv", TWINCAT_3.to_owned() + &bad).unwrap_err().to_string();
+        assert!(error.contains("every 2 ms and every 4 ms") && error.contains("Timelines: All"), "{error}");
+    }
+}
+
+#[test]
+fn binary_files_of_twincat_scope_are_refused_with_the_remedy() {
+    // As documented: lengths as 64-bit and 32-bit numbers before names.
+    let mut bytes = 90_i64.to_le_bytes().to_vec();
+    bytes.extend(5_i32.to_le_bytes());
+    bytes.extend(b"Scope");
+    bytes.extend(133_500_000_000_000_000_i64.to_le_bytes());
+    for name in ["run.svb", "RUN.SVB", "run.svdx"] {
+        let error = read(name, &bytes).unwrap_err().to_string();
+        assert!(error.contains("binary file of TwinCAT Scope") && error.contains("export the channels as CSV"), "{error}");
+    }
+    assert!(read("run.bin", &bytes).unwrap_err().to_string().contains("no format that is known"));
+}

@@ -92,9 +92,19 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
             let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
             Err(DatasetError::format(path, why))
         }
+        None if is_scope_file(path) => {
+            let why =
+                "this is a binary file of TwinCAT Scope; open it there and export the channels as CSV, with `Timelines: All`";
+            Err(DatasetError::format(path, why))
+        }
         None => Err(DatasetError::format(
             path,
             "no format that is known (CSV, Parquet, NumPy, MATLAB, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
         )),
     }
+}
+
+/// Whether the name is that of a binary export or a recording of TwinCAT Scope.
+fn is_scope_file(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["svb", "svd", "svdx"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
 }
