@@ -158,6 +158,9 @@ fn damaged_arrays_are_refused_with_their_place() {
     );
     refused("empty.npz", npz(&[("t", npy(&[], "(0,)", false))]), "no array of numbers");
     refused("new.mat", b"MATLAB 7.3 MAT-file, Platform".to_vec(), "save it with `save -v7`");
+    let hdf5 = [b"\x89HDF\r\n\x1a\n".as_slice(), &[0; 600]].concat();
+    refused("run.h5", hdf5.clone(), "this is an HDF5 file; export the signals as Parquet or CSV");
+    refused("run.mat", [vec![0; 512], hdf5].concat(), "save a MAT file of MATLAB with `save -v7`");
     let file = mat(&matrix("t", SAMPLES, &signals()[0]));
     refused("cut.mat", file[..200].to_vec(), "byte 128: ");
     let packed = mat(&packed(&matrix("t", SAMPLES, &signals()[0])));

@@ -62,15 +62,8 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
             is_time = true;
             continue;
         }
-        let new_role = if REFERENCE.contains(&word) {
-            Some(Role::Reference)
-        } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
+        if let Some(new_role) = side_of(word) {
             is_table |= TABLE.contains(&word);
-            Some(Role::Actual)
-        } else {
-            None
-        };
-        if let Some(new_role) = new_role {
             if role.replace(new_role).is_some_and(|old| old != new_role) {
                 return None;
             }
@@ -98,6 +91,17 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         None => Role::Position,
     };
     Some(Meaning { role, axis, unit, is_table })
+}
+
+/// Whether a lower-case word says that positions are commanded or actual.
+pub(super) fn side_of(word: &str) -> Option<Role> {
+    if REFERENCE.contains(&word) {
+        Some(Role::Reference)
+    } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
+        Some(Role::Actual)
+    } else {
+        None
+    }
 }
 
 /// Lower-case words: split at everything that is neither letter nor digit, where a capital follows a small letter or digit, and before the
