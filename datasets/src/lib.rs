@@ -10,6 +10,7 @@
 mod atomic;
 mod clocks;
 pub mod columns;
+mod cycles;
 mod error;
 pub mod excitation;
 pub mod formats;

@@ -5,6 +5,7 @@ use std::path::Path;
 use motion::Axis;
 
 use crate::columns::implied_period_s;
+use crate::cycles::{counts, seconds};
 use crate::quality::{SLOWEST_HZ, significant_digits, step_of};
 use crate::resample::resample;
 use crate::timing::{Gap, gaps, settle};
@@ -44,6 +45,7 @@ pub(crate) struct Uniform {
 
 impl Recorded {
     /// The columns of `sources`, whose rows are those of the table, with its time stamps or its period, or else `period_s`; findings.
+    /// Without stamps a counter of cycles shows lost rows.
     ///
     /// # Errors
     /// When a time stamp is missing, or there is neither stamp nor period.
@@ -56,7 +58,11 @@ impl Recorded {
     ) -> Result<(Self, Vec<Finding>), DatasetError> {
         let Some(time) = time else {
             let period_s = stated_period_s(path, table, sources, period_s)?;
-            return Ok((Self { columns, clock: Clock::Even(period_s) }, Vec::new()));
+            let clock = match counts(table) {
+                Some(counts) => Clock::Stamps { times: seconds(counts, period_s), lines: table.lines.clone() },
+                None => Clock::Even(period_s),
+            };
+            return Ok((Self { columns, clock }, Vec::new()));
         };
         let mut times = table.within(path, time.column, time.scale, LATEST_S, "s")?;
         let mut lines = table.lines.clone();

@@ -137,6 +137,21 @@ fn recordings_of_sinumerik_edge_may_lack_the_names_of_axes() {
 }
 
 #[test]
+fn a_counter_of_cycles_shows_lost_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = (0..4000).filter(|k| !(1500..1700).contains(k));
+    let text = rows.fold("CYCLE,DES_POS|1,ENC1_POS|1\n".to_owned(), |text, k| {
+        let [reference, actual] = sample(0, k as f64 * PERIOD_S);
+        text + &format!("{},{reference:.6},{actual:.6}\n", 90 + 2 * k)
+    });
+    let path = file(&folder, "run.csv", text);
+    let options = ReadOptions { columns: None, period_s: Some(PERIOD_S) };
+    let (logs, report) = read_runs(&path, &options).unwrap();
+    assert_eq!(logs.iter().map(Log::len).collect::<Vec<_>>(), [1500, 2300]);
+    assert_found(&report, Severity::Note, Check::Timing, "200 rows are missing");
+}
+
+#[test]
 fn german_names_are_read_with_their_units() {
     for (header, scale) in [
         ("Zeit,X_Soll,X_Ist,Y_Soll,Y_Ist", 1.0),

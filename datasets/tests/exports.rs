@@ -211,3 +211,45 @@ fn binary_files_of_twincat_scope_are_refused_with_the_remedy() {
     }
     assert!(read("run.bin", &bytes).unwrap_err().to_string().contains("no format that is known"));
 }
+
+#[test]
+fn no_bytes_make_reading_panic() {
+    let head = [("Name", NAMES), ("SampleTime[ms]", ["2", "4", "2", "4"]), ("Unit", ["mm"; 4])];
+    let paired = scope(TWINCAT_3, &head, |channel, k| Some((2.0 * k as f64, at(channel, k as f64 * PERIOD_S))));
+    let pairs = (0..SAMPLES).fold("t,DES_POS|1,t,ENC2_POS|1,ENC1_POS|1,CYCLE\n".to_owned(), |text, k| {
+        let [a, b, ..] = sample(k as f64 * PERIOD_S);
+        let t = 0.002 * k as f64 + if k > 200 { 3.0 } else { 0.0 };
+        text + &format!("{t},{a:.6},{},{b:.6},0,{k}\n", t + 0.0007)
+    });
+    let mut state = 7_u64;
+    let mut draw = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.csv");
+    let mapped = ReadOptions { columns: Some("t_ref=#1,t_act=#3,x_ref=#2,x_act=#4,x:inch".to_owned()), period_s: Some(PERIOD_S) };
+    let (mut read_well, mut refused) = (0, 0);
+    for text in [paired, pairs, halscope("\t", "2,0 ms", "")] {
+        for _ in 0..200 {
+            let mut bytes = text.clone().into_bytes();
+            bytes.truncate(1 + draw(bytes.len()));
+            for _ in 0..draw(12) {
+                // Half of the changes are in the header.
+                let within = if draw(2) == 0 { bytes.len().min(300) } else { bytes.len() };
+                let place = draw(within);
+                bytes[place] = [b'0', b'-', b';', b'"', b'|', b'\n', b'e', 0xFF, b' ', b',', b'\t', b't'][draw(12)];
+            }
+            std::fs::write(&path, bytes).unwrap();
+            for options in [ReadOptions::default(), mapped.clone()] {
+                let _ = read_log(&path, &options);
+                let _ = datasets::read_reference(&path, &options);
+                match datasets::read_runs(&path, &options) {
+                    Ok(_) => read_well += 1,
+                    Err(_) => refused += 1,
+                }
+            }
+        }
+    }
+    assert!(read_well > 50 && refused > 50, "{read_well} {refused}");
+}

@@ -12,5 +12,7 @@ mod unit;
 
 pub use map::{AxisColumns, Clock, ColumnMap, Source};
 pub(crate) use numbered::{edge_role, is_joint_pin};
-pub(crate) use recognise::{CommandColumns, PROBED_ROWS, implied_period_s, recognise_reference, table_encoders};
+pub(crate) use recognise::{
+    CommandColumns, PROBED_ROWS, implied_period_s, is_known, is_own_clock, recognise_reference, table_encoders,
+};
 pub use unit::{Quantity, Unit};

@@ -100,6 +100,16 @@ pub(super) fn clocks_of(table: &Table, axes: &[AxisColumns]) -> Result<(Option<S
     clocks(&table.names, &meanings(table).0, &signals.collect::<Vec<_>>())
 }
 
+/// Whether every word of a name is known.
+pub(crate) fn is_known(name: &str) -> bool {
+    understand(name).is_some()
+}
+
+/// Whether a name is that of the time stamps of commands or of actual positions only.
+pub(crate) fn is_own_clock(name: &str) -> bool {
+    understand(name).is_some_and(|meaning| meaning.role.is_time() && meaning.role != Role::Time)
+}
+
 /// The unit of a column that is mapped to `axis`.
 pub(super) fn unit_of_name(name: &str, axis: &str) -> Option<Unit> {
     if let Some(unit) = assumed_unit(name, axis) {

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use motion::Axis;
 
 use crate::columns::{CommandColumns, PROBED_ROWS, recognise_reference, table_encoders};
+use crate::cycles::has_counter;
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
 use crate::read::{map_of, run_name, stated};
@@ -56,7 +57,7 @@ type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<Finding>);
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
-    /// CSV and Parquet, uneven or repeated time stamps, and columns with clocks of their own.
+    /// CSV and Parquet, uneven or repeated time stamps, counters of cycles, and columns with clocks of their own.
     ///
     /// # Errors
     /// As [`read_log`](crate::read_log).
@@ -116,6 +117,9 @@ impl LongFile {
             // The head has all that an error about the period says.
             let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(sources.iter().copied()).collect();
             stated_period_s(path, &table, &named, options.period_s)?;
+            if has_counter(&table) {
+                return Ok(None);
+            }
         }
         let (period_s, extents) = (options.period_s.unwrap_or_default(), vec![Extent::default(); axes.len()]);
         let mut file = Self { path: path.to_owned(), format, axes, sources, period_s, start_s: 0.0, rows: 0, extents, report };
