@@ -100,22 +100,22 @@ pub(crate) fn map_of(path: &Path, table: &Table, options: &ReadOptions) -> Resul
 }
 
 /// The run of a table, and `report` with the corrections for a uniform rate.
-///
-/// # Errors
-/// As [`read_log`].
-pub(crate) fn log_of(
-    path: &Path,
-    table: &Table,
-    options: &ReadOptions,
-    mut report: Report,
-) -> Result<(Log, Report), DatasetError> {
+fn log_of(path: &Path, table: &Table, options: &ReadOptions, mut report: Report) -> Result<(Log, Report), DatasetError> {
     let (axes, recorded) = recorded(path, table, options, &mut report)?;
     let log = log(path, run_name(path), &axes, recorded, &mut report)?;
     Ok((log, report))
 }
 
 /// The runs of a table, and `report` with what was found.
-fn runs_of(path: &Path, table: &Table, options: &ReadOptions, mut report: Report) -> Result<(Vec<Log>, Report), DatasetError> {
+///
+/// # Errors
+/// As [`read_runs`].
+pub(crate) fn runs_of(
+    path: &Path,
+    table: &Table,
+    options: &ReadOptions,
+    mut report: Report,
+) -> Result<(Vec<Log>, Report), DatasetError> {
     let (axes, recorded) = recorded(path, table, options, &mut report)?;
     let Parts { parts, findings } = Parts::of(path, recorded)?;
     let is_cut = !findings.is_empty();
