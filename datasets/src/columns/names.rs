@@ -122,7 +122,17 @@ fn words(name: &str) -> Vec<String> {
         }
     }
     words.retain(|word| !word.is_empty());
-    words
+    words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![word])).collect()
+}
+
+/// German compounds of a role and an axis in letters of one size: `XSOLL`, `istx`.
+const COMPOUND: &[&str] = &["soll", "sollposition", "sollpos", "sollwert", "ist", "istposition", "istpos", "istwert"];
+
+fn halves(word: &str) -> Option<Vec<String>> {
+    COMPOUND.iter().find_map(|role| {
+        let axis = word.strip_prefix(role).or_else(|| word.strip_suffix(role))?;
+        axis_name(axis).map(|axis| vec![axis, (*role).to_owned()])
+    })
 }
 
 /// `x`, `x1`, `j3`, `q3`, `axis1`, `joint1`; spindles (`s1`) are no axes here.
@@ -174,6 +184,9 @@ mod tests {
             ("Ist-Position X1 (mm)", Role::Actual, "x1"),
             ("Istposition Achse Y", Role::Actual, "y"),
             ("Lagesollwert X", Role::Reference, "x"),
+            ("XSOLL", Role::Reference, "x"),
+            ("istposition_y1", Role::Actual, "y1"),
+            ("sollz [mm]", Role::Reference, "z"),
             ("x_enc2_mm", Role::Actual, "x"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
@@ -199,6 +212,8 @@ mod tests {
             "x|Soll",
             "X_Sollgeschwindigkeit",
             "Istwert",
+            "xsolly",
+            "bistro",
             "X_Soll_Ist",
         ] {
             assert_eq!(meaning(name), None, "{name}");

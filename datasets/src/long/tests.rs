@@ -7,7 +7,7 @@ use motion::{Axis, Trajectory};
 use tempfile::TempDir;
 
 use super::*;
-use crate::{Log, LogSpool, read_log, read_reference, write_all_and, write_log};
+use crate::{Log, LogSpool, Purpose, assess, read_log, read_reference, write_all_and, write_log};
 
 const ROWS: usize = 60_000;
 
@@ -231,5 +231,26 @@ fn the_encoder_is_chosen_as_for_the_whole() {
             let highest = read_log(&path, &ReadOptions::default()).unwrap().0.actual.columns()[0][2244];
             assert!((highest - 2.0 * if table > 0.0 { table } else { 1.1 }).abs() < 1e-3, "{highest}");
         }
+    }
+}
+
+#[test]
+fn an_axis_that_never_moves_is_noted_as_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let column = |late: f64| (0..ROWS).map(|k| 40.0 * (0.7 * (k as f64 * 1e-3 - late)).sin()).collect::<Vec<f64>>();
+    let time = (0..ROWS).map(|k| k as f64 * 0.001).collect();
+    let still = vec![5.0; ROWS];
+    let columns = [("t", time), ("x_ref", column(0.0)), ("x_act", column(0.004)), ("y_ref", still.clone()), ("y_act", still)];
+    for path in both_forms(&folder, &columns) {
+        let (whole, _) = read_log(&path, &ReadOptions::default()).unwrap();
+        let (file, mut findings) = (open(&path), PieceFindings::default());
+        assert_eq!(file.axes(), whole.axes());
+        for piece in file.pieces(Lengths { own: 20_000, before: 0, after: 0 }).unwrap() {
+            findings.add(&piece.unwrap(), Purpose::Training);
+        }
+        let told = |report: &Report| {
+            report.findings.iter().any(|f| f.to_string().contains("y_ref: the axis never moves and is left out"))
+        };
+        assert!(told(&findings.into_report()) && told(&assess(&whole, Purpose::Training)));
     }
 }
