@@ -115,6 +115,11 @@ pub(crate) fn gaps(times: &[f64]) -> Vec<Gap> {
     if forward.is_empty() || forward.iter().any(|step| !step.is_finite() || *step < 0.0) {
         return Vec::new();
     }
+    let (shortest, longest) =
+        forward.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), step| (low.min(*step), high.max(*step)));
+    if longest < 0.5 * BRIDGED_PERIODS * shortest {
+        return Vec::new();
+    }
     let period_s = snap(base_period_s(&forward), 1e-4, 1e-2);
     let long = steps.iter().enumerate().filter(|(_, step)| **step > BRIDGED_PERIODS * period_s);
     long.map(|(row, step)| Gap { row, step_s: *step, lost: step / period_s - 1.0 }).collect()
