@@ -169,7 +169,7 @@ impl ProgramArgs {
 /// How a log is read.
 #[derive(Debug, Clone, Args)]
 pub struct LogArgs {
-    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm`
+    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=pos:um`; `x:inch` is the unit of an axis
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
     /// Sampling period of logs without time stamps, ms

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use datasets::{Inspection, Log, LongFile, Purpose, ReadOptions, Report, assess, inspect, read_log};
+use datasets::{Inspection, Log, LongFile, Purpose, ReadOptions, Report, assess, inspect, read_log, read_runs};
 use gcode::{Dialect, Program};
 use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
@@ -236,15 +236,29 @@ fn described<T, E: std::error::Error + Send + Sync + 'static>(
     from_toml(&text).map_err(|error| Refusal(format!("{name}: {error}")).into())
 }
 
-/// A log, and what reading it found.
+/// A log that is one run, and what reading it found.
 ///
 /// # Errors
 /// When the file cannot be read or is not a log.
 pub fn log(path: &Path, options: &ReadOptions) -> Result<(Log, Report)> {
-    if !path.is_file() {
-        return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
-    }
+    check_exists(path)?;
     read_log(path, options).map_err(|error| Refusal(error.to_string()).into())
+}
+
+/// The runs of a log, cut at the gaps of its time stamps, and what reading it found.
+///
+/// # Errors
+/// As [`log`].
+pub fn runs(path: &Path, options: &ReadOptions) -> Result<(Vec<Log>, Report)> {
+    check_exists(path)?;
+    read_runs(path, options).map_err(|error| Refusal(error.to_string()).into())
+}
+
+fn check_exists(path: &Path) -> Result<()> {
+    if path.is_file() {
+        return Ok(());
+    }
+    Err(Usage(format!("cannot read {}: there is no such file", path.display())).into())
 }
 
 /// A log with what its columns are taken for.
@@ -252,9 +266,7 @@ pub fn log(path: &Path, options: &ReadOptions) -> Result<(Log, Report)> {
 /// # Errors
 /// As [`log`].
 pub fn inspection(path: &Path, options: &ReadOptions) -> Result<Inspection> {
-    if !path.is_file() {
-        return Err(Usage(format!("cannot read {}: there is no such file", path.display())).into());
-    }
+    check_exists(path)?;
     inspect(path, options).map_err(|error| Refusal(error.to_string()).into())
 }
 
@@ -267,6 +279,23 @@ pub fn log_to_measure(path: &Path, options: &ReadOptions, printer: &Printer) -> 
     report.extend(assess(&log, Purpose::Measuring));
     fit_to_measure(path, &report, printer)?;
     Ok(log)
+}
+
+/// The runs of a log that are fit for measuring; what was found in them is printed.
+///
+/// # Errors
+/// As [`log`], and when a run is not fit.
+pub fn runs_to_measure(path: &Path, options: &ReadOptions, printer: &Printer) -> Result<Vec<Log>> {
+    let (logs, mut report) = runs(path, options)?;
+    for log in &logs {
+        let mut own = assess(log, Purpose::Measuring);
+        if logs.len() > 1 {
+            own.findings.iter_mut().for_each(|finding| finding.place.run = Some(log.name.clone()));
+        }
+        report.extend(own);
+    }
+    fit_to_measure(path, &report, printer)?;
+    Ok(logs)
 }
 
 /// Prints what was found in a log.

@@ -62,6 +62,18 @@ pub enum DatasetError {
         /// Unit of both.
         unit: &'static str,
     },
+    /// The command of an axis moves and its actual position does not.
+    #[error("{}: the command travels {travel:.3} {unit} but column `{column}` never changes; log the encoder's position", path.display())]
+    Stuck {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column of the actual position.
+        column: String,
+        /// Travel of the command.
+        travel: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// The column mapping cannot be parsed.
     #[error("column mapping `{text}`: {reason}; write it as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um`")]
     Mapping {
@@ -99,6 +111,18 @@ pub enum DatasetError {
         time_s: f64,
         /// Previous time stamp, s.
         before_s: f64,
+    },
+    /// A commanded path whose time stamps have a gap.
+    #[error("{}: line {line}: the time steps by {step_s:.6} s after {time_s} s; a commanded path has no gaps: what is commanded there is not known. Write every sample, or cut the file there into two paths", path.display())]
+    Gap {
+        /// The file.
+        path: PathBuf,
+        /// Line before the gap, from 1.
+        line: usize,
+        /// Time stamp before the gap, s.
+        time_s: f64,
+        /// Length of the gap, s.
+        step_s: f64,
     },
     /// Too few rows.
     #[error("{}: {rows} rows; a log needs at least {needed}", path.display())]

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use motion::{Axis, AxisKind};
 
-use crate::formats::{format_of, read_table};
-use crate::read::{log_of, map_of, stated};
+use crate::formats::{format_of, table_of};
+use crate::read::{map_of, runs_of, stated};
 use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Source, Table};
 
 /// A log with what its columns are taken for.
@@ -17,8 +17,8 @@ pub struct Inspection {
     pub rows: usize,
     /// The columns, in the order of the file.
     pub columns: Vec<Column>,
-    /// The run.
-    pub log: Log,
+    /// The runs: one, or those between the gaps of the time stamps.
+    pub runs: Vec<Log>,
     /// Findings while reading.
     pub report: Report,
 }
@@ -47,19 +47,19 @@ pub enum Role {
     Unused,
 }
 
-/// Reads a run as [`read_log`](crate::read_log) does, and tells what its columns are taken for.
+/// Reads runs as [`read_runs`](crate::read_runs) does, and tells what their columns are taken for.
 ///
 /// # Errors
-/// As [`read_log`](crate::read_log).
+/// As [`read_runs`](crate::read_runs).
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, DatasetError> {
     let bytes = std::fs::read(path).map_err(|source| DatasetError::io(path, source))?;
     let format = format_of(&bytes).map_or("unknown", |format| format.name());
-    let table = read_table(path)?;
+    let table = table_of(path, bytes)?;
     let mut report = Report { findings: table.findings.clone() };
     let options = stated(path, options, &mut report)?;
     let columns = columns(&table, &map_of(path, &table, &options)?);
-    let (log, report) = log_of(path, &table, &options, report)?;
-    Ok(Inspection { format, rows: table.len(), columns, log, report })
+    let (runs, report) = runs_of(path, &table, &options, report)?;
+    Ok(Inspection { format, rows: table.len(), columns, runs, report })
 }
 
 fn columns(table: &Table, map: &ColumnMap) -> Vec<Column> {
@@ -71,8 +71,9 @@ fn columns(table: &Table, map: &ColumnMap) -> Vec<Column> {
 }
 
 fn role(index: usize, map: &ColumnMap) -> (Role, String) {
-    if let Some(time) = map.time.filter(|time| time.column == index) {
-        return (Role::Time, unit(time, TIMES, "s"));
+    let mut times = map.time.iter().chain(map.clocks.iter().map(|clock| &clock.time));
+    if let Some(time) = times.find(|time| time.column == index) {
+        return (Role::Time, unit(*time, TIMES, "s"));
     }
     for axis in &map.axes {
         let units = if axis.axis.kind == AxisKind::Linear { LENGTHS } else { ANGLES };

@@ -8,7 +8,9 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
 mod atomic;
+mod clocks;
 pub mod columns;
+mod cycles;
 mod error;
 pub mod excitation;
 pub mod formats;
@@ -17,15 +19,19 @@ mod join;
 mod log;
 mod long;
 mod options;
+mod parts;
 pub mod quality;
 mod read;
+mod recorded;
 mod reference;
 mod report;
+mod resample;
 mod side_file;
 mod splits;
 mod stretches;
 mod table;
 mod timing;
+mod usable;
 mod write;
 
 pub use atomic::{ignores_case, try_folder, write_all, write_all_and, write_atomically};
@@ -39,7 +45,7 @@ pub use log::Log;
 pub use long::{Extent, Lengths, LongFile, Piece, PieceFindings, Pieces, Recording};
 pub use options::ReadOptions;
 pub use quality::{Purpose, assess, assess_runs, moving_axes};
-pub use read::{log_from_bytes, log_from_table, read_log};
+pub use read::{log_from_bytes, log_from_table, read_log, read_runs, runs_from_table};
 pub use reference::{read_reference, reference_content, reference_from_table, write_reference};
 pub use report::{Check, Finding, Place, Report, Severity};
 pub use side_file::side_file;

@@ -2,7 +2,7 @@
 
 use motion::{Axis, AxisKind, Trajectory};
 
-use crate::timing::resample;
+use crate::resample::resample;
 use crate::{Check, DatasetError, Finding, Severity};
 
 /// Largest relative difference of equal periods.

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use motion::{Axis, Trajectory};
 
-use crate::columns::recognise_reference;
+use crate::clocks::on_one_clock;
+use crate::columns::{CommandColumns, recognise_reference};
 use crate::formats::read_table;
-use crate::read::uniform_columns;
+use crate::read::{map_of, opened};
+use crate::recorded::{Recorded, columns_of};
 use crate::write::{content, times, write_content};
 use crate::{DatasetError, ReadOptions, Report, Table};
 
@@ -15,13 +17,15 @@ use crate::{DatasetError, ReadOptions, Report, Table};
 /// A column mapping in `options` has the form of one for logs; only the `_ref` entries are used.
 ///
 /// # Errors
-/// As [`read_log`](crate::read_log).
+/// As [`read_log`](crate::read_log), and when the time stamps have a gap: what is commanded there is not known.
 pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory, Report), DatasetError> {
-    if options.columns.is_some() {
-        let (log, report) = crate::read_log(path, options)?;
-        return Ok((log.reference, report));
+    if options.columns.is_none() {
+        return reference_from_table(path, &read_table(path)?, options.period_s);
     }
-    reference_from_table(path, &read_table(path)?, options.period_s)
+    let (table, options, mut report) = opened(path, options)?;
+    let map = map_of(path, &table, &options)?;
+    report.findings.extend(map.findings());
+    reference_of(path, &table, map.into(), options.period_s, report)
 }
 
 /// As [`read_reference`], from columns that are already in memory, named as in a file; errors have the name `path`. `period_s` is the
@@ -30,12 +34,29 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
 /// # Errors
 /// As [`read_reference`].
 pub fn reference_from_table(path: &Path, table: &Table, period_s: Option<f64>) -> Result<(Trajectory, Report), DatasetError> {
-    let (time, sources) = recognise_reference(path, table)?;
-    let ((period_s, _), columns, findings) = uniform_columns(path, table, time, &sources, period_s)?;
-    let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
-    let mut report = Report { findings: table.findings.clone() };
+    let report = Report { findings: table.findings.clone() };
+    reference_of(path, table, recognise_reference(path, table)?, period_s, report)
+}
+
+fn reference_of(
+    path: &Path,
+    table: &Table,
+    CommandColumns { time, clocks, axes: sources }: CommandColumns,
+    period_s: Option<f64>,
+    mut report: Report,
+) -> Result<(Trajectory, Report), DatasetError> {
+    let (table, findings) = on_one_clock(path, table, time, &clocks)?;
     report.findings.extend(findings);
-    Ok((Trajectory::new(period_s, axes, columns)?, report))
+    let columns = columns_of(path, &table, &sources)?;
+    let (recorded, findings) = Recorded::new(path, &table, time, (&sources, columns), period_s)?;
+    report.findings.extend(findings);
+    if let Some((gap, line, time_s)) = recorded.gaps().first() {
+        return Err(DatasetError::Gap { path: path.to_owned(), line: *line, time_s: *time_s, step_s: gap.step_s });
+    }
+    let uniform = recorded.uniform(path)?;
+    report.findings.extend(uniform.findings);
+    let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
+    Ok((Trajectory::new(uniform.period_s, axes, uniform.columns)?, report))
 }
 
 /// Writes a reference as `t,x,y,z,…` in s, mm, rad: Parquet where the name ends in `.parquet`, else CSV with nine decimals.

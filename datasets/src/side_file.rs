@@ -20,7 +20,7 @@ pub fn side_file(path: &Path) -> PathBuf {
 
 /// Reads the side file of `path`; `None` if there is none.
 ///
-/// It has one entry per line: `period = 1 ms`, and those of a column mapping (`x_ref = 1:mm`); `#`
+/// It has one entry per line: `period = 1 ms`, and those of a column mapping (`x_ref = 1:mm`, `x:inch`); `#`
 /// begins a comment.
 ///
 /// # Errors
@@ -45,6 +45,8 @@ pub(crate) fn read_side_file(path: &Path) -> Result<Option<(PathBuf, ReadOptions
                 options.period_s = Some(period_s);
             }
             Some(_) => columns.push(line.to_owned()),
+            // The unit of an axis.
+            None if line.contains(':') => columns.push(line.to_owned()),
             None => {
                 let message = format!("line {}: `{line}` has no `=`; write `period = 1 ms` or `x_ref = 1:mm`", index + 1);
                 return Err(DatasetError::format(&beside, message));

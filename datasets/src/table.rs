@@ -34,23 +34,21 @@ impl Table {
     /// Column `index`, each value times `scale`.
     ///
     /// # Errors
-    /// When a value is not finite, or there is no such column.
+    /// When there is no such column.
+    pub(crate) fn scaled(&self, path: &Path, index: usize, scale: f64) -> Result<Vec<f64>, DatasetError> {
+        let missing = || DatasetError::format(path, format!("there is no column {}", index + 1));
+        Ok(self.columns.get(index).ok_or_else(missing)?.iter().map(|value| value * scale).collect())
+    }
+
+    /// As [`Table::scaled`], of numbers only.
+    ///
+    /// # Errors
+    /// As [`Table::scaled`], and when a value is not finite.
     pub(crate) fn finite(&self, path: &Path, index: usize, scale: f64) -> Result<Vec<f64>, DatasetError> {
-        let (Some(column), Some(name)) = (self.columns.get(index), self.names.get(index)) else {
-            return Err(DatasetError::format(path, format!("there is no column {}", index + 1)));
-        };
-        column
-            .iter()
-            .zip(&self.lines)
-            .map(|(value, &line)| {
-                let scaled = value * scale;
-                if scaled.is_finite() {
-                    Ok(scaled)
-                } else {
-                    Err(DatasetError::Missing { path: path.to_owned(), line, column: name.clone() })
-                }
-            })
-            .collect()
+        let values = self.scaled(path, index, scale)?;
+        let Some(row) = values.iter().position(|value| !value.is_finite()) else { return Ok(values) };
+        let column = self.names.get(index).cloned().unwrap_or_default();
+        Err(DatasetError::Missing { path: path.to_owned(), line: self.lines.get(row).copied().unwrap_or(row + 1), column })
     }
 
     /// As [`Table::finite`], with no value beyond ± `most`, in `unit`.
@@ -67,7 +65,8 @@ impl Table {
     ) -> Result<Vec<f64>, DatasetError> {
         let values = self.finite(path, index, scale)?;
         let Some(row) = values.iter().position(|value| value.abs() > most) else { return Ok(values) };
-        let (line, column) = (self.lines[row], self.names[index].clone());
+        let line = self.lines.get(row).copied().unwrap_or(row + 1);
+        let column = self.names.get(index).cloned().unwrap_or_default();
         Err(DatasetError::Absurd { path: path.to_owned(), line, column, value: values[row], most, unit })
     }
 }

@@ -96,6 +96,35 @@ fn check_span(path: &Path, intervals: &[f64], period_s: f64, lines: &[usize]) ->
     Err(DatasetError::format(path, message))
 }
 
+/// A step of the time stamps over which rows are lost that cannot be interpolated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gap {
+    /// Index of the row before it.
+    pub row: usize,
+    /// Its length, s.
+    pub step_s: f64,
+    /// Number of the lost rows.
+    pub lost: f64,
+}
+
+/// The gaps of time stamps; none where they go back, or do not advance at all.
+pub(crate) fn gaps(times: &[f64]) -> Vec<Gap> {
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    // Stamps coarser than the sampling stand still between their steps.
+    let forward: Vec<f64> = steps.iter().copied().filter(|step| *step != 0.0).collect();
+    if forward.is_empty() || forward.iter().any(|step| !step.is_finite() || *step < 0.0) {
+        return Vec::new();
+    }
+    let (shortest, longest) =
+        forward.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), step| (low.min(*step), high.max(*step)));
+    if longest < 0.5 * BRIDGED_PERIODS * shortest {
+        return Vec::new();
+    }
+    let period_s = snap(base_period_s(&forward), 1e-4, 1e-2);
+    let long = steps.iter().enumerate().filter(|(_, step)| **step > BRIDGED_PERIODS * period_s);
+    long.map(|(row, step)| Gap { row, step_s: *step, lost: step / period_s - 1.0 }).collect()
+}
+
 /// The period whose multiples the intervals are: the median of the short intervals first, then the
 /// mean over all multiples.
 fn base_period_s(intervals: &[f64]) -> f64 {
@@ -150,50 +179,6 @@ fn report(times: &[f64], intervals: &[f64], period_s: f64, lines: &[usize]) -> V
     findings
 }
 
-/// Values at `times` (increasing, at least 4) interpolated at `times[0] + k·period_s` by cubic Hermite pieces.
-///
-/// The tangent at a sample is that of the parabola through it and its two neighbours, so that
-/// parabolas are exact.
-pub(crate) fn resample(times: &[f64], values: &[f64], period_s: f64) -> Vec<f64> {
-    let (Some(first), Some(last)) = (times.first(), times.last()) else {
-        return Vec::new();
-    };
-    let tangents = tangents(times, values);
-    let count = ((last - first) / period_s + 1e-9).floor() as usize + 1;
-    let mut piece = 0;
-    (0..count)
-        .map(|k| {
-            let time = (first + k as f64 * period_s).min(*last);
-            while piece + 2 < times.len() && times[piece + 1] <= time {
-                piece += 1;
-            }
-            let width = times[piece + 1] - times[piece];
-            let u = (time - times[piece]) / width;
-            let (p, q) = (values[piece], values[piece + 1]);
-            let (m, n) = (tangents[piece] * width, tangents[piece + 1] * width);
-            // p + u·(m + …): this form returns `p` exactly at u = 0.
-            p + u * (m + u * (3.0 * (q - p) - 2.0 * m - n + u * (2.0 * (p - q) + m + n)))
-        })
-        .collect()
-}
-
-fn tangents(times: &[f64], values: &[f64]) -> Vec<f64> {
-    let slope = |k: usize| (values[k + 1] - values[k]) / (times[k + 1] - times[k]);
-    let last = times.len() - 1;
-    (0..=last)
-        .map(|k| {
-            if k == 0 {
-                slope(0)
-            } else if k == last {
-                slope(last - 1)
-            } else {
-                let (before, after) = (times[k] - times[k - 1], times[k + 1] - times[k]);
-                (slope(k - 1) * after + slope(k) * before) / (before + after)
-            }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,6 +211,24 @@ mod tests {
     }
 
     #[test]
+    fn gaps_are_steps_over_lost_rows() {
+        let mut times: Vec<f64> = (0..100).map(|k| 0.002 * f64::from(k)).collect();
+        assert_eq!(gaps(&times), []);
+        // Ten lost rows are interpolated, more are a gap.
+        times[30..].iter_mut().for_each(|time| *time += 0.018);
+        assert_eq!(gaps(&times), []);
+        times[60..].iter_mut().for_each(|time| *time += 0.1);
+        let found = gaps(&times);
+        assert_eq!((found.len(), found[0].row), (1, 59));
+        assert!((found[0].step_s - 0.102).abs() < 1e-9 && (found[0].lost - 50.0).abs() < 1e-6, "{found:?}");
+        let coarse: Vec<f64> = (0..100).map(|k| f64::from(k / 2) * 0.001 + if k < 50 { 0.0 } else { 1.0 }).collect();
+        assert_eq!(gaps(&coarse).len(), 1);
+        times[90] = 0.0;
+        assert_eq!(gaps(&times), []);
+        assert_eq!(gaps(&[1.0; 9]), []);
+    }
+
+    #[test]
     fn stamps_going_back_are_refused_with_their_line() {
         let error = settled(&[0.0, 0.1, 0.2, 0.15, 0.3]).unwrap_err();
         assert!(matches!(error, DatasetError::TimeOrder { line: 5, .. }), "{error}");
@@ -250,17 +253,5 @@ mod tests {
         assert!(!timing.resample);
         assert!((timing.period_s - 0.0005).abs() < 1e-5);
         assert_eq!(timing.findings[0].severity, Severity::Warn);
-    }
-
-    #[test]
-    fn parabolas_are_resampled_exactly() {
-        let times = [0.0, 0.1, 0.25, 0.3, 0.5, 0.6];
-        let values: Vec<f64> = times.map(|t| 1.0 + 2.0 * t + 3.0 * t * t).to_vec();
-        let resampled = resample(&times, &values, 0.05);
-        assert_eq!(resampled.len(), 13);
-        for (k, value) in resampled.iter().enumerate().skip(2).take(8) {
-            let t = 0.05 * k as f64;
-            assert!((value - (1.0 + 2.0 * t + 3.0 * t * t)).abs() < 1e-12);
-        }
     }
 }

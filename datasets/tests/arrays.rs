@@ -116,6 +116,29 @@ fn vectors_of_numpy_are_columns() {
 }
 
 #[test]
+fn channels_with_clocks_of_their_own_may_have_other_lengths() {
+    let [t, x_ref, ..] = signals();
+    let late: Vec<f64> = (0..SAMPLES / 2).map(|k| k as f64 * 0.004 + 0.001).collect();
+    let x_act: Vec<f64> = late.iter().map(|t| 20.0 * (6.0 * t).sin()).collect();
+    for (t, x_ref, late, x_act) in [(&t, &x_ref, &late, &x_act), (&late, &x_act, &t, &x_ref)] {
+        let vector = |column: &Vec<f64>| npy(column, &format!("({},)", column.len()), false);
+        let arrays = [
+            ("t_cmd", vector(t)),
+            ("x_cmd", vector(x_ref)),
+            ("t_act", vector(late)),
+            ("x_act", vector(x_act)),
+            ("gains", vector(&vec![1.0; 3])),
+        ];
+        let (log, report) = log("run.npz", npz(&arrays), None);
+        let same = log.reference.columns()[0].iter().zip(&log.actual.columns()[0]);
+        assert!(same.into_iter().all(|(command, actual)| (command - actual).abs() < 720.0 * 16e-6 / 8.0 + 1e-9));
+        assert!(log.len() + 2 >= t.len(), "{}", log.len());
+        assert_found(&report, Severity::Note, Check::Timing, "x_act: joined to the clock of the command");
+        assert_found(&report, Severity::Note, Check::Mended, "gains");
+    }
+}
+
+#[test]
 fn a_matrix_of_either_order_is_one_signal_a_column() {
     let signals = signals();
     let by_columns = signals.concat();
@@ -158,6 +181,9 @@ fn damaged_arrays_are_refused_with_their_place() {
     );
     refused("empty.npz", npz(&[("t", npy(&[], "(0,)", false))]), "no array of numbers");
     refused("new.mat", b"MATLAB 7.3 MAT-file, Platform".to_vec(), "save it with `save -v7`");
+    let hdf5 = [b"\x89HDF\r\n\x1a\n".as_slice(), &[0; 600]].concat();
+    refused("run.h5", hdf5.clone(), "this is an HDF5 file; export the signals as Parquet or CSV");
+    refused("run.mat", [vec![0; 512], hdf5].concat(), "save a MAT file of MATLAB with `save -v7`");
     let file = mat(&matrix("t", SAMPLES, &signals()[0]));
     refused("cut.mat", file[..200].to_vec(), "byte 128: ");
     let packed = mat(&packed(&matrix("t", SAMPLES, &signals()[0])));

@@ -214,8 +214,8 @@ fn twincat_scope_exports_are_read() {
             assert_sample(&log, 0, SAMPLES);
         }
     }
-    let error = read("scope.csv", &scope('\t', false, true, ["2", "10"]), None, None).unwrap_err().to_string();
-    assert!(error.contains("every 2 ms and every 10 ms"), "{error}");
+    // Stamps count, not what the header states.
+    assert_sample(&read("scope.csv", &scope('\t', false, true, ["2", "10"]), None, None).unwrap().0, 0, SAMPLES);
 }
 
 /// A recording with rows of the given cycles.

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{assert_found, shared};
-use datasets::{Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, folds, read_log};
+use datasets::{
+    Check, DatasetError, Log, Purpose, ReadOptions, Report, Severity, assess, assess_runs, folds, read_log, read_runs,
+};
 use motion::AxisKind;
 
 fn read(name: &str) -> Option<(Log, Report)> {
@@ -33,6 +35,28 @@ fn emps_is_fit_for_training() {
         logs.push(log);
     }
     assert!(!assess_runs(&logs, Purpose::Training).is_refused());
+}
+
+#[test]
+fn a_gap_of_a_real_log_makes_two_runs() {
+    let Some(path) = shared("emps_train_1kHz.csv") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gap.csv");
+    std::fs::write(&path, [&lines[..12_001], &lines[12_061..]].concat().join("\n") + "\n").unwrap();
+    let (logs, report) = read_runs(&path, &ReadOptions::default()).unwrap();
+    let found: Vec<(&str, usize)> = logs.iter().map(|log| (log.name.as_str(), log.len())).collect();
+    assert_eq!(found, [("gap part 1", 12_000), ("gap part 2", 12_781)]);
+    assert_found(
+        &report,
+        Severity::Note,
+        Check::Timing,
+        "after line 12001: 60 rows are missing; the log is cut there into two runs",
+    );
+    assert!(report.worst() == Some(Severity::Note), "{report}");
+    let report = assess_runs(&logs, Purpose::Training);
+    assert!(report.worst() <= Some(Severity::Note), "{report}");
 }
 
 #[test]

@@ -8,12 +8,13 @@ use crate::errors::Error;
 use crate::log;
 use crate::tables::Read;
 
-/// The runs of `frames`: one, or a list of them.
+/// The runs of `frames`, one or a list of them; a frame whose time stamps have gaps is several runs.
 pub fn runs(frames: &Bound<'_, PyAny>, options: &ReadOptions) -> PyResult<Vec<Read>> {
     if frames.is_instance_of::<PyList>() || frames.is_instance_of::<PyTuple>() {
-        return frames.try_iter()?.enumerate().map(|(index, frame)| log::run(&frame?, index, options)).collect();
+        let runs = frames.try_iter()?.enumerate().map(|(index, frame)| log::runs(&frame?, index, options));
+        return Ok(runs.collect::<PyResult<Vec<_>>>()?.into_iter().flatten().collect());
     }
-    Ok(vec![log::run(frames, 0, options)?])
+    log::runs(frames, 0, options)
 }
 
 /// The logs, and what was found in them, a line each. Logs that are refused are an error, as on the command line.

@@ -130,6 +130,15 @@ pub fn run(frame: &Bound<'_, PyAny>, index: usize, options: &ReadOptions) -> PyR
     }
 }
 
+/// The runs of one frame, cut at the gaps of its time stamps; the first one has what was found.
+pub fn runs(frame: &Bound<'_, PyAny>, index: usize, options: &ReadOptions) -> PyResult<Vec<Read>> {
+    if frame.cast::<Log>().is_ok() {
+        return Ok(vec![run(frame, index, options)?]);
+    }
+    let (runs, mut found) = tables::runs(frame, index, options)?;
+    Ok(runs.into_iter().map(|run| (run, std::mem::take(&mut found))).collect())
+}
+
 /// Writes a file: complete or not at all.
 pub fn write(path: PathBuf, content: Vec<u8>) -> PyResult<()> {
     let shown = path.display().to_string();

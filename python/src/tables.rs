@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use datasets::{Log, ReadOptions, Report, Table, log_from_table};
+use datasets::{Log, ReadOptions, Report, Table, log_from_table, runs_from_table};
 use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -20,6 +20,15 @@ pub fn run(frame: &Bound<'_, PyAny>, index: usize, options: &ReadOptions) -> PyR
     }
     let Some(table) = table(frame)? else { return Err(no_frame(frame)) };
     log_from_table(Path::new(&format!("run-{}", index + 1)), &table, options).or_raise()
+}
+
+/// The runs of one frame, cut at the gaps of its time stamps, and what reading it found.
+pub fn runs(frame: &Bound<'_, PyAny>, index: usize, options: &ReadOptions) -> PyResult<(Vec<Log>, Report)> {
+    if let Some(path) = path(frame)? {
+        return frame.py().detach(|| precomp::read::runs(&path, options)).or_raise();
+    }
+    let Some(table) = table(frame)? else { return Err(no_frame(frame)) };
+    runs_from_table(Path::new(&format!("run-{}", index + 1)), &table, options).or_raise()
 }
 
 /// The path that a text or an `os.PathLike` is; `None` for other objects.

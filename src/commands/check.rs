@@ -47,7 +47,7 @@ impl Check {
                 Err(error) => unread.push(text(&error)),
             }
         }
-        let (logs, joined): (Vec<Log>, _) = datasets::joined(found.iter().map(|one| one.log.clone()).collect());
+        let (logs, joined): (Vec<Log>, _) = datasets::joined(found.iter().flat_map(|one| one.runs.iter().cloned()).collect());
         let mut report = Report::default();
         joined.into_iter().for_each(|finding| report.push(finding));
         if !logs.is_empty() {
@@ -59,7 +59,7 @@ impl Check {
         let worst = found.iter().filter_map(|one| one.report.worst()).chain(report.worst()).max();
         let verdict = if unread.is_empty() { worst } else { Some(Severity::Refuse) };
         printer.line(print::verdict(verdict));
-        let logs: Vec<_> = found.iter().map(print::json).collect();
+        let logs: Vec<_> = found.iter().flat_map(print::json).collect();
         let figures = json!({ "logs": logs, "unread": unread, "findings": print::findings_json(&report), "verdict": print::verdict_name(verdict) });
         write_json(self.common.json.as_deref(), &figures)?;
         match verdict {

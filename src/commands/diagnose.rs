@@ -121,8 +121,11 @@ impl Diagnose {
     }
 
     fn logs(&self, printer: &Printer) -> Result<Vec<Log>> {
-        let logs = self.logs.iter().map(|path| read::log_to_measure(path, &self.columns.options(), printer));
-        let (logs, joined) = datasets::joined(logs.collect::<Result<_>>()?);
+        let mut logs = Vec::new();
+        for path in &self.logs {
+            logs.extend(read::runs_to_measure(path, &self.columns.options(), printer)?);
+        }
+        let (logs, joined) = datasets::joined(logs);
         joined.iter().for_each(|finding| printer.line(finding));
         Ok(logs)
     }

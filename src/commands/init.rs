@@ -121,7 +121,8 @@ impl Init {
 
     /// Fills in what the logs reached.
     fn complete_by_logs(&self, draft: &mut Draft) -> Result<()> {
-        let logs = self.logs.iter().map(|path| Ok(read::log(path, &self.columns.options())?.0)).collect::<Result<Vec<_>>>()?;
+        let runs = self.logs.iter().map(|path| Ok(read::runs(path, &self.columns.options())?.0)).collect::<Result<Vec<_>>>()?;
+        let logs = runs.concat();
         if logs.is_empty() {
             return Ok(());
         }

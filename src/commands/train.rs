@@ -109,12 +109,12 @@ impl Train {
     pub fn run(&self) -> Result<()> {
         let printer = self.common.printer();
         let machine = self.machine.as_deref().map(read::machine).transpose()?;
-        if let Some(recordings) = self.long_recordings()? {
-            return self.run_on_stretches(recordings, machine.as_ref(), &printer);
+        if let Some((recordings, warnings)) = self.long_recordings()? {
+            return self.run_on_stretches(&recordings, warnings, machine.as_ref(), &printer);
         }
         let (logs, mut warnings) = self.logs()?;
         let programs = self.programs_of(&logs)?;
-        let (logs, joined) = datasets::joined(logs);
+        let (logs, joined) = datasets::joined(logs.concat());
         warnings.extend(joined.iter().map(ToString::to_string));
         let found = training::check(&logs).findings;
         warnings.extend(found.iter().filter(|f| f.severity != Severity::Refuse).map(ToString::to_string));
@@ -164,8 +164,8 @@ impl Train {
         outputs.write(self.common.json.as_deref(), &figures)
     }
 
-    /// The logs, where one of them is read in pieces: a new model of more samples than are trained on, without programs.
-    fn long_recordings(&self) -> Result<Option<Vec<Recording>>> {
+    /// The logs and what was found in them, where one of them is read in pieces: a new model of more samples than are trained on, without programs.
+    fn long_recordings(&self) -> Result<Option<(Vec<Recording>, Vec<String>)>> {
         if self.from.is_some() || !self.programs.is_empty() {
             return Ok(None);
         }
@@ -178,23 +178,31 @@ impl Train {
         if samples <= self.most_samples {
             return Ok(None);
         }
-        let held = |(path, file): (&PathBuf, Option<LongFile>)| match file {
-            Some(file) => Ok(Recording::File(file)),
-            None => Ok(Recording::Held(read::log(path, &options)?.0)),
-        };
-        self.logs.iter().zip(files).map(held).collect::<Result<Vec<_>>>().map(Some)
+        let (mut recordings, mut warnings) = (Vec::new(), Vec::new());
+        for (path, file) in self.logs.iter().zip(files) {
+            let Some(file) = file else {
+                let (runs, found) = self.runs(path)?;
+                recordings.extend(runs.into_iter().map(Recording::Held));
+                warnings.extend(found);
+                continue;
+            };
+            warnings.extend(file.report.findings.iter().map(|finding| format!("{}: {finding}", path.display())));
+            recordings.push(Recording::File(file));
+        }
+        Ok(Some((recordings, warnings)))
     }
 
-    fn run_on_stretches(&self, recordings: Vec<Recording>, machine: Option<&MachineSpec>, printer: &Printer) -> Result<()> {
-        let findings = |(path, recording): (&PathBuf, &Recording)| -> Vec<String> {
-            let Recording::File(file) = recording else { return Vec::new() };
-            file.report.findings.iter().map(|finding| format!("{}: {finding}", path.display())).collect()
-        };
-        let warnings: Vec<String> = self.logs.iter().zip(&recordings).flat_map(findings).collect();
+    fn run_on_stretches(
+        &self,
+        recordings: &[Recording],
+        warnings: Vec<String>,
+        machine: Option<&MachineSpec>,
+        printer: &Printer,
+    ) -> Result<()> {
         warnings.iter().for_each(|warning| printer.line(warning));
         let (started, shown) = (Instant::now(), Shown::default());
         let today = date::today()?;
-        let mut trained = training::train_on_stretches(&recordings, machine, &self.settings()?, &|event| shown.event(event))?;
+        let mut trained = training::train_on_stretches(recordings, machine, &self.settings()?, &|event| shown.event(event))?;
         trained.bundle.manifest.date = Some(today);
         drop(shown);
         let seconds = started.elapsed().as_secs_f64();
@@ -206,30 +214,36 @@ impl Train {
         format!("Model {}", file_name(&self.out))
     }
 
-    /// The logs, and what was found in them.
-    fn logs(&self) -> Result<(Vec<Log>, Vec<String>)> {
-        let mut logs: Vec<Log> = Vec::with_capacity(self.logs.len());
-        let mut warnings = Vec::new();
-        for path in &self.logs {
-            let (log, report) = read::log(path, &self.columns.options())?;
-            if let Some(reason) = report.of(Severity::Refuse).next() {
-                return Err(Refusal(format!("{}: {reason}", path.display())).into());
-            }
-            warnings.extend(report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display())));
-            logs.push(log);
+    /// The runs of every log, and what was found in them.
+    fn logs(&self) -> Result<(Vec<Vec<Log>>, Vec<String>)> {
+        let found = self.logs.iter().map(|path| self.runs(path)).collect::<Result<Vec<_>>>()?;
+        let (logs, warnings): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        Ok((logs, warnings.concat()))
+    }
+
+    /// The runs of a log, and what was found in them.
+    fn runs(&self, path: &Path) -> Result<(Vec<Log>, Vec<String>)> {
+        let (logs, report) = read::runs(path, &self.columns.options())?;
+        if let Some(reason) = report.of(Severity::Refuse).next() {
+            return Err(Refusal(format!("{}: {reason}", path.display())).into());
         }
-        Ok((logs, warnings))
+        let warnings = report.findings.into_iter().map(|finding| format!("{}: {finding}", path.display()));
+        Ok((logs, warnings.collect()))
     }
 
     /// Every program with the log of its run: the file of the same name but for its ending.
-    fn programs_of(&self, logs: &[Log]) -> Result<Vec<(Vec<u8>, Log)>> {
+    fn programs_of(&self, logs: &[Vec<Log>]) -> Result<Vec<(Vec<u8>, Log)>> {
         let pair = |program: &PathBuf| {
-            let log = self.logs.iter().zip(logs).find(|(log, _)| stem(log) == stem(program));
-            let Some((_, log)) = log else {
+            let runs = self.logs.iter().zip(logs).find(|(log, _)| stem(log) == stem(program));
+            let Some((path, runs)) = runs else {
                 let (program, stem) = (program.display(), stem(program).unwrap_or_default());
                 return Err(
                     Usage(format!("no log belongs to {program}; give the log of its run the same name: {stem}.csv")).into()
                 );
+            };
+            let [log] = &runs[..] else {
+                let why = "its time stamps have gaps; log the whole run of a program, or train without --programs";
+                return Err(Refusal(format!("{}: {why}", path.display())).into());
             };
             Ok((read_file(program)?, Log { name: file_name(program), ..log.clone() }))
         };

@@ -1,6 +1,6 @@
 //! What a log holds.
 
-use datasets::{Column, Finding, Inspection, Report, Role, Severity};
+use datasets::{Column, Finding, Inspection, Log, Report, Role, Severity};
 use motion::AxisKind;
 use pipeline::statistics::rms_max;
 use pipeline::units::{ErrorUnit, in_programs};
@@ -12,13 +12,27 @@ use crate::output::{Printer, table};
 const PICTURE: usize = 60;
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// One log: its columns, and every axis with a picture.
+/// One log: its columns, and every axis of every run with a picture.
 pub fn show(printer: &Printer, found: &Inspection) {
-    let Inspection { format, rows, log, .. } = found;
-    let (period_ms, seconds) = (log.period_s() * 1e3, log.reference.duration_s());
-    printer.line(format!("{}: {format}, {rows} rows, one every {period_ms:.3} ms, {seconds:.2} s", log.name));
-    let of = |column: &Column| vec![column.name.clone(), role(&column.role), column.unit.clone()];
-    printer.line(table(&["column", "taken for", "unit"], &found.columns.iter().map(of).collect::<Vec<_>>()));
+    for (index, log) in found.runs.iter().enumerate() {
+        let (period_ms, seconds) = (log.period_s() * 1e3, log.reference.duration_s());
+        let (format, rows) = (found.format, rows(found, log));
+        printer.line(format!("{}: {format}, {rows} rows, one every {period_ms:.3} ms, {seconds:.2} s", log.name));
+        if index == 0 {
+            let of = |column: &Column| vec![column.name.clone(), role(&column.role), column.unit.clone()];
+            printer.line(table(&["column", "taken for", "unit"], &found.columns.iter().map(of).collect::<Vec<_>>()));
+        }
+        show_axes(printer, log);
+    }
+    found.report.findings.iter().for_each(|finding| printer.line(finding));
+}
+
+/// Rows of a run: those of the file where it is one run.
+fn rows(found: &Inspection, log: &Log) -> usize {
+    if found.runs.len() == 1 { found.rows } else { log.len() }
+}
+
+fn show_axes(printer: &Printer, log: &Log) {
     for (axis, (reference, actual)) in log.axes().iter().zip(log.reference.columns().iter().zip(log.actual.columns())) {
         let error: Vec<f64> = reference.iter().zip(actual).map(|(r, a)| r - a).collect();
         let ((rms, max), unit, (scale, shown)) = (rms_max(&error), ErrorUnit::from(axis), in_programs(axis.kind));
@@ -29,7 +43,6 @@ pub fn show(printer: &Printer, found: &Inspection) {
         let text = format!("command − actual, {} RMS, {} at most", unit.text(rms), unit.text(max));
         printer.line(format!("{}  {}  {text}", " ".repeat(axis.name.chars().count()), picture(&error, (-most, most))));
     }
-    found.report.findings.iter().for_each(|finding| printer.line(finding));
 }
 
 fn role(role: &Role) -> String {
@@ -77,9 +90,13 @@ pub fn verdict_name(worst: Option<Severity>) -> &'static str {
     }
 }
 
-/// One log as JSON.
-pub fn json(found: &Inspection) -> Value {
-    let log = &found.log;
+/// The runs of a log as JSON; the findings about the file are those of the first one.
+pub fn json(found: &Inspection) -> Vec<Value> {
+    let findings = |index: usize| if index == 0 { findings_json(&found.report) } else { Value::Array(Vec::new()) };
+    found.runs.iter().enumerate().map(|(index, log)| run_json(found, log, findings(index))).collect()
+}
+
+fn run_json(found: &Inspection, log: &Log, findings: Value) -> Value {
     let columns: Vec<Value> = found.columns.iter().map(column_json).collect();
     let pairs = log.reference.columns().iter().zip(log.actual.columns());
     let axes: Map<String, Value> = log
@@ -101,12 +118,12 @@ pub fn json(found: &Inspection) -> Value {
     json!({
         "name": log.name,
         "format": found.format,
-        "rows": found.rows,
+        "rows": rows(found, log),
         "period_ms": log.period_s() * 1e3,
         "seconds": log.reference.duration_s(),
         "columns": columns,
         "axes": axes,
-        "findings": findings_json(&found.report),
+        "findings": findings,
     })
 }
 

@@ -140,8 +140,26 @@ fn a_log_that_would_teach_a_wrong_machine_is_refused() {
         Some(row)
     });
     assert!(said.contains("different zeros"), "{said}");
-    let said = refused(&folder, "gap.csv", |k, row| (!(900..960).contains(&k)).then(|| row.to_vec()));
-    assert!(said.contains("rows are missing") || said.contains("rows are lost"), "{said}");
+}
+
+#[test]
+fn a_log_with_a_gap_is_trained_on_as_two_runs() {
+    let Some(emps) = shared("logs/emps_train_1kHz.csv") else { return };
+    let folder = Folder::new();
+    let (header, rows) = lines(&emps);
+    write(&folder, "gap.csv", &header, &[&rows[..12_000], &rows[12_060..]].concat());
+    let printed = folder.prints(&["train", "gap.csv", "--predictor", "linear", "-o", "gap.model"]);
+    assert!(printed.contains("after line 12001: 60 rows are missing; the log is cut there into two runs"), "{printed}");
+    assert!(folder.path("gap.model").exists());
+    // A program is compared with a whole run.
+    folder.write("gap.nc", "G1 X10 F600\nM30\n");
+    let said = folder.fails(1, &["train", "gap.csv", "--programs", "gap.nc", "-o", "other.model"]);
+    assert!(said.contains("log the whole run of a program"), "{said}");
+    // A commanded path is not cut.
+    let command: Vec<String> = rows.iter().map(|row| row.split(',').take(2).collect::<Vec<_>>().join(",")).collect();
+    write(&folder, "command.csv", "t,x", &[&command[..12_000], &command[12_060..]].concat());
+    let said = folder.fails(1, &["predict", "command.csv", "-m", "gap.model", "-o", "forecast.csv"]);
+    assert!(said.contains("a commanded path has no gaps"), "{said}");
 }
 
 #[test]

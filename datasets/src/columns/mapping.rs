@@ -2,26 +2,19 @@
 
 use std::path::Path;
 
-use super::map::{AxisColumns, ColumnMap, Source};
-use super::recognise::{axis, time_column, unit_of_name, unused};
-use super::unit::{Quantity, Unit};
+use super::entries::{Entries, Sides};
+use super::map::{AxisColumns, ColumnMap};
+use super::recognise::{axis, clocks_of, unused};
+use super::unit::Unit;
 use crate::{DatasetError, Table};
-
-/// A column on the right-hand side of an entry.
-struct Named {
-    source: Source,
-    unit: Option<Unit>,
-}
-
-/// Name of an axis with the columns of its reference and its actual position, if given.
-type Sides = (String, Option<Named>, Option<Named>);
 
 impl ColumnMap {
     /// Parses a map such as `t=time_s,x_ref=x_cmd_mm,x_act=raw*0.001,y_ref=#4:um,y_act=#5:um`.
     ///
-    /// Right-hand side: a column name or `#` and its number, then `*factor` or `:unit`. The default
-    /// is the unit in the column's name, else s, mm or rad. Without `t` a time column is searched
-    /// by its name.
+    /// Left-hand side: `t`, or axis and role, by any of the words that names of columns have (`x_ref`, `x_cmd`, `x_soll`). Right-hand side:
+    /// a column name or `#` and its number, then `*factor` or `:unit`. The default is the unit of the axis where the map has one (`x:inch`),
+    /// else that in the column's name, else s, mm or rad. Without `t` a time column is searched by its name; `t_ref` and `t_act` name those
+    /// of commands and actual positions that have clocks of their own. A map of units only leaves the columns to their names.
     ///
     /// # Errors
     /// When the text cannot be parsed, or the table lacks a column.
@@ -31,113 +24,65 @@ impl ColumnMap {
 }
 
 fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
-    let (time, sides) = entries(text, table)?;
+    let Entries { times, sides, units } = Entries::parse(text, table)?;
     let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
+    if sides.is_empty() && !units.is_empty() {
+        let mut map = ColumnMap::recognise(path, table)?;
+        units.iter().try_for_each(|(axis, unit)| set_unit(&mut map.axes, axis, *unit)).map_err(whole)?;
+        if let Some((time, clocks)) = times.clocks(&map.axes).map_err(whole)? {
+            (map.time, map.clocks) = (time, clocks);
+            map.unused = unused(table, &map);
+        }
+        return Ok(map);
+    }
     let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;
     if axes.is_empty() {
         return Err(whole("no axis is named".to_owned()));
     }
-    let time = match time {
-        Some(time) => Some(time),
-        None => time_column(table).map_err(|reason| DatasetError::Columns {
+    if let Some((lost, _)) = units.iter().find(|(name, _)| axes.iter().all(|columns| columns.axis.name != *name)) {
+        return Err(whole(no_such_axis(lost, &axes)));
+    }
+    let (time, clocks) = match times.clocks(&axes).map_err(whole)? {
+        Some(stated) => stated,
+        None => clocks_of(table, &axes).map_err(|reason| DatasetError::Columns {
             path: path.to_owned(),
             reason,
             names: table.names.clone(),
         })?,
     };
-    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
-    used.extend(axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]));
-    let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused })
+    let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed: Vec::new() };
+    map.unused = unused(table, &map);
+    Ok(map)
 }
 
-/// The entries of a mapping, as `t=time_s,x_ref=cmd`: the column of time, and those of the axes.
-fn entries(text: &str, table: &Table) -> Result<(Option<Source>, Vec<Sides>), DatasetError> {
-    let mut time = None;
-    let mut sides: Vec<Sides> = Vec::new();
-    for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
-        let fail = |reason: String| DatasetError::Mapping { text: entry.to_owned(), reason };
-        let (key, value) = entry.split_once('=').ok_or_else(|| fail("there is no `=`".to_owned()))?;
-        let key = key.trim().to_ascii_lowercase();
-        let named = named(value.trim(), table).map_err(fail)?;
-        let duplicate = || fail(format!("`{key}` is given twice"));
-        if key == "t" {
-            if named.unit.is_some_and(|unit| unit.quantity != Quantity::Time) {
-                return Err(fail("time needs a unit of time: s, ms, us, ns or min".to_owned()));
-            }
-            if time.replace(named.source).is_some() {
-                return Err(duplicate());
-            }
-            continue;
-        }
-        let (name, is_reference) = match key.rsplit_once('_') {
-            Some((name, "ref")) if !name.is_empty() => (name, true),
-            Some((name, "act")) if !name.is_empty() => (name, false),
-            _ => return Err(fail(format!("`{key}` is neither `t`, `<axis>_ref` nor `<axis>_act`"))),
-        };
-        let index = match sides.iter().position(|side| side.0 == name) {
-            Some(index) => index,
-            None => {
-                sides.push((name.to_owned(), None, None));
-                sides.len() - 1
-            }
-        };
-        let side = if is_reference { &mut sides[index].1 } else { &mut sides[index].2 };
-        if side.replace(named).is_some() {
-            return Err(duplicate());
-        }
-    }
-    Ok((time, sides))
+/// Sets the unit of an axis that was recognised.
+fn set_unit(axes: &mut [AxisColumns], name: &str, unit: Unit) -> Result<(), String> {
+    let Some(index) = axes.iter().position(|columns| columns.axis.name == name) else { return Err(no_such_axis(name, axes)) };
+    let columns = &mut axes[index];
+    columns.axis = axis(name, &[Some(unit)])?;
+    (columns.reference.scale, columns.actual.scale) = (unit.scale, unit.scale);
+    Ok(())
+}
+
+fn no_such_axis(name: &str, axes: &[AxisColumns]) -> String {
+    let known: Vec<&str> = axes.iter().map(|columns| columns.axis.name.as_str()).collect();
+    format!("a unit is given for `{name}`; the axes are {}", known.join(", "))
 }
 
 /// Refuses an axis with one missing column.
-fn both_sides((name, reference, actual): Sides) -> Result<AxisColumns, String> {
+fn both_sides(Sides { axis: name, reference, actual }: Sides) -> Result<AxisColumns, String> {
     let (Some(reference), Some(actual)) = (reference, actual) else {
         return Err(format!("axis `{name}` needs both `{name}_ref` and `{name}_act`"));
     };
     Ok(AxisColumns { axis: axis(&name, &[reference.unit, actual.unit])?, reference: reference.source, actual: actual.source })
 }
 
-/// A column's name or `#` and its number, with `*factor` or `:unit`.
-fn named(text: &str, table: &Table) -> Result<Named, String> {
-    if let Some(column) = find(text, table)? {
-        let unit = unit_of_name(&table.names[column]);
-        let scale = unit.map_or(1.0, |unit| unit.scale);
-        return Ok(Named { source: Source { column, scale }, unit });
-    }
-    if let Some((name, factor)) = text.rsplit_once('*')
-        && let Some(column) = find(name.trim(), table)?
-    {
-        let scale: f64 = factor.trim().parse().map_err(|_| format!("`{factor}` is not a number"))?;
-        if !scale.is_finite() || scale == 0.0 {
-            return Err(format!("a factor of {scale} makes no positions"));
-        }
-        return Ok(Named { source: Source { column, scale }, unit: None });
-    }
-    if let Some((name, word)) = text.rsplit_once(':')
-        && let Some(column) = find(name.trim(), table)?
-    {
-        let unit = Unit::named(word).ok_or_else(|| format!("`{word}` is no unit known here"))?;
-        return Ok(Named { source: Source { column, scale: unit.scale }, unit: Some(unit) });
-    }
-    Err(format!("there is no column `{text}`; the columns are {}", table.names.join(", ")))
-}
-
-fn find(name: &str, table: &Table) -> Result<Option<usize>, String> {
-    if let Some(index) = table.names.iter().position(|other| other == name) {
-        return Ok(Some(index));
-    }
-    match name.strip_prefix('#').map(str::parse::<usize>) {
-        Some(Ok(number)) if (1..=table.names.len()).contains(&number) => Ok(Some(number - 1)),
-        Some(Ok(number)) => Err(format!("there are {} columns, no {number}", table.names.len())),
-        _ => Ok(None),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use motion::AxisKind;
+
+    use super::*;
+    use crate::Source;
 
     fn table() -> Table {
         Table { names: ["time_s", "cmd a*b", "motor_um", "5"].map(str::to_owned).to_vec(), ..Table::default() }
@@ -160,6 +105,35 @@ mod tests {
     }
 
     #[test]
+    fn roles_have_the_words_of_column_names() {
+        let wanted = read("t=time_s,x_ref=5,x_act=motor_um").unwrap();
+        for text in [
+            "t=time_s,x_cmd=5,x_fb=motor_um",
+            "t=time_s,X_Soll=5,x_ist=motor_um",
+            "t_cmd=time_s,t_ist=time_s,x_des=5,x_enc=motor_um",
+        ] {
+            assert_eq!(read(text).unwrap(), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_axis_has_a_unit_for_both_columns() {
+        let scales = |map: &ColumnMap| [map.axes[0].reference.scale, map.axes[0].actual.scale];
+        assert_eq!(scales(&read("x_cmd=5:inch,x_act=motor_um").unwrap()), [25.4, 1e-3]);
+        // A unit or factor of a column counts more than that of the axis, which counts more than the name.
+        assert_eq!(scales(&read("x_ref=5,x_act=motor_um,x:inch").unwrap()), [25.4, 25.4]);
+        assert_eq!(scales(&read("x:inch,x_ref=5:mm,x_act=5*2").unwrap()), [1.0, 2.0]);
+        let turned = read("x_ref=5,x_act=motor_um,X:deg").unwrap();
+        assert_eq!(turned.axes[0].axis.kind, AxisKind::Rotary);
+        // Of columns that are recognised by their names only the unit is stated.
+        let names = ["clock", "x_ref", "x_act_mm", "y_ref", "y_act"].map(str::to_owned).to_vec();
+        let table = Table { names, ..Table::default() };
+        let map = parse("t=clock:ms,x:inch", Path::new("log.csv"), &table).unwrap();
+        assert_eq!((scales(&map), map.axes[1].reference.scale), ([25.4, 25.4], 1.0));
+        assert_eq!((map.time, map.unused.len()), (Some(Source { column: 0, scale: 1e-3 }), 0));
+    }
+
+    #[test]
     fn invalid_mappings_are_reported() {
         for (text, word) in [
             ("", "no axis"),
@@ -173,6 +147,12 @@ mod tests {
             ("x_ref=#9", "4 columns"),
             ("t=motor_um,x_ref=5,x_act=5", "unit of time"),
             ("x_ref=5:deg,x_act=5:mm", "contradict"),
+            ("x:furlong", "no unit"),
+            ("x:ms", "length or angle"),
+            ("x:mm,x:inch", "given twice"),
+            ("x_ref=5,x_act=5,y:inch", "the axes are x"),
+            ("x_ref=5,x_cmd=5", "twice"),
+            ("t_x=5", "neither"),
         ] {
             let message = read(text).unwrap_err().to_string();
             assert!(message.contains(word), "{text}: {message}");

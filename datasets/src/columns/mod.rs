@@ -1,12 +1,18 @@
 //! Meaning of the columns of a table: axis, commanded or actual, unit.
 
+mod clocks;
+mod entries;
 mod map;
 mod mapping;
+mod meaning;
 mod names;
+mod numbered;
 mod recognise;
 mod unit;
 
-pub use map::{AxisColumns, ColumnMap, Source};
-pub(crate) use names::is_joint_pin;
-pub(crate) use recognise::{implied_period_s, recognise_reference};
+pub use map::{AxisColumns, Clock, ColumnMap, Source};
+pub(crate) use numbered::{edge_role, is_joint_pin};
+pub(crate) use recognise::{
+    CommandColumns, PROBED_ROWS, implied_period_s, is_known, is_own_clock, recognise_reference, table_encoders,
+};
 pub use unit::{Quantity, Unit};

@@ -1,53 +1,69 @@
 //! The words of a column name.
 
+use super::meaning::{Meaning, Role};
+use super::numbered::{is_edge_name, numbered};
 use super::unit::Unit;
 
-/// Content of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
-    Time,
-    Reference,
-    Actual,
-    /// A position whose name does not state whether it is commanded or actual.
-    Position,
-}
-
-/// Meaning of a column name of which every word is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Meaning {
-    pub role: Role,
-    /// Lower-case axis name; empty for the time.
-    pub axis: String,
-    pub unit: Option<Unit>,
-}
-
-const TIME: &[&str] = &["t", "time", "timestamp"];
-const REFERENCE: &[&str] =
-    &["ref", "reference", "cmd", "command", "commanded", "des", "desired", "set", "setpoint", "sp", "target"];
-const ACTUAL: &[&str] = &["act", "actual", "enc", "encoder", "fb", "feedback", "meas", "measured"];
-const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value"];
+const TIME: &[&str] = &["t", "time", "timestamp", "zeit", "zeitstempel"];
+const REFERENCE: &[&str] = &[
+    "ref",
+    "reference",
+    "cmd",
+    "command",
+    "commanded",
+    "des",
+    "desired",
+    "set",
+    "setpoint",
+    "sp",
+    "target",
+    "soll",
+    "sollposition",
+    "sollpos",
+    "sollwert",
+    "lagesollwert",
+    "positionssollwert",
+];
+const ACTUAL: &[&str] = &[
+    "act",
+    "actual",
+    "enc",
+    "enc1",
+    "encoder",
+    "fb",
+    "feedback",
+    "meas",
+    "measured",
+    "ist",
+    "istposition",
+    "istpos",
+    "istwert",
+    "lageistwert",
+    "positionsistwert",
+];
+const TABLE: &[&str] = &["enc2", "encoder2"];
+const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert"];
 
 /// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
 /// for a position.
 pub(super) fn understand(name: &str) -> Option<Meaning> {
-    if let Some(meaning) = joint_pin(name) {
+    if let Some(meaning) = numbered(name) {
         return Some(meaning);
     }
-    let mut role = None;
+    if is_edge_name(name) {
+        return None;
+    }
+    let (mut role, mut is_time, mut is_table) = (None, false, false);
     let mut axis = String::new();
     let mut unit = None;
     for (index, word) in words(name).iter().enumerate() {
         let word = word.as_str();
-        let new_role = if TIME.contains(&word) {
-            Some(Role::Time)
-        } else if REFERENCE.contains(&word) {
-            Some(Role::Reference)
-        } else if ACTUAL.contains(&word) {
-            Some(Role::Actual)
-        } else {
-            None
-        };
-        if let Some(new_role) = new_role {
+        if TIME.contains(&word) {
+            is_time = true;
+            continue;
+        }
+        if let Some(new_role) = side_of(word) {
+            is_table |= TABLE.contains(&word);
             if role.replace(new_role).is_some_and(|old| old != new_role) {
                 return None;
             }
@@ -66,54 +82,57 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         }
     }
     let role = match role {
-        Some(Role::Time) if axis.is_empty() => Role::Time,
-        Some(Role::Time) => return None,
+        None if is_time && axis.is_empty() => Role::Time,
+        None if is_time => return None,
+        Some(Role::Reference) if is_time => Role::ReferenceTime,
+        Some(_) if is_time => Role::ActualTime,
         _ if axis.is_empty() => return None,
         Some(role) => role,
         None => Role::Position,
     };
-    Some(Meaning { role, axis, unit })
+    Some(Meaning { role, axis, unit, is_table })
 }
 
-/// Axes of LinuxCNC's joints 0 to 5 if its configuration names no others.
-const JOINTS: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
-
-/// A pin of a joint in LinuxCNC's HAL: `joint.0.motor-pos-cmd`, `joint.0.pos-fb`. Rotary joints are
-/// in degrees.
-fn joint_pin(name: &str) -> Option<Meaning> {
-    let (number, pin) = name.strip_prefix("joint.")?.split_once('.')?;
-    let role = match pin.strip_prefix("motor-").unwrap_or(pin) {
-        "pos-cmd" => Role::Reference,
-        "pos-fb" => Role::Actual,
-        _ => return None,
-    };
-    let axis = *JOINTS.get(number.parse::<usize>().ok()?)?;
-    let unit = if JOINTS[..3].contains(&axis) { "mm" } else { "deg" };
-    Some(Meaning { role, axis: axis.to_owned(), unit: Unit::named(unit) })
+/// Whether a lower-case word says that positions are commanded or actual.
+pub(super) fn side_of(word: &str) -> Option<Role> {
+    if REFERENCE.contains(&word) {
+        Some(Role::Reference)
+    } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
+        Some(Role::Actual)
+    } else {
+        None
+    }
 }
 
-/// Whether a column has the name of a joint's pin, which does not state the axis.
-pub(crate) fn is_joint_pin(name: &str) -> bool {
-    joint_pin(name).is_some()
-}
-
-/// Lower-case words: split at everything that is neither letter nor digit, and where a capital follows a small letter or digit.
+/// Lower-case words: split at everything that is neither letter nor digit, where a capital follows a small letter or digit, and before the
+/// last of several capitals that a small letter follows: `XSoll` is `x` and `soll`.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
-    let mut before = ' ';
-    for character in name.chars() {
+    let characters: Vec<char> = name.chars().collect();
+    for (index, &character) in characters.iter().enumerate() {
+        let before = if index > 0 { characters[index - 1] } else { ' ' };
         let is_word = character.is_alphanumeric() || character == '°';
-        let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit());
+        let starts = before.is_uppercase() && characters.get(index + 1).is_some_and(|next| next.is_lowercase());
+        let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit() || starts);
         if !is_word || hump {
             words.push(String::new());
         }
         if is_word && let Some(word) = words.last_mut() {
             word.extend(character.to_lowercase());
         }
-        before = character;
     }
     words.retain(|word| !word.is_empty());
-    words
+    words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![word])).collect()
+}
+
+/// German compounds of a role and an axis in letters of one size: `XSOLL`, `istx`.
+const COMPOUND: &[&str] = &["soll", "sollposition", "sollpos", "sollwert", "ist", "istposition", "istpos", "istwert"];
+
+fn halves(word: &str) -> Option<Vec<String>> {
+    COMPOUND.iter().find_map(|role| {
+        let axis = word.strip_prefix(role).or_else(|| word.strip_suffix(role))?;
+        axis_name(axis).map(|axis| vec![axis, (*role).to_owned()])
+    })
 }
 
 /// `x`, `x1`, `j3`, `q3`, `axis1`, `joint1`; spindles (`s1`) are no axes here.
@@ -151,8 +170,24 @@ mod tests {
             ("Axis X Set Position (mm)", Role::Reference, "x"),
             ("y-fb-um", Role::Actual, "y"),
             ("ActPosZ", Role::Actual, "z"),
-            ("joint.1.motor-pos-cmd", Role::Reference, "y"),
-            ("joint.3.pos-fb", Role::Actual, "a"),
+            ("DES_POS|2", Role::Reference, "y"),
+            ("Zeit [ms]", Role::Time, ""),
+            ("t_cmd", Role::ReferenceTime, ""),
+            ("time_act_ms", Role::ActualTime, ""),
+            ("t_x_ref", Role::ReferenceTime, "x"),
+            ("YActTime", Role::ActualTime, "y"),
+            ("X_Soll", Role::Reference, "x"),
+            ("Soll Y [mm]", Role::Reference, "y"),
+            ("SollpositionZ", Role::Reference, "z"),
+            ("XSollposition", Role::Reference, "x"),
+            ("ZIst", Role::Actual, "z"),
+            ("Ist-Position X1 (mm)", Role::Actual, "x1"),
+            ("Istposition Achse Y", Role::Actual, "y"),
+            ("Lagesollwert X", Role::Reference, "x"),
+            ("XSOLL", Role::Reference, "x"),
+            ("istposition_y1", Role::Actual, "y1"),
+            ("sollz [mm]", Role::Reference, "z"),
+            ("x_enc2_mm", Role::Actual, "x"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }
@@ -173,6 +208,13 @@ mod tests {
             "x_time",
             "joint.0.motor-offset",
             "joint.9.motor-pos-cmd",
+            "DES_POS|x",
+            "x|Soll",
+            "X_Sollgeschwindigkeit",
+            "Istwert",
+            "xsolly",
+            "bistro",
+            "X_Soll_Ist",
         ] {
             assert_eq!(meaning(name), None, "{name}");
         }

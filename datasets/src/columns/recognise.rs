@@ -4,8 +4,11 @@ use std::path::Path;
 
 use motion::{Axis, AxisKind};
 
-use super::map::{AxisColumns, ColumnMap, Source};
-use super::names::{Meaning, Role, understand};
+use super::clocks::{Signal, clocks};
+use super::map::{AxisColumns, Clock, ColumnMap, Source};
+use super::meaning::{Meaning, Role};
+use super::names::understand;
+use super::numbered::{assumed_unit, is_edge_signal};
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
 
@@ -23,53 +26,95 @@ impl ColumnMap {
 
 fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
-    let meanings = meanings(table);
-    let time = time(&meanings).map_err(fail)?;
+    let (meanings, mut assumed) = meanings(table);
+    assumed.extend(numbered_axes(table));
     let mut axes: Vec<AxisColumns> = Vec::new();
-    let mut used: Vec<usize> = time.iter().map(|source| source.column).collect();
-    for name in axis_names(&meanings, &[Role::Reference, Role::Actual]) {
-        let reference = only(&meanings, &name, Role::Reference).map_err(fail)?;
-        let actual = only(&meanings, &name, Role::Actual).map_err(fail)?;
+    let mut signals: Vec<Signal<'_>> = Vec::new();
+    let names = axis_names(&meanings, &[Role::Reference, Role::Actual]);
+    for name in &names {
+        let reference = only(&meanings, name, Role::Reference).map_err(fail)?;
+        let actual = only(&meanings, name, Role::Actual).map_err(fail)?;
         if let (Some((reference, unit)), Some((actual, actual_unit))) = (reference, actual) {
-            let axis = axis(&short_name(&name, &meanings), &[unit, actual_unit]).map_err(fail)?;
-            used.extend([reference, actual]);
+            let axis = axis(&short_name(name, &meanings), &[unit, actual_unit]).map_err(fail)?;
+            signals.push(Signal { axis: name, role: Role::Reference, column: reference });
+            signals.push(Signal { axis: name, role: Role::Actual, column: actual });
             axes.push(AxisColumns { axis, reference: source(reference, unit), actual: source(actual, actual_unit) });
         }
     }
     if axes.is_empty() {
         return Err(fail("no axis has both a commanded and an actual position by its column names".to_owned()));
     }
-    let unused = unused(table, &used);
-    Ok(ColumnMap { time, axes, unused })
+    let (time, clocks) = clocks(&table.names, &meanings, &signals).map_err(fail)?;
+    let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed };
+    map.unused = unused(table, &map);
+    Ok(map)
 }
 
-/// The time column, and the position column of each axis.
-type Recognised = (Option<Source>, Vec<(Axis, Source)>);
+/// The columns of a reference: time, others with time stamps of their own, positions.
+#[derive(Debug)]
+pub(crate) struct CommandColumns {
+    pub time: Option<Source>,
+    pub clocks: Vec<Clock>,
+    pub axes: Vec<(Axis, Source)>,
+}
 
-/// Time and position columns of a reference: `t,x,y,z`, or the commanded ones of a log.
-pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<Recognised, DatasetError> {
+impl From<ColumnMap> for CommandColumns {
+    fn from(map: ColumnMap) -> Self {
+        let axes: Vec<(Axis, Source)> = map.axes.into_iter().map(|axis| (axis.axis, axis.reference)).collect();
+        let is_command = |column: &usize| axes.iter().any(|(_, source)| source.column == *column);
+        let of_commands = |clock: Clock| {
+            let signals: Vec<usize> = clock.signals.into_iter().filter(is_command).collect();
+            (!signals.is_empty()).then_some(Clock { signals, ..clock })
+        };
+        Self { time: map.time, clocks: map.clocks.into_iter().filter_map(of_commands).collect(), axes }
+    }
+}
+
+/// Columns of a reference: `t,x,y,z`, or the commanded ones of a log.
+pub(crate) fn recognise_reference(path: &Path, table: &Table) -> Result<CommandColumns, DatasetError> {
     let fail = |reason: String| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() };
-    let meanings = meanings(table);
-    let mut axes = Vec::new();
+    let (meanings, _) = meanings(table);
     for role in [Role::Position, Role::Reference] {
-        for name in axis_names(&meanings, &[role]) {
-            if let Some((column, unit)) = only(&meanings, &name, role).map_err(fail)? {
-                let axis = axis(&short_name(&name, &meanings), &[unit]).map_err(fail)?;
+        let (names, mut axes, mut signals) = (axis_names(&meanings, &[role]), Vec::new(), Vec::new());
+        for name in &names {
+            if let Some((column, unit)) = only(&meanings, name, role).map_err(fail)? {
+                let axis = axis(&short_name(name, &meanings), &[unit]).map_err(fail)?;
                 axes.push((axis, source(column, unit)));
+                signals.push(Signal { axis: name, role, column });
             }
         }
         if !axes.is_empty() {
-            return Ok((time(&meanings).map_err(fail)?, axes));
+            let (time, clocks) = clocks(&table.names, &meanings, &signals).map_err(fail)?;
+            return Ok(CommandColumns { time, clocks, axes });
         }
     }
     Err(fail("no column is named like an axis".to_owned()))
 }
 
-pub(super) fn time_column(table: &Table) -> Result<Option<Source>, String> {
-    time(&meanings(table))
+/// The time stamps of mapped axes, by the names of the columns.
+pub(super) fn clocks_of(table: &Table, axes: &[AxisColumns]) -> Result<(Option<Source>, Vec<Clock>), String> {
+    let signals = axes.iter().flat_map(|axis| {
+        let sides = [(Role::Reference, axis.reference), (Role::Actual, axis.actual)];
+        sides.map(|(role, source)| Signal { axis: &axis.axis.name, role, column: source.column })
+    });
+    clocks(&table.names, &meanings(table).0, &signals.collect::<Vec<_>>())
 }
 
-pub(super) fn unit_of_name(name: &str) -> Option<Unit> {
+/// Whether every word of a name is known.
+pub(crate) fn is_known(name: &str) -> bool {
+    understand(name).is_some()
+}
+
+/// Whether a name is that of the time stamps of commands or of actual positions only.
+pub(crate) fn is_own_clock(name: &str) -> bool {
+    understand(name).is_some_and(|meaning| meaning.role.is_time() && meaning.role != Role::Time)
+}
+
+/// The unit of a column that is mapped to `axis`.
+pub(super) fn unit_of_name(name: &str, axis: &str) -> Option<Unit> {
+    if let Some(unit) = assumed_unit(name, axis) {
+        return Some(unit);
+    }
     understand(name).and_then(|meaning| meaning.unit).or_else(|| {
         // Names with unknown words may still end in their unit: `motor_travel_um`.
         let (_, last) = name.rsplit_once(['_', ' ', '[', '('])?;
@@ -77,7 +122,11 @@ pub(super) fn unit_of_name(name: &str) -> Option<Unit> {
     })
 }
 
-pub(super) fn unused(table: &Table, used: &[usize]) -> Vec<String> {
+/// Names of the columns that a map leaves out.
+pub(super) fn unused(table: &Table, map: &ColumnMap) -> Vec<String> {
+    let times = map.time.iter().chain(map.clocks.iter().map(|clock| &clock.time)).map(|source| source.column);
+    let positions = map.axes.iter().flat_map(|axis| [axis.reference.column, axis.actual.column]);
+    let used: Vec<usize> = times.chain(positions).collect();
     table.names.iter().enumerate().filter(|(index, _)| !used.contains(index)).map(|(_, name)| name.clone()).collect()
 }
 
@@ -117,18 +166,42 @@ pub(crate) fn implied_period_s(table: &Table) -> Option<f64> {
     })
 }
 
-fn meanings(table: &Table) -> Vec<Option<Meaning>> {
-    table.names.iter().map(|name| understand(name)).collect()
+/// Rows at the beginning of a log that show whether an encoder is there.
+pub(crate) const PROBED_ROWS: usize = 1000;
+
+/// Indices of the columns of second encoders.
+pub(crate) fn table_encoders(table: &Table) -> Vec<usize> {
+    let is_table = |name: &String| understand(name).is_some_and(|meaning| meaning.is_table);
+    table.names.iter().enumerate().filter(|(_, name)| is_table(name)).map(|(index, _)| index).collect()
 }
 
-fn time(meanings: &[Option<Meaning>]) -> Result<Option<Source>, String> {
-    let Some((column, unit)) = only(meanings, "", Role::Time)? else {
-        return Ok(None);
-    };
-    match unit {
-        Some(unit) if unit.quantity != Quantity::Time => Err("the time column's unit is not one of time".to_owned()),
-        _ => Ok(Some(source(column, unit))),
+/// Meanings of the columns, and what was assumed: of the two encoders of an axis the one at the table counts, unless it is not there, so
+/// that it reads 0 throughout the first rows.
+fn meanings(table: &Table) -> (Vec<Option<Meaning>>, Vec<String>) {
+    let mut meanings: Vec<Option<Meaning>> = table.names.iter().map(|name| understand(name)).collect();
+    let mut assumed = Vec::new();
+    for second in table_encoders(table) {
+        let axis = meanings[second].as_ref().map(|meaning| meaning.axis.clone()).unwrap_or_default();
+        let is_first = |meaning: &Meaning| meaning.role == Role::Actual && meaning.axis == axis && !meaning.is_table;
+        let Some(first) = meanings.iter().position(|meaning| meaning.as_ref().is_some_and(is_first)) else { continue };
+        let rows = table.columns.get(second).map_or(&[][..], Vec::as_slice);
+        let rows = &rows[..rows.len().min(PROBED_ROWS)];
+        let (taken, left) =
+            if !rows.is_empty() && rows.iter().all(|value| *value == 0.0) { (first, second) } else { (second, first) };
+        let why = if taken == second { "the encoder at the table" } else { "the other one reads 0" };
+        assumed.push(format!("of the encoders of {axis} `{}` is used, {why}; choose with a mapping", table.names[taken]));
+        meanings[left] = None;
     }
+    (meanings, assumed)
+}
+
+/// What is assumed of axes that are numbered.
+fn numbered_axes(table: &Table) -> Option<String> {
+    table.names.iter().any(|name| is_edge_signal(name)).then(|| {
+        "axes 1 to 6 are taken for x y z a b c, in mm and degrees; where the machine's are others, say so with a mapping like \
+         `z_ref=DES_POS|2,z_act=ENC1_POS|2`"
+            .to_owned()
+    })
 }
 
 fn source(column: usize, unit: Option<Unit>) -> Source {
@@ -168,10 +241,9 @@ fn only(meanings: &[Option<Meaning>], axis: &str, role: Role) -> Result<Found, S
             second + 1,
             match role {
                 Role::Actual => "actual position",
-                Role::Time => "time",
                 _ => "command",
             },
-            if axis.is_empty() { "the log" } else { axis }
+            axis
         )),
         _ => Ok(first),
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::columns::{is_known, is_own_clock};
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
 /// Numbers that are read of a file at most: 2 GiB.
@@ -23,6 +24,10 @@ pub(super) struct Array {
 }
 
 impl Array {
+    fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
     /// A vector, or a matrix whose numbers lie column by column.
     pub(super) fn by_columns(name: String, values: &[f64], rows: usize) -> Self {
         let rows = rows.max(1);
@@ -37,7 +42,8 @@ impl Array {
     }
 }
 
-/// The arrays of a file as one table: those of the length that most signals have, longest first. The others are named in a finding.
+/// The arrays of a file as one table: those of the length that most signals have, longest first. Where names tell that channels have clocks of
+/// their own, vectors whose names are known may be of other lengths, and shorter ones end with NaN. The others are named in a finding.
 ///
 /// # Errors
 /// When no array has two numbers.
@@ -53,8 +59,15 @@ pub(super) fn table(path: &Path, arrays: Vec<Array>) -> Result<Table, DatasetErr
             "it holds no array of numbers; store time, commanded and actual positions as vectors",
         ));
     };
+    let has_own_clocks = arrays.iter().any(|array| is_own_clock(&array.name));
+    let is_usual = |array: &Array| array.columns.first().is_some_and(|column| column.len() == length);
+    let is_channel = |array: &Array| has_own_clocks && array.columns.len() == 1 && is_known(&array.name);
+    let longest = arrays.iter().filter(|array| is_usual(array) || is_channel(array)).map(Array::rows).max().unwrap_or(length);
+    let columns: usize = arrays.iter().map(|array| array.columns.len()).sum();
+    let fits = longest.saturating_mul(columns) <= MOST_NUMBERS;
+    let length = if fits { longest } else { length };
     let (taken, left): (Vec<Array>, Vec<Array>) =
-        arrays.into_iter().partition(|array| array.columns.first().is_some_and(|column| column.len() == length));
+        arrays.into_iter().partition(|array| is_usual(array) || (fits && is_channel(array)));
     let mut table = Table { lines: (1..=length).collect(), ..Table::default() };
     if !left.is_empty() {
         let names: Vec<&str> = left.iter().map(|array| array.name.as_str()).collect();
@@ -66,7 +79,8 @@ pub(super) fn table(path: &Path, arrays: Vec<Array>) -> Result<Table, DatasetErr
     }
     for Array { name, columns } in taken {
         let single = columns.len() == 1;
-        for (index, column) in columns.into_iter().enumerate() {
+        for (index, mut column) in columns.into_iter().enumerate() {
+            column.resize(length, f64::NAN);
             table.names.push(if single { name.clone() } else { format!("{name}.{}", index + 1) });
             table.columns.push(column);
         }

@@ -29,11 +29,10 @@ impl Dialect {
             let widths: Vec<usize> = lines.iter().map(|line| dialect.fields(line.text).len()).collect();
             dialect.width = most_common(&widths);
             let rows: Vec<Vec<&str>> = lines.iter().map(|line| dialect.fields(line.text)).collect();
-            let mut rows: Vec<&Vec<&str>> = rows.iter().filter(|row| row.len() == dialect.width).collect();
+            let rows: Vec<&Vec<&str>> = rows.iter().filter(|row| row.len() == dialect.width).collect();
             let numbers = |row: &&Vec<&str>| row.iter().filter(|field| dialect.number(field).is_some()).count() as f64;
             let score: f64 = rows.iter().map(|row| numbers(row).powi(2) / row.len() as f64).sum();
-            // A separator at the end of every row adds no column.
-            rows.retain(|row| numbers(row) > 0.0);
+            // A separator at the end of every row adds no column; a column that is named and empty is one.
             if dialect.width > 1 && rows.iter().all(|row| row.last().is_some_and(|field| field.is_empty())) {
                 dialect.width -= 1;
             }
@@ -113,6 +112,13 @@ mod tests {
         assert_eq!(sniff("t;x\n0,5;1,25\n1,0;2,5\n"), Dialect::new(';', true, 2));
         assert_eq!(sniff("t\tx\n0,5\t1,25\n1,0\t2,5\n"), Dialect::new('\t', true, 2));
         assert_eq!(sniff("t  x\n0.5  1.25\n1.0 2.5\n"), Dialect::new(' ', false, 2));
+    }
+
+    #[test]
+    fn a_separator_at_the_end_adds_no_column_unless_it_is_named() {
+        assert_eq!(sniff("t,x,\n0,1,\n1,2,\n").width, 2);
+        assert_eq!(sniff("t,x\n0,1,\n1,2,\n").width, 2);
+        assert_eq!(sniff("t,x,y\n0,1,\n1,2,\n").width, 3);
     }
 
     #[test]

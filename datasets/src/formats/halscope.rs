@@ -1,4 +1,5 @@
-//! LinuxCNC's `halscope`: a comment with the sampling period, the channels' names, rows of numbers; semicolons between them.
+//! LinuxCNC's `halscope`: a comment with the sampling period, the channels' names, rows of numbers; semicolons or tabs between them, decimals
+//! as the system's locale has them.
 
 use std::path::Path;
 
@@ -30,7 +31,7 @@ impl LogFormat for Halscope {
         let (_, comments) = text::lines(&text);
         let stated = comments.iter().find_map(|comment| Some((comment.number, comment.text.strip_prefix(PERIOD)?.trim())));
         let (line, stated) = stated.unwrap_or_default();
-        let period_s = period_s(stated).ok_or_else(|| {
+        let period_s = period_s(&stated.replace(',', ".")).ok_or_else(|| {
             let message = format!("line {line}: `{stated}` is no sampling period; write it as `# {PERIOD} 1000000 ns`");
             DatasetError::format(path, message)
         })?;

@@ -92,9 +92,32 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
             let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
             Err(DatasetError::format(path, why))
         }
+        None if is_hdf5(&bytes) => {
+            let why = "this is an HDF5 file; export the signals as Parquet or CSV, or save a MAT file of MATLAB with `save -v7`";
+            Err(DatasetError::format(path, why))
+        }
+        None if is_scope_file(path) => {
+            let why =
+                "this is a binary file of TwinCAT Scope; open it there and export the channels as CSV, with `Timelines: All`";
+            Err(DatasetError::format(path, why))
+        }
         None => Err(DatasetError::format(
             path,
             "no format that is known (CSV, Parquet, NumPy, MATLAB, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
         )),
     }
+}
+
+/// Whether the name is that of a binary export or a recording of TwinCAT Scope.
+fn is_scope_file(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ["svb", "svd", "svdx"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
+}
+
+/// Signature of HDF5.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+/// Whether the bytes are an HDF5 file, whose signature is at the start or behind a block of 512, 1024, 2048, … bytes.
+fn is_hdf5(bytes: &[u8]) -> bool {
+    let places = std::iter::once(0).chain((9..).map(|power| 1 << power).take_while(|place| *place < HEAD_BYTES));
+    places.into_iter().any(|place| bytes.get(place..).is_some_and(|rest| rest.starts_with(HDF5)))
 }

@@ -6,9 +6,12 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::LogFormat;
+use crate::columns::edge_role;
+use crate::cycles::{CYCLE, seconds};
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
-/// JSON of SINUMERIK Edge: `DES_POS|n` is the commanded, `ENC_POS|n` the actual position of axis `n`, one row a position-control cycle.
+/// JSON of SINUMERIK Edge: `DES_POS|n` is the commanded, `ENC_POS|n` or `ENC1_POS|n` the actual position of axis `n`, `ENC2_POS|n` that of
+/// its encoder at the table; one row a position-control cycle.
 #[derive(Debug, Clone, Copy)]
 pub struct SinumerikJson;
 
@@ -37,9 +40,6 @@ struct Signal {
     #[serde(rename = "Axis", default)]
     axis: String,
 }
-
-/// Name of the signal that counts the position-control cycles.
-const CYCLE: &str = "CYCLE";
 
 impl LogFormat for SinumerikJson {
     fn name(&self) -> &'static str {
@@ -79,11 +79,8 @@ impl LogFormat for SinumerikJson {
         let period_s = cycle_ms(&file.header.rest).map(|ms| ms * 1e-3);
         let mut findings = Vec::new();
         if let (Some(counter), Some(period_s)) = (names.iter().position(|name| name == CYCLE), period_s) {
-            // Lost cycles show in the counter. As time stamps they are handled like those of any
-            // other log.
-            let start = columns[counter][0];
-            let step = smallest_step(&columns[counter]).max(1.0);
-            columns[counter].iter_mut().for_each(|cycle| *cycle = (*cycle - start) / step * period_s);
+            // As time stamps, lost cycles are handled like those of any other log.
+            columns[counter] = seconds(&columns[counter], period_s);
             names[counter] = "time [s]".to_owned();
         } else if period_s.is_none() {
             findings.push(Finding::new(Severity::Note, Check::Mended, "the header states no `CycleTimeMs`; give the period"));
@@ -93,17 +90,18 @@ impl LogFormat for SinumerikJson {
 }
 
 impl Signal {
-    /// Name of the signal's column: `x_ref` for `DES_POS|1` of axis X, and so on.
+    /// Name of the signal's column: `x_ref_mm` for `DES_POS|1` of axis X; its own where the axis has no name.
     fn column(&self) -> String {
         let address = if self.address.is_empty() { &self.name } else { &self.address };
-        let (quantity, number) = address.split_once('|').unwrap_or((address, ""));
-        let side = match quantity {
-            "DES_POS" => "ref",
-            "ENC_POS" => "act",
-            _ => return address.clone(),
+        let role = address.split_once('|').and_then(|(signal, _)| edge_role(signal));
+        let Some((is_reference, is_table)) = role.filter(|_| !self.axis.is_empty()) else { return address.clone() };
+        let side = match (is_reference, is_table) {
+            (true, _) => "ref",
+            (false, false) => "act",
+            (false, true) => "enc2",
         };
-        let axis = if self.axis.is_empty() { format!("axis{number}") } else { self.axis.to_lowercase() };
         // Positions are in mm, those of rotary axes in degrees.
+        let axis = self.axis.to_lowercase();
         let unit = if axis.starts_with(['a', 'b', 'c']) && !axis.starts_with("axis") { "deg" } else { "mm" };
         format!("{axis}_{side}_{unit}")
     }
@@ -132,9 +130,4 @@ fn cycle_ms(header: &Value) -> Option<f64> {
         Value::Array(entries) => entries.iter().find_map(cycle_ms),
         _ => None,
     }
-}
-
-/// Usual distance of two counts: one, or more if the recorder skips cycles.
-fn smallest_step(counts: &[f64]) -> f64 {
-    counts.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }

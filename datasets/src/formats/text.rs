@@ -14,8 +14,8 @@ pub(crate) const COMMENTS: [&str; 3] = ["#", "%", "//"];
 /// Byte-order marks of UTF-16.
 pub(crate) const UTF16: [&[u8]; 2] = [&[0xFF, 0xFE], &[0xFE, 0xFF]];
 
-/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; invalid bytes
-/// become U+FFFD.
+/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; bytes that are no
+/// UTF-8 are taken as Latin-1. Otherwise `[µm]` of such a file would lose its `µ` and be metres.
 pub(crate) fn decode(bytes: &[u8]) -> String {
     let utf16 = |read: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| read([pair[0], pair[1]])).collect();
@@ -27,7 +27,12 @@ pub(crate) fn decode(bytes: &[u8]) -> String {
         utf16(u16::from_be_bytes)
     } else {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        String::from_utf8_lossy(bytes).into_owned()
+        let mut text = String::with_capacity(bytes.len());
+        for chunk in bytes.utf8_chunks() {
+            text.push_str(chunk.valid());
+            text.extend(chunk.invalid().iter().copied().map(char::from));
+        }
+        text
     }
 }
 
@@ -58,6 +63,7 @@ mod tests {
         assert_eq!(decode(b"\xEF\xBB\xBFt,x"), "t,x");
         assert_eq!(decode(b"\xFF\xFEt\0,\0"), "t,");
         assert_eq!(decode(b"\xFE\xFF\0t\0,"), "t,");
+        assert_eq!(decode(b"x_ist [\xB5m]"), "x_ist [µm]");
         let (content, comments) = lines("# t x\r\n\r\n 1 2 \n# later\n3\t\n");
         assert_eq!(comments[0].text, "t x");
         assert_eq!(content.len(), 2);

@@ -1,5 +1,6 @@
 //! Logs and references that are too long to be held: read once for what they are, then in pieces as often as needed.
 
+mod extent;
 mod findings;
 mod pieces;
 mod recording;
@@ -11,13 +12,17 @@ use std::path::{Path, PathBuf};
 
 use motion::Axis;
 
-use crate::columns::recognise_reference;
+use crate::columns::{CommandColumns, PROBED_ROWS, recognise_reference, table_encoders};
+use crate::cycles::has_counter;
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
 use crate::options::ReadOptions;
-use crate::read::{FARTHEST, LATEST_S, check_period, map_of, run_name, stated, uniform_columns};
+use crate::read::{map_of, run_name, stated};
+use crate::recorded::{LATEST_S, check_period, stated_period_s};
+use crate::usable::Usable;
 use crate::{Check, DatasetError, Finding, Report, Severity, Source, Table};
 use stamps::Stamps;
 
+pub use extent::Extent;
 pub use findings::PieceFindings;
 pub use pieces::{Lengths, Piece, Pieces};
 pub use recording::Recording;
@@ -47,54 +52,12 @@ enum Format {
     Parquet,
 }
 
-/// Extent of a column, mm or rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
-    /// Least position.
-    pub low: f64,
-    /// Largest position.
-    pub high: f64,
-    /// Largest distance between a sample and the second one after it.
-    pub two_steps: f64,
-    /// Largest second difference of neighbouring samples.
-    pub bend: f64,
-    last: [f64; 2],
-    seen: usize,
-}
-
-impl Default for Extent {
-    fn default() -> Self {
-        Self { low: f64::INFINITY, high: f64::NEG_INFINITY, two_steps: 0.0, bend: 0.0, last: [0.0; 2], seen: 0 }
-    }
-}
-
-impl Extent {
-    /// The extent of a column that is held.
-    #[must_use]
-    pub fn of(column: &[f64]) -> Self {
-        let mut extent = Self::default();
-        column.iter().for_each(|at| extent.note(*at));
-        extent
-    }
-
-    fn note(&mut self, at: f64) {
-        (self.low, self.high) = (self.low.min(at), self.high.max(at));
-        if self.seen >= 2 {
-            let [before, last] = self.last;
-            self.two_steps = self.two_steps.max((at - before).abs());
-            self.bend = self.bend.max((at - 2.0 * last + before).abs());
-        }
-        self.last = [self.last[1], at];
-        self.seen += 1;
-    }
-}
-
-/// Axes, time column, columns of positions, and names of columns that are not used.
-type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<String>);
+/// Axes, time column, columns of positions, and what is to be known of them.
+type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<Finding>);
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
-    /// CSV and Parquet, and uneven or repeated time stamps.
+    /// CSV and Parquet, uneven or repeated time stamps, counters of cycles, and columns with clocks of their own.
     ///
     /// # Errors
     /// As [`read_log`](crate::read_log).
@@ -102,7 +65,9 @@ impl LongFile {
         Self::open(path, options, most, |table, options| {
             let map = map_of(path, table, options)?;
             let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
-            Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, map.unused))
+            let findings = map.findings();
+            let is_one = map.clocks.is_empty();
+            Ok(is_one.then(|| (map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, findings)))
         })
     }
 
@@ -112,14 +77,13 @@ impl LongFile {
     /// As [`read_reference`](crate::read_reference).
     pub fn reference(path: &Path, options: &ReadOptions, most: usize) -> Result<Option<Self>, DatasetError> {
         Self::open(path, options, most, |table, options| {
-            if options.columns.is_some() {
-                let map = map_of(path, table, options)?;
-                let sources = map.axes.iter().map(|axis| axis.reference).collect();
-                return Ok((map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, Vec::new()));
-            }
-            let (time, found) = recognise_reference(path, table)?;
-            let (axes, sources) = found.into_iter().unzip();
-            Ok((axes, time, sources, Vec::new()))
+            let columns = match &options.columns {
+                Some(_) => map_of(path, table, options)?.into(),
+                None => recognise_reference(path, table)?,
+            };
+            let CommandColumns { time, clocks, axes } = columns;
+            let (axes, sources) = axes.into_iter().unzip();
+            Ok(clocks.is_empty().then_some((axes, time, sources, Vec::new())))
         })
     }
 
@@ -127,10 +91,13 @@ impl LongFile {
         path: &Path,
         options: &ReadOptions,
         most: usize,
-        columns: impl FnOnce(&Table, &ReadOptions) -> Result<Columns, DatasetError>,
+        columns: impl FnOnce(&Table, &ReadOptions) -> Result<Option<Columns>, DatasetError>,
     ) -> Result<Option<Self>, DatasetError> {
         let (format, table, rows) = match parquet_head(path)? {
-            Some((table, rows)) => (Format::Parquet, table, rows),
+            Some((mut table, rows)) => {
+                probe_encoders(path, &mut table)?;
+                (Format::Parquet, table, rows)
+            }
             None => match CsvHead::of(path)? {
                 Some(head) => {
                     let (table, rows) = (head.table.clone(), head.rows);
@@ -144,15 +111,15 @@ impl LongFile {
         }
         let mut report = Report::default();
         let options = stated(path, options, &mut report)?;
-        let (axes, time, sources, unused) = columns(&table, &options)?;
-        if !unused.is_empty() {
-            let text = format!("columns not used: {}", unused.join(", "));
-            report.push(Finding::new(Severity::Note, Check::Mended, text));
-        }
+        let Some((axes, time, sources, findings)) = columns(&table, &options)? else { return Ok(None) };
+        report.findings.extend(findings);
         if time.is_none() {
             // The head has all that an error about the period says.
             let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(sources.iter().copied()).collect();
-            uniform_columns(path, &table, None, &named, options.period_s)?;
+            stated_period_s(path, &table, &named, options.period_s)?;
+            if has_counter(&table) {
+                return Ok(None);
+            }
         }
         let (period_s, extents) = (options.period_s.unwrap_or_default(), vec![Extent::default(); axes.len()]);
         let mut file = Self { path: path.to_owned(), format, axes, sources, period_s, start_s: 0.0, rows: 0, extents, report };
@@ -165,15 +132,21 @@ impl LongFile {
         wanted.extend(time);
         let mut rows = self.rows_of(&wanted)?;
         let (mut columns, mut lines, mut stamps) = (vec![Vec::new(); wanted.len()], Vec::new(), Stamps::default());
+        let positions = self.sources.len();
+        let mut usable = Usable::new(&self.path, head, &self.axes, &self.sources);
         while rows.read(BATCH, &mut columns, &mut lines)? > 0 {
-            for (slot, (column, source)) in columns.iter().zip(&wanted).enumerate() {
-                self.check_values(head, slot, source, column, &lines)?;
+            usable.note(&columns[..positions], &lines);
+            if self.is_reference() {
+                usable.check_all()?;
+            }
+            if let Some(time) = time {
+                self.check_times(head, time, &columns[positions], &lines)?;
             }
             for (extent, column) in self.extents.iter_mut().zip(&columns) {
                 column.iter().for_each(|at| extent.note(*at));
             }
             if time.is_some() {
-                columns[self.sources.len()].iter().for_each(|time| stamps.note(*time));
+                columns[positions].iter().for_each(|time| stamps.note(*time));
             }
             self.rows += lines.len();
             columns.iter_mut().for_each(Vec::clear);
@@ -182,6 +155,9 @@ impl LongFile {
                 return Ok(false);
             }
         }
+        let (kept, left_out) = usable.finish()?;
+        self.report.findings.extend(left_out);
+        self.keep(&kept);
         if let Some(why) = rows.cut_off() {
             self.report.findings.insert(0, Finding::new(Severity::Warn, Check::Mended, why));
         }
@@ -193,20 +169,26 @@ impl LongFile {
         Ok(true)
     }
 
-    /// Refuses values that are missing or out of range.
-    fn check_values(
-        &self,
-        head: &Table,
-        slot: usize,
-        source: &Source,
-        values: &[f64],
-        lines: &[usize],
-    ) -> Result<(), DatasetError> {
-        let axis = self.axes.get(slot % self.axes.len()).filter(|_| slot < self.sources.len());
-        let (most, unit) = axis.map_or((LATEST_S, "s"), |axis| (FARTHEST, axis.kind.unit()));
+    /// Whether the file holds commanded positions only.
+    fn is_reference(&self) -> bool {
+        self.sources.len() == self.axes.len()
+    }
+
+    /// Keeps these axes only.
+    fn keep(&mut self, kept: &[usize]) {
+        let axes = self.axes.len();
+        self.sources =
+            (0..self.sources.len()).filter(|slot| kept.contains(&(slot % axes))).map(|slot| self.sources[slot]).collect();
+        self.extents = kept.iter().map(|axis| self.extents[*axis]).collect();
+        self.axes = kept.iter().map(|axis| self.axes[*axis].clone()).collect();
+    }
+
+    /// Refuses time stamps that are missing or out of range.
+    fn check_times(&self, head: &Table, time: Source, values: &[f64], lines: &[usize]) -> Result<(), DatasetError> {
+        let (most, unit) = (LATEST_S, "s");
         let Some(row) = values.iter().position(|value| !(-most..=most).contains(value)) else { return Ok(()) };
         let (path, line, value) = (self.path.clone(), lines[row], values[row]);
-        let column = head.names.get(source.column).cloned().unwrap_or_default();
+        let column = head.names.get(time.column).cloned().unwrap_or_default();
         Err(if value.is_finite() {
             DatasetError::Absurd { path, line, column, value, most, unit }
         } else {
@@ -274,4 +256,14 @@ impl LongFile {
     pub fn pieces(&self, lengths: Lengths) -> Result<Pieces<'_>, DatasetError> {
         Pieces::new(self, lengths)
     }
+}
+
+/// Reads the first rows of the columns of second encoders, which show whether these are there.
+fn probe_encoders(path: &Path, table: &mut Table) -> Result<(), DatasetError> {
+    for column in table_encoders(table) {
+        let mut values = vec![Vec::new()];
+        ParquetRows::open(path, &[Source { column, scale: 1.0 }])?.read(PROBED_ROWS, &mut values, &mut Vec::new())?;
+        table.columns[column] = values.swap_remove(0);
+    }
+    Ok(())
 }

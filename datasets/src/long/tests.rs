@@ -7,7 +7,7 @@ use motion::{Axis, Trajectory};
 use tempfile::TempDir;
 
 use super::*;
-use crate::{Log, LogSpool, read_log, read_reference, write_all_and, write_log};
+use crate::{Log, LogSpool, Purpose, assess, read_log, read_reference, write_all_and, write_log};
 
 const ROWS: usize = 60_000;
 
@@ -67,8 +67,9 @@ fn check(path: &Path, lengths: Lengths) {
     let mut pieces = file.pieces(lengths).unwrap();
     for from in [100, 30_000, 30_500, ROWS - 50] {
         let piece = pieces.at(from..from + 40).unwrap();
-        let own = &piece.reference.columns()[1][piece.own.clone()];
-        assert_eq!(own, &whole.reference.columns()[1][from..from + 40]);
+        let last = whole.axes().len() - 1;
+        let own = &piece.reference.columns()[last][piece.own.clone()];
+        assert_eq!(own, &whole.reference.columns()[last][from..from + 40]);
     }
 }
 
@@ -92,18 +93,62 @@ fn a_last_row_that_is_cut_off_is_left_out_with_the_same_words() {
     }
 }
 
+/// The line of a text log at this index, and its fields.
+fn line_of(text: &str, index: usize) -> (&str, Vec<&str>) {
+    let line = text.lines().nth(index).unwrap();
+    (line, line.split(',').collect())
+}
+
 #[test]
 fn faults_have_the_words_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (text, lines) = (text(), 50_003);
-    let line = text.lines().nth(lines).unwrap();
-    let fields: Vec<&str> = line.split(',').collect();
-    let [x, y] = [fields[2], fields[5]];
-    for mended in [line.replace(x, "nan"), line.replace(x, "1e9"), line.replace(&format!(",{y}"), ""), format!("{line},7")] {
+    let (line, fields) = line_of(&text, lines);
+    let [t, x, y] = [fields[0], fields[2], fields[5]];
+    // A stamp, both axes, too few fields and too many.
+    let no_axis = line.replace(x, "nan").replace(y, "1e9");
+    for mended in [line.replace(t, "nan"), no_axis, line.replace(&format!(",{y}"), ""), format!("{line},7")] {
         let path = write(&folder, "fault.csv", &text.replace(line, &mended));
         let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
         assert_eq!(found, read_log(&path, &ReadOptions::default()).unwrap_err().to_string());
         assert!(found.contains(&format!("line {}", lines + 1)), "{found}");
+    }
+    // A commanded path needs all of its axes.
+    let path = write(&folder, "fault.csv", &text.replace(line, &line.replace(x, "nan")));
+    let found = LongFile::reference(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
+    assert_eq!(found, read_reference(&path, &ReadOptions::default()).unwrap_err().to_string());
+}
+
+#[test]
+fn a_bad_axis_is_left_out_as_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (text, lines) = (text(), 50_003);
+    let (line, fields) = line_of(&text, lines);
+    let stuck: String = text
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [t, mode, x, "x_act", y, y_act] => [t, mode, x, "x_act", y, y_act].join(","),
+            [t, mode, x, _, y, y_act] => [t, mode, x, "3.25", y, y_act].join(","),
+            _ => line.to_owned(),
+        } + "\n")
+        .collect();
+    let [x, y_act] = [fields[2], fields[5]];
+    for (bad, kept, words) in [
+        (text.replace(line, &line.replace(x, "nan")), "y", "axis x is left out: line 50004: column `x_ref` has no finite number"),
+        (
+            text.replace(line, &line.replace(y_act, "1e9")),
+            "x",
+            "axis y is left out: line 50004: column `y_act` holds 1000000000 mm",
+        ),
+        (stuck, "y", "column `x_act` never changes"),
+    ] {
+        let path = write(&folder, "bad.csv", &bad);
+        check(&path, Lengths { own: 7777, before: 100, after: 100 });
+        let file = open(&path);
+        let names: Vec<&str> = file.axes().iter().map(|axis| axis.name.as_str()).collect();
+        assert_eq!((names, file.extents().len()), (vec![kept], 1));
+        let message = &file.report.findings.last().unwrap().message;
+        assert!(message.contains(words), "{message}");
     }
 }
 
@@ -156,5 +201,56 @@ fn a_spool_holds_what_is_written_at_once() {
         let read = |path: &Path| read_log(path, &ReadOptions::default()).unwrap().0;
         let (found, wanted) = (read(&path), read(&whole));
         assert!(found.reference == wanted.reference && found.actual == wanted.actual, "{name}");
+    }
+}
+
+/// These columns as a text table and as Parquet.
+fn both_forms(folder: &TempDir, columns: &[(&str, Vec<f64>)]) -> [PathBuf; 2] {
+    let named: Vec<(String, Vec<f64>)> = columns.iter().map(|(name, column)| ((*name).to_owned(), column.clone())).collect();
+    let mut parquet = Vec::new();
+    crate::formats::parquet::write(&mut parquet, &named).unwrap();
+    let path = folder.path().join("run.parquet");
+    std::fs::write(&path, parquet).unwrap();
+    let mut text = columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",") + "\n";
+    for k in 0..columns[0].1.len() {
+        let row: Vec<String> = columns.iter().map(|(_, column)| format!("{:.9}", column[k])).collect();
+        text += &(row.join(",") + "\n");
+    }
+    [path, write(folder, "run.csv", &text)]
+}
+
+#[test]
+fn the_encoder_is_chosen_as_for_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let column = |gain: f64| (0..ROWS).map(|k| gain * (1.0 + (k as f64 * 0.0007).sin())).collect::<Vec<f64>>();
+    for table in [1.2, 0.0] {
+        let time = (0..ROWS).map(|k| k as f64 * 0.001).collect();
+        let columns = [("time", time), ("DES_POS|1", column(1.0)), ("ENC1_POS|1", column(1.1)), ("ENC2_POS|1", column(table))];
+        for path in both_forms(&folder, &columns) {
+            check(&path, Lengths { own: 7777, before: 100, after: 100 });
+            let highest = read_log(&path, &ReadOptions::default()).unwrap().0.actual.columns()[0][2244];
+            assert!((highest - 2.0 * if table > 0.0 { table } else { 1.1 }).abs() < 1e-3, "{highest}");
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_never_moves_is_noted_as_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let column = |late: f64| (0..ROWS).map(|k| 40.0 * (0.7 * (k as f64 * 1e-3 - late)).sin()).collect::<Vec<f64>>();
+    let time = (0..ROWS).map(|k| k as f64 * 0.001).collect();
+    let still = vec![5.0; ROWS];
+    let columns = [("t", time), ("x_ref", column(0.0)), ("x_act", column(0.004)), ("y_ref", still.clone()), ("y_act", still)];
+    for path in both_forms(&folder, &columns) {
+        let (whole, _) = read_log(&path, &ReadOptions::default()).unwrap();
+        let (file, mut findings) = (open(&path), PieceFindings::default());
+        assert_eq!(file.axes(), whole.axes());
+        for piece in file.pieces(Lengths { own: 20_000, before: 0, after: 0 }).unwrap() {
+            findings.add(&piece.unwrap(), Purpose::Training);
+        }
+        let told = |report: &Report| {
+            report.findings.iter().any(|f| f.to_string().contains("y_ref: the axis never moves and is left out"))
+        };
+        assert!(told(&findings.into_report()) && told(&assess(&whole, Purpose::Training)));
     }
 }

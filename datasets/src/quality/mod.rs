@@ -14,8 +14,10 @@ mod signals;
 mod units;
 
 pub(crate) use digits::{significant_digits, step_of};
+pub(crate) use motion_checks::is_stuck;
 pub use purpose::Purpose;
 pub use rate::SLOWEST_HZ;
+pub(crate) use rate::{FEWEST_SAMPLES, SHORT_S};
 pub use runs::assess_runs;
 pub(crate) use signals::standstill_speed;
 

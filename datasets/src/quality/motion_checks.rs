@@ -1,5 +1,7 @@
 //! Axes without motion, and axes without reversals.
 
+use motion::AxisKind;
+
 use super::purpose::Purpose;
 use super::signals::{Signals, range};
 use crate::{Check, Finding, Report, Severity};
@@ -68,8 +70,16 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
 
 /// Whether the actual position is constant while the command moves.
 pub(super) fn is_dead(axis: &Signals) -> bool {
-    let still = axis.of_kind(1e-3, 1e-5);
-    range(axis.actual) < still && range(axis.reference) > 10.0 * still
+    is_stuck(axis.axis.kind, range(axis.reference), range(axis.actual))
+}
+
+/// Whether an actual position that travels this far, mm or rad, stands still while its command moves.
+pub(crate) fn is_stuck(kind: AxisKind, command: f64, actual: f64) -> bool {
+    let still = match kind {
+        AxisKind::Linear => 1e-3,
+        AxisKind::Rotary => 1e-5,
+    };
+    actual < still && command > 10.0 * still
 }
 
 /// Number of reversals of the command.

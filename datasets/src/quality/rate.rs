@@ -8,9 +8,9 @@ pub const SLOWEST_HZ: f64 = 50.0;
 /// Rate below which the peaks at reversals are flattened, Hz.
 const SLOW_HZ: f64 = 100.0;
 /// Minimum number of samples for any check.
-pub(super) const FEWEST_SAMPLES: usize = 50;
+pub(crate) const FEWEST_SAMPLES: usize = 50;
 /// Shortest useful run for training, s.
-const SHORT_S: f64 = 1.0;
+pub(crate) const SHORT_S: f64 = 1.0;
 
 pub(super) fn check(log: &Log, purpose: Purpose, report: &mut Report) {
     let rate_hz = 1.0 / log.period_s();

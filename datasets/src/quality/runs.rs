@@ -32,7 +32,10 @@ pub fn assess_runs(logs: &[Log], purpose: Purpose) -> Report {
             report.push(finding);
         };
         if log.axes() != first.axes() {
-            refuse(format!("its axes are not those of `{}`; train each machine by itself", first.name));
+            refuse(format!(
+                "its axes are not those of `{}`; train each machine by itself. If a bad axis was left out of one of them, leave that run out",
+                first.name
+            ));
         }
         if (log.period_s() - first.period_s()).abs() > 1e-4 * first.period_s() {
             refuse(format!(
