@@ -114,7 +114,9 @@ const INTEGERS: &str = "G21 G90 G17\nG0 X0 Y0 Z0\nG1 X40000 F2400\nG3 Y20000 J10
 fn a_program_without_decimal_points_is_a_question_unless_the_control_answers_it() {
     let Err(Error::Program { text, .. }) = read_fanuc(INTEGERS, "fanuc", None) else { panic!("it is read") };
     assert!(text.contains("X40000 has no decimal point") && text.contains("--decimal-point least-increment"), "{text}");
-    assert!(read_fanuc(INTEGERS, "grbl", None).is_ok());
+    // This control reads mm, and no machine is 40 m long: the program was written for another one.
+    assert!(read_fanuc(INTEGERS, "grbl", None).is_err());
+    assert!(read_fanuc(&INTEGERS.replace("0000", "00"), "grbl", None).is_ok());
     assert!(read_fanuc(INTEGERS, "fanuc", Some(DecimalPoint::Unit)).is_ok());
     let mixed = INTEGERS.replace("Z5000", "Z5.");
     assert!(read_fanuc(&mixed, "generic", None).is_err());
