@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
 /// Floor of every crate, and what it may use of the house.
-const FLOORS: [(&str, &[&str]); 9] = [
+const FLOORS: [(&str, &[&str]); 10] = [
     ("gcode", &[]),
     ("motion", &[]),
     ("machine", &["motion"]),
     ("compensation", &["motion", "machine"]),
     ("datasets", &["motion", "machine"]),
-    ("models", &["motion", "machine"]),
-    ("diagnosis", &["motion", "datasets"]),
-    ("training", &["motion", "machine", "datasets", "models"]),
+    ("servo", &["motion"]),
+    ("models", &["motion", "machine", "servo"]),
+    ("diagnosis", &["motion", "datasets", "servo"]),
+    ("training", &["motion", "machine", "datasets", "servo", "models"]),
     ("pipeline", &["gcode", "motion", "machine", "compensation", "datasets", "models", "training"]),
 ];
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::context::TestCircle;
-use crate::servo::{Servo, simulate};
+use servo::{Servo, simulate};
 
 /// Sampling period of the simulated circle, s, and revolutions before the one that counts.
 const PERIOD_S: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::record::{AxisRecord, Run};
-use crate::servo::{Fit, simulate, simulate_with_friction};
+use servo::{Fit, simulate, simulate_with_friction};
 
 /// Half-width of a 95 % interval in standard deviations.
 pub const SPREAD: f64 = 1.96;

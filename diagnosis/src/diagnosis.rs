@@ -9,7 +9,7 @@ use crate::error::DiagnosisError;
 use crate::finding::Finding;
 use crate::findings::{mismatches, of_axis};
 use crate::record::AxisRecord;
-use crate::servo::{Fit, Servo, identify};
+use servo::{Fit, Scope, Servo, identify};
 
 /// Share of the tracking error that the servo model may leave: it leaves 0.1 to 6 % of drives, simulated ones and EMPS, and a third to a half of
 /// the joints of a UR5 arm, which are no feed drives.
@@ -64,10 +64,10 @@ pub struct AxisModel {
 pub fn diagnose(logs: &[Log], settings: &Settings) -> Result<Diagnosis, DiagnosisError> {
     let records = AxisRecord::of(logs)?;
     let circle = settings.circle.unwrap_or_else(|| TestCircle::within(&records));
-    let sees_backlash = settings.sensor != Sensor::Motor;
+    let scope = Scope { sees_backlash: settings.sensor != Sensor::Motor, whole: false };
     let fits: Vec<Fit> = records
         .par_iter()
-        .map(|record| identify(record, sees_backlash).ok_or_else(|| DiagnosisError::NoFit { axis: record.name.clone() }))
+        .map(|record| identify(&record.for_fit(), scope).ok_or_else(|| DiagnosisError::NoFit { axis: record.name.clone() }))
         .collect::<Result<_, _>>()?;
     let contexts: Vec<AxisContext<'_>> =
         records.iter().zip(&fits).map(|(record, fit)| AxisContext::new(record, fit, circle, settings.sensor)).collect();

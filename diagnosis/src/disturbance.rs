@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use servo::clustered;
 
 use crate::context::AxisContext;
-use crate::servo::{clustered, disturbed};
+use crate::disturbed::disturbed;
 
 /// Ridge of a regression against each regressor's own square: the scales of regressors differ by many orders.
 const RIDGE: f64 = 1e-6;
@@ -55,7 +56,8 @@ impl Regression {
                 *value -= (0..count).map(|i| weights[i] * regressors[i][run].get(k).copied().unwrap_or(0.0)).sum::<f64>();
             }
         }
-        let covariance = clustered(&normal, &columns, &left, first, period_s)?;
+        let pieces: Vec<&[f64]> = left.iter().map(|run| run.get(first..).unwrap_or_default()).collect();
+        let covariance = clustered(&normal, &columns, &pieces, period_s)?;
         Some(Self { weights, covariance })
     }
 

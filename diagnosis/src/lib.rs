@@ -6,13 +6,13 @@ pub mod circle;
 mod context;
 mod diagnosis;
 mod disturbance;
+mod disturbed;
 mod error;
 mod finding;
 mod findings;
 pub mod linuxcnc;
 pub mod record;
 pub mod reversals;
-pub mod servo;
 pub mod threshold;
 
 pub use context::{Sensor, TestCircle};

@@ -10,7 +10,7 @@ use crate::diagnosis::{AxisModel, Diagnosis};
 use crate::error::DiagnosisError;
 use crate::finding::{Estimate, Quantity};
 use crate::record::{AxisRecord, Run};
-use crate::servo::{Servo, simulate};
+use servo::{Servo, simulate};
 
 /// Length of the logs on which gains are forecast, s.
 const FORECAST_S: f64 = 20.0;

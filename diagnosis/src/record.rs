@@ -2,6 +2,7 @@
 
 use datasets::Log;
 use motion::{Axis, AxisKind};
+use servo::{MOVING_MM_S, Record};
 
 use crate::error::DiagnosisError;
 
@@ -9,8 +10,6 @@ use crate::error::DiagnosisError;
 pub const UNSCORED_S: f64 = 0.3;
 /// Lever arm at which a rotary axis is treated as a linear one, mm.
 const LEVER_MM: f64 = 100.0;
-/// Speed above which an axis moves, mm/s.
-pub const MOVING_MM_S: f64 = 0.05;
 /// Shortest motion of an axis that can be diagnosed, s.
 const SHORTEST_S: f64 = 2.0;
 
@@ -56,9 +55,9 @@ impl Run {
     pub fn start(&self, period_s: f64) -> (f64, f64) {
         let position = self.actual.first().copied().unwrap_or(0.0);
         // A command at rest means an axis at rest; encoder counts must not become a speed.
-        let moves = self.reference.windows(2).take(5).any(|pair| (pair[1] - pair[0]).abs() > MOVING_MM_S * period_s);
         let over = 5.min(self.len().saturating_sub(1));
-        let velocity = if moves && over > 0 { (self.actual[over] - position) / (over as f64 * period_s) } else { 0.0 };
+        let moves = over > 0 && servo::speed_at_start(&self.reference, period_s) != 0.0;
+        let velocity = if moves { (self.actual[over] - position) / (over as f64 * period_s) } else { 0.0 };
         (position, velocity)
     }
 
@@ -116,6 +115,18 @@ impl AxisRecord {
         let moving =
             |run: &Run| run.reference.windows(2).filter(|pair| (pair[1] - pair[0]).abs() > MOVING_MM_S * self.period_s).count();
         self.runs.iter().map(moving).sum::<usize>() as f64 * self.period_s
+    }
+
+    /// What a servo model is fitted to.
+    pub(crate) fn for_fit(&self) -> Record {
+        let first = self.first_scored();
+        let run = |run: &Run| servo::Run {
+            reference: run.reference.clone(),
+            actual: run.actual.clone(),
+            start: Some(run.start(self.period_s).into()),
+            rows: std::iter::once(first.min(run.len())..run.len()).collect(),
+        };
+        Record { period_s: self.period_s, runs: self.runs.iter().map(run).collect() }
     }
 
     /// First sample of a run that is scored.

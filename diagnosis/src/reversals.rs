@@ -1,6 +1,6 @@
 //! Reversals of a command and what the actual position does after them.
 
-use crate::record::MOVING_MM_S;
+use servo::MOVING_MM_S;
 
 /// Time before a reversal from which its level is taken, and time after it in which its peak is searched, s.
 pub const BEFORE_S: f64 = 0.03;

@@ -5,11 +5,12 @@ use std::io::{Cursor, Read, Write};
 
 use models::narx::{Dense, PAST_ERRORS};
 use models::recurrent::{Head, Kind, LayerWeights, Recurrent};
-use models::staged::{self, FeatureGroup, LagBasis, MotionFactor, Pass, Scales, StagedPredictor};
+use models::staged::{self, FeatureGroup, LagBasis, MotionFactor, Pass, Scales, ServoBase, StagedPredictor};
 use models::{
     AxisManifest, AxisPredictor, AxisSignal, Bundle, FORMAT, FeatureSet, FeatureSpec, HeldOut, Manifest, ModelError,
     NarxPredictor, NetworkPredictor, OperatingRange, PredictionInterval, Scaler,
 };
+use servo::Servo;
 use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 
@@ -188,6 +189,42 @@ fn staged() -> StagedPredictor {
     let group = FeatureGroup { basis: LagBasis::now(), channels: vec![MotionFactor::Velocity.into()] };
     let features = staged::FeatureSet { scales: Scales::linear(), groups: vec![group] };
     StagedPredictor::new(PERIOD_S, vec![Pass { features, weights: vec![0.01] }]).expect("sizes fit")
+}
+
+#[test]
+fn a_servo_model_below_the_passes_is_stored_to_the_last_bit() {
+    let servo = Servo { slips: true, ..Servo::usual(1e3 / 3.0, 0.7).with_places(-10.0, 1e2 / 7.0) };
+    let on_servo = staged().on_servo(Some(ServoBase { servo, mm_per_unit: 1.0 })).expect("sound numbers");
+    let mut of_one = manifest();
+    of_one.axes.truncate(1);
+    let one: Vec<Box<dyn AxisPredictor>> = vec![Box::new(on_servo.clone())];
+    let bytes = Bundle::new(of_one, &one).and_then(|bundle| bundle.to_bytes()).expect("a sound bundle");
+    let read = Bundle::from_bytes(&bytes).and_then(|bundle| bundle.predictors()).expect("it is read");
+    assert_eq!(StagedPredictor::from_saved(&read[0].save()).expect("staged"), on_servo);
+
+    // The passes predict what the model leaves.
+    let wave: Vec<f64> = (0..2000).map(|k| 5.0 - 5.0 * (4.0 * PERIOD_S * f64::from(k)).cos()).collect();
+    let signal = AxisSignal::uncompensated(&wave, PERIOD_S);
+    let position = servo.follow(&wave, PERIOD_S);
+    for (k, (with, passes)) in on_servo.predict(&signal).iter().zip(staged().predict(&signal)).enumerate() {
+        assert!((with - (wave[k] - position[k] + passes)).abs() < 1e-12);
+    }
+    // A rotary axis on a lever of 100 mm; an unknown place on the machine.
+    let lever = ServoBase { servo, mm_per_unit: 100.0 };
+    let scaled: Vec<f64> = wave.iter().map(|x| x * 0.01).collect();
+    let turned = lever.follow(&AxisSignal::uncompensated(&scaled, PERIOD_S));
+    assert!(turned.iter().zip(&position).all(|(turned, x)| (100.0 * turned - x).abs() < 1e-9));
+    let mut patchy = servo;
+    patchy.levels[10] = 2.0;
+    let somewhere = AxisSignal { placed: false, ..signal };
+    assert_eq!(ServoBase { servo: patchy, mm_per_unit: 1.0 }.follow(&somewhere), position);
+    assert!(staged().on_servo(Some(ServoBase { mm_per_unit: 0.0, ..lever })).is_err());
+
+    let (manifest, weights) = parts(&bytes);
+    let mutated = manifest.replacen("\"bandwidth_1_s\": 2000.0", "\"bandwidth_1_s\": 1e300", 1);
+    assert_ne!(mutated, manifest);
+    let error = refusal(&packed(&[("manifest.json", mutated.as_bytes()), ("weights.safetensors", &weights)]));
+    assert!(error.contains("servo model"), "{error}");
 }
 
 #[test]

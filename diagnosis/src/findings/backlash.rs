@@ -2,8 +2,8 @@
 
 use crate::context::{AxisContext, SPREAD, Sensor};
 use crate::finding::{Estimate, Finding, Quantity, Verdict};
-use crate::servo::Servo;
 use crate::threshold;
+use servo::Servo;
 
 /// Standard deviation of what the contacts of the model get wrong: a table that coasts through part of the backlash hides that part. From
 /// the blind test's development machines.

@@ -4,8 +4,8 @@ use crate::circle::glitch_mm;
 use crate::context::{AxisContext, SPREAD};
 use crate::disturbance::{Regression, responses};
 use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
-use crate::servo::Servo;
 use crate::threshold;
+use servo::Servo;
 
 /// Most logs that are compared; of more, neighbours are taken together.
 const MOST: usize = 24;

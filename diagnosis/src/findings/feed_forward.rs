@@ -3,8 +3,8 @@
 use crate::circle::radius_deviation_mm;
 use crate::context::{AxisContext, SPREAD};
 use crate::finding::{Estimate, Finding, Quantity, Verdict};
-use crate::servo::{Servo, index};
 use crate::threshold;
+use servo::{Servo, index};
 
 /// Standard deviations above which a share counts as not shown by the logs.
 const TOO_WIDE: (f64, f64) = (0.25, 0.5);

@@ -3,8 +3,8 @@
 use crate::circle::glitch_mm;
 use crate::context::{AxisContext, SPREAD};
 use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
-use crate::servo::{Servo, index};
 use crate::threshold;
+use servo::{Servo, index};
 
 /// Standard deviation of the ratio of static to sliding friction above which it counts as not shown.
 const TOO_WIDE: f64 = 0.5;

@@ -2,7 +2,7 @@
 
 use crate::context::{AxisContext, SPREAD};
 use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
-use crate::servo::index;
+use servo::index;
 
 /// Relative deviation above which a gain counts as not shown by the logs.
 const TOO_WIDE: f64 = 0.5;
@@ -56,7 +56,7 @@ fn gain(axis: &AxisContext<'_>) -> Finding {
 }
 
 fn lag(axis: &AxisContext<'_>) -> Finding {
-    let deviation = axis.fit.deviation(super::super::servo::Servo::lag_s);
+    let deviation = axis.fit.deviation(servo::Servo::lag_s);
     let estimate = Estimate::within(axis.fit.servo.lag_s(), SPREAD * deviation).times(1e3);
     Finding {
         quantity: Quantity::FollowingLag,
@@ -94,7 +94,7 @@ fn error_over_speed(axis: &AxisContext<'_>) -> Picture {
 
 fn delay(axis: &AxisContext<'_>) -> Finding {
     let servo = &axis.fit.servo;
-    let whole = |servo: &super::super::servo::Servo| servo.channel_delay_s + 0.5 * servo.command_average_s;
+    let whole = |servo: &servo::Servo| servo.channel_delay_s + 0.5 * servo.command_average_s;
     let fitted = [index::CHANNEL_DELAY, index::AVERAGE].iter().any(|parameter| axis.fit.free.0.contains(parameter));
     // Where no structure with a delay follows the log better, there is none above what a sample would show.
     let half = if fitted { SPREAD * axis.fit.deviation(whole) } else { 0.25 * axis.record.period_s };

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::context::{AxisContext, SPREAD};
 use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
-use crate::servo::Servo;
 use crate::threshold;
+use servo::Servo;
 
 /// Points of the picture.
 const POINTS: usize = 180;

@@ -59,8 +59,8 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
         let why = "what the servo model leaves is larger than the friction";
         return Finding::not_observable(quantity, axis.name(), "%", why, "record slower strokes over the whole travel");
     }
-    let effect = estimate
-        .times(0.01 * 1e3 * crate::circle::glitch_mm(&crate::servo::Servo { backlash_mm: 0.0, ..axis.fit.servo }, axis.circle));
+    let effect =
+        estimate.times(0.01 * 1e3 * crate::circle::glitch_mm(&servo::Servo { backlash_mm: 0.0, ..axis.fit.servo }, axis.circle));
     let points = |by: f64| (0..places).map(move |i| (low + spacing * i as f64, by, i));
     let series = |name: &str, mark: Mark, by: f64| {
         Series::new(

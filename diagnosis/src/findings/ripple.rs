@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use crate::context::{AxisContext, SPREAD};
 use crate::disturbance::{Regression, responses};
 use crate::finding::{Estimate, Finding, Label, Mark, Picture, Quantity, Series, Verdict};
-use crate::servo::Servo;
 use crate::threshold;
+use servo::Servo;
 
 /// Longest and shortest period, mm: longer ones are friction by place, shorter ones pass too fast for a log.
 const PERIODS_MM: (f64, f64) = (25.0, 0.2);

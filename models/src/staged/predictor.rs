@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::features::FeatureSet;
+use super::servo_base::ServoBase;
 use super::signals::Signals;
 use crate::ranges::{MOST_PASSES, PERIOD_S, WEIGHT, all_within, at_most, within};
 use crate::{Array, ArrayData, AxisPredictor, AxisSignal, ModelError, SavedPredictor};
@@ -48,15 +49,21 @@ impl Pass {
 
 /// Predicts one axis's tracking error in passes: a linear law, then hysteresis on the resulting
 /// position, then position harmonics. A simple axis has one pass only, down to a pure delay.
+///
+/// With a servo model the passes predict `e − (r − x_s)`, where `x_s` is the position that the model
+/// takes, and the first runs on `x_s` instead of the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StagedPredictor {
     period_s: f64,
+    servo: Option<Box<ServoBase>>,
     passes: Vec<Pass>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Settings {
     period_s: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    servo: Option<ServoBase>,
     passes: Vec<FeatureSet>,
 }
 
@@ -84,7 +91,30 @@ impl StagedPredictor {
             }
             all_within("weights", &pass.weights, WEIGHT).map_err(|why| malformed(format!("pass {index}: {why}")))?;
         }
-        Ok(Self { period_s, passes })
+        Ok(Self { period_s, servo: None, passes })
+    }
+
+    /// The same passes on a servo model.
+    ///
+    /// # Errors
+    /// When a number of the model is out of range.
+    pub fn on_servo(self, servo: Option<ServoBase>) -> Result<Self, ModelError> {
+        let malformed = |why: String| ModelError::Malformed { part: KIND.into(), why };
+        servo.as_ref().map_or(Ok(()), ServoBase::check).map_err(malformed)?;
+        Ok(Self { servo: servo.map(Box::new), ..self })
+    }
+
+    /// The servo model, if there is one.
+    #[must_use]
+    pub fn servo(&self) -> Option<&ServoBase> {
+        self.servo.as_deref()
+    }
+
+    /// The linear part: the first pass, on the servo model without friction and backlash.
+    #[must_use]
+    pub fn linear_part(&self) -> Self {
+        let servo = self.servo().map(|servo| Box::new(servo.linear()));
+        Self { period_s: self.period_s, servo, passes: self.passes.iter().take(1).cloned().collect() }
     }
 
     /// Rebuilds a predictor from [`AxisPredictor::save`].
@@ -106,7 +136,7 @@ impl StagedPredictor {
                 ArrayData::F32(_) => Err(malformed("weights are in single precision".into())),
             })
             .collect::<Result<_, _>>()?;
-        Self::new(settings.period_s, passes)
+        Self::new(settings.period_s, passes)?.on_servo(settings.servo)
     }
 
     /// Sampling period of the runs of the fit, s; the predictor holds for no other.
@@ -124,8 +154,12 @@ impl StagedPredictor {
     /// Prediction, and the expected position of the last pass.
     #[must_use]
     pub fn predict_with_position(&self, signal: &AxisSignal<'_>) -> (Vec<f64>, Vec<f64>) {
-        let mut expected = signal.reference.to_vec();
-        let mut error = vec![0.0; expected.len()];
+        let mut expected = match &self.servo {
+            Some(servo) => servo.follow(signal),
+            None => signal.reference.to_vec(),
+        };
+        let base: Vec<f64> = signal.reference.iter().zip(&expected).map(|(r, x)| r - x).collect();
+        let mut error = base.clone();
         // The motion is the same in all passes; the padding may be longer than one needs.
         let pad = self.passes.iter().map(|pass| pass.features.pad()).max().unwrap_or(0);
         let mut signals = Signals::of_motion(signal.reference, signal.flag_source(), signal.period_s, pad).placed(signal.placed);
@@ -136,6 +170,7 @@ impl StagedPredictor {
             }
             signals.expect(&expected, &pass.features.scales);
             error = pass.features.predict(&signals, &pass.weights);
+            error.iter_mut().zip(&base).for_each(|(error, base)| *error += base);
             before = Some(pass);
         }
         (error, expected)
@@ -172,15 +207,18 @@ impl AxisPredictor for StagedPredictor {
         self.predict_with_position(signal).0
     }
 
-    /// Linear law and operators do not depend on the position. The harmonics taper off, and are
+    /// Linear law and operators do not depend on the position, and friction by place is that elsewhere beyond its places. The harmonics taper off, and are
     /// zero without machine coordinates.
     fn holds_beyond_travel(&self) -> bool {
         true
     }
 
     fn save(&self) -> SavedPredictor {
-        let settings =
-            Settings { period_s: self.period_s, passes: self.passes.iter().map(|pass| pass.features.clone()).collect() };
+        let settings = Settings {
+            period_s: self.period_s,
+            servo: self.servo().copied(),
+            passes: self.passes.iter().map(|pass| pass.features.clone()).collect(),
+        };
         let arrays = self.passes.iter().enumerate().map(|(index, pass)| {
             let array = Array { shape: vec![pass.weights.len()], data: ArrayData::F64(pass.weights.clone()) };
             (weights_name(index), array)

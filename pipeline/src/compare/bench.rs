@@ -151,7 +151,7 @@ fn linear_machine(bundle: &Bundle) -> Result<Option<LearnedMachine>> {
             return Ok(None);
         }
         let staged = StagedPredictor::from_saved(&predictor.save())?;
-        linear.push(Box::new(StagedPredictor::new(staged.period_s(), staged.passes()[..1].to_vec())?));
+        linear.push(Box::new(staged.linear_part()));
     }
     Ok(Some(LearnedMachine::new(bundle.manifest.period_s, bundle.axes(), linear)?))
 }

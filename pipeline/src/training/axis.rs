@@ -1,11 +1,12 @@
 //! Predictor of one axis: fitted to all runs, evaluated on held-out runs.
 
 use datasets::Fold;
+use models::staged::StagedPredictor;
 use models::{AxisPredictor, HeldOut, OperatingRange, PredictionInterval};
-use motion::Axis;
+use motion::{Axis, AxisKind};
 use training::AxisRun;
 use training::network::NetworkRecipe;
-use training::staged::StagedRecipe;
+use training::staged::{ServoFit, StagedRecipe, StagedReport};
 
 use super::cross_fit::{self, FoldErrors, Piece, only, without};
 use super::settings::TrainSettings;
@@ -37,6 +38,7 @@ pub(super) fn fit_axis(
     settings: &TrainSettings,
     at: &dyn Fn(&str) -> Result<()>,
 ) -> Result<FittedAxis> {
+    let stages = Stages::find(runs, axis, settings, at)?;
     let mut fold_errors = Vec::new();
     let mut kept = None;
     let mut networks_paid = 0;
@@ -45,7 +47,7 @@ pub(super) fn fit_axis(
     for (index, fold) in evaluated.iter().enumerate() {
         at(&format!("{}, fold {} of {}", axis.name, index + 1, evaluated.len()))?;
         let (training, held_out) = (without(runs, fold), only(runs, fold));
-        let fit = fit_recipe(&training, axis, settings, Network::Try)?;
+        let fit = fit_recipe(&training, axis, settings, Network::Try, stages.refitted(&training, settings)?)?;
         networks_paid += usize::from(fit.network);
         let linear = fit_linear(&training, axis, settings.seed)?;
         fold_errors.push(FoldErrors {
@@ -70,7 +72,7 @@ pub(super) fn fit_axis(
                 paid if paid == fold_errors.len() => Network::Take,
                 _ => Network::Try,
             };
-            fit_recipe(runs, axis, settings, network)?
+            fit_recipe(runs, axis, settings, network, stages.fitted)?
         }
     };
     let covered =
@@ -121,9 +123,54 @@ enum Network {
     Skip,
 }
 
-fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, network: Network) -> Result<Fit> {
-    match (&settings.recipe.staged, &settings.recipe.network) {
-        (Some(staged), recipe) => fit_stages(runs, staged, recipe.as_ref().map(|recipe| (recipe, network)), axis, settings.seed),
+/// Least-squares stages fitted to runs, and a note on what they start from.
+type FittedStages = (StagedPredictor, StagedReport, &'static str);
+
+/// The stages of an axis: fitted to all its runs, on a servo model where it is better on held-out runs.
+struct Stages {
+    /// `None` for a network without stages.
+    fitted: Option<FittedStages>,
+    /// The servo model, where the stages start from it.
+    servo: Option<ServoFit>,
+}
+
+impl Stages {
+    fn find(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, at: &dyn Fn(&str) -> Result<()>) -> Result<Self> {
+        let Some(recipe) = &settings.recipe.staged else { return Ok(Self { fitted: None, servo: None }) };
+        at(&format!("{}, servo model", axis.name))?;
+        // A recipe of the linear law alone asks for no friction.
+        let wanted = !recipe.stop_half_widths.is_empty();
+        let servo = if wanted { ServoFit::identify(runs, axis.kind == AxisKind::Rotary) } else { None };
+        at(&format!("{}, stages", axis.name))?;
+        let (predictor, report, taken) = training::staged::fit_best(runs, servo.as_ref(), recipe)?;
+        Ok(Self { fitted: Some((predictor, report, note_of(taken))), servo: servo.filter(|_| taken) })
+    }
+
+    /// The same procedure on a part of the runs.
+    fn refitted(&self, runs: &[AxisRun], settings: &TrainSettings) -> Result<Option<FittedStages>> {
+        let Some(recipe) = &settings.recipe.staged else { return Ok(None) };
+        let servo = self.servo.as_ref().and_then(|servo| servo.refit(runs));
+        let base = servo.as_ref().map(ServoFit::base);
+        let (predictor, report) = training::staged::fit_on(runs, base.as_ref(), recipe)?;
+        Ok(Some((predictor, report, note_of(base.is_some()))))
+    }
+}
+
+fn note_of(on_servo: bool) -> &'static str {
+    if on_servo { "servo model, then " } else { "" }
+}
+
+fn fit_recipe(
+    runs: &[AxisRun],
+    axis: &Axis,
+    settings: &TrainSettings,
+    network: Network,
+    stages: Option<FittedStages>,
+) -> Result<Fit> {
+    match (stages, &settings.recipe.network) {
+        (Some(stages), recipe) => {
+            with_network(stages, runs, recipe.as_ref().map(|recipe| (recipe, network)), axis, settings.seed)
+        }
         (None, Some(network)) => fit_network(runs, network, axis, settings),
         (None, None) => Err(Error::EmptyRecipe),
     }
@@ -132,19 +179,19 @@ fn fit_recipe(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, network: 
 /// Linear stage alone.
 fn fit_linear(runs: &[AxisRun], axis: &Axis, seed: u64) -> Result<Fit> {
     let law = StagedRecipe { stop_half_widths: Vec::new(), ..StagedRecipe::default() };
-    fit_stages(runs, &law, None, axis, seed)
+    let (predictor, report) = training::staged::fit(runs, &law)?;
+    with_network((predictor, report, ""), runs, None, axis, seed)
 }
 
 /// Grey-box cascade, with a network on its residual where that lowers the error.
-fn fit_stages(
+fn with_network(
+    (staged, report, base): FittedStages,
     runs: &[AxisRun],
-    recipe: &StagedRecipe,
     network: Option<(&NetworkRecipe, Network)>,
     axis: &Axis,
     seed: u64,
 ) -> Result<Fit> {
-    let (staged, report) = training::staged::fit(runs, recipe)?;
-    let mut note = format!("{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
+    let mut note = format!("{base}{} ({} columns, {} lines)", report.chosen, report.columns, report.lines.len());
     let mut kept = None;
     if let Some((network, wanted)) = network {
         let paid = match wanted {

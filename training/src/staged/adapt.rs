@@ -1,11 +1,12 @@
 //! Adapts a predictor to another machine, or to a later state of the same machine, with a few
 //! seconds of its log.
 
-use models::staged::{FeatureSet, MotionFactor, Pass, Scales, StagedPredictor};
+use models::staged::{FeatureSet, MotionFactor, Pass, Scales, ServoBase, StagedPredictor};
 
 use super::dataset::AxisDataset;
 use super::gram::Penalty;
 use super::recipe::StagedRecipe;
+use super::servo_fit::refitted;
 use crate::{AxisRun, TrainingError};
 
 /// Columns of the linear law's response that are corrected individually: sums over 1, 2, 3, 5 …
@@ -30,7 +31,7 @@ pub struct AdaptReport {
 /// Fits a correction of about forty weights: a gain on the contribution of each operator, slow term
 /// and harmonic, and new low-order terms of the linear law.
 ///
-/// The passes are corrected in order, since each runs on the expected position of the previous one.
+/// A servo model below the passes stays as it is, or gets new gains and a new friction where that is better. The passes are corrected in order, since each runs on the expected position of the previous one.
 /// The predictor is returned unchanged if the correction does not lower the error on held-out parts
 /// of the log.
 ///
@@ -41,7 +42,28 @@ pub fn adapt(
     runs: &[AxisRun],
     recipe: &StagedRecipe,
 ) -> Result<(StagedPredictor, AdaptReport), TrainingError> {
-    let dataset = AxisDataset::new(runs, recipe)?;
+    let (adapted, report) = adapt_on(predictor, predictor.servo().copied(), runs, recipe)?;
+    let refitted = predictor.servo().and_then(|servo| refitted(servo, runs));
+    let (adapted, report) = match refitted.map(|servo| adapt_on(predictor, Some(servo), runs, recipe)) {
+        Some(Ok((other, other_report))) if other_report.held_out_rms < report.held_out_rms => {
+            (other, AdaptReport { before_rms: report.before_rms, ..other_report })
+        }
+        _ => (adapted, report),
+    };
+    if report.held_out_rms >= report.before_rms {
+        return Ok((predictor.clone(), report));
+    }
+    Ok((adapted, report))
+}
+
+/// The passes corrected on a servo model, or on the reference.
+fn adapt_on(
+    predictor: &StagedPredictor,
+    servo: Option<ServoBase>,
+    runs: &[AxisRun],
+    recipe: &StagedRecipe,
+) -> Result<(StagedPredictor, AdaptReport), TrainingError> {
+    let dataset = AxisDataset::new(runs, servo.as_ref(), recipe)?;
     if (dataset.period_s() / predictor.period_s() - 1.0).abs() > 1e-6 {
         return Err(TrainingError::Unusable(format!(
             "the log's period is {} s, the model's {} s",
@@ -49,8 +71,8 @@ pub fn adapt(
             predictor.period_s()
         )));
     }
-    let mut expected = dataset.references();
-    let mut old_expected = dataset.references();
+    let mut expected = dataset.bases();
+    let mut old_expected = dataset.bases();
     let mut passes = Vec::new();
     let mut report = None;
     for pass in predictor.passes() {
@@ -62,10 +84,7 @@ pub fn adapt(
         report = Some(pass_report);
     }
     let report = report.ok_or_else(|| TrainingError::Unusable("the model has no pass".into()))?;
-    if report.held_out_rms >= report.before_rms {
-        return Ok((predictor.clone(), report));
-    }
-    Ok((StagedPredictor::new(predictor.period_s(), passes)?, report))
+    Ok((StagedPredictor::new(predictor.period_s(), passes)?.on_servo(servo)?, report))
 }
 
 /// One pass with scaled parts and corrected low-order terms.

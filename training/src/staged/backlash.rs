@@ -28,7 +28,7 @@ const HOPELESS: f64 = 4.0;
 /// friction on the resulting motor position while the held-out error falls.
 pub fn with_backlash(
     dataset: &AxisDataset<'_>,
-    references: &[Vec<f64>],
+    bases: &[Vec<f64>],
     linear: &Candidate,
     law: &LinearLaw,
     rival: &Candidate,
@@ -44,7 +44,7 @@ pub fn with_backlash(
         fit_pass(dataset, &features, expected, penalties)
     };
     let mut noise = linear.errors.mean_square();
-    let mut expected = dataset.expected_after(first, references);
+    let mut expected = dataset.expected_after(first, bases);
     let mut half_width = Some(recipe.backlash_half_width * dataset.unit);
     let mut passes = linear.passes.clone();
     let mut best: Option<FittedPass> = None;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use models::staged::{FeatureSet, Pass, Signals};
+use models::AxisSignal;
+use models::staged::{FeatureSet, Pass, ServoBase, Signals};
 use motion::quantile;
 use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut};
 
@@ -74,6 +75,9 @@ struct Segment {
 #[derive(Debug)]
 pub struct AxisDataset<'a> {
     runs: &'a [AxisRun],
+    /// Position that the passes start from: the reference, or that of a servo model.
+    bases: Vec<Vec<f64>>,
+    /// That position less the actual one.
     errors: Vec<Vec<f64>>,
     /// Offset of the motor from the table at the start of each run.
     starts: Vec<f64>,
@@ -87,17 +91,17 @@ pub struct AxisDataset<'a> {
 }
 
 impl<'a> AxisDataset<'a> {
-    /// Checks the runs and assigns the folds.
+    /// Checks the runs and assigns the folds. The passes start from the position of `servo`, or from the reference.
     ///
     /// # Errors
     /// When the runs do not fit together, are too short, or never move.
-    pub fn new(runs: &'a [AxisRun], recipe: &StagedRecipe) -> Result<Self, TrainingError> {
+    pub fn new(runs: &'a [AxisRun], servo: Option<&ServoBase>, recipe: &StagedRecipe) -> Result<Self, TrainingError> {
         let period_s = runs.first().map_or(0.0, |run| run.period_s);
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(TrainingError::Unusable("no run with a period".into()));
         }
         let mut speeds = Vec::new();
-        let mut errors = Vec::new();
+        let (mut bases, mut errors) = (Vec::new(), Vec::new());
         for (index, run) in runs.iter().enumerate() {
             let unusable = |why: &str| TrainingError::Unusable(format!("run {index}: {why}"));
             if (run.period_s / period_s - 1.0).abs() > 1e-6 {
@@ -106,7 +110,12 @@ impl<'a> AxisDataset<'a> {
             if run.reference.len() != run.actual.len() {
                 return Err(unusable("reference and actual have different lengths"));
             }
-            let error = run.tracking_error();
+            let base = match servo {
+                Some(servo) => servo.follow(&AxisSignal::uncompensated(&run.reference, run.period_s)),
+                None => run.reference.clone(),
+            };
+            let error: Vec<f64> = base.iter().zip(&run.actual).map(|(x, actual)| x - actual).collect();
+            bases.push(base);
             if error.iter().any(|e| !e.is_finite()) {
                 return Err(unusable("a position is not a number"));
             }
@@ -127,6 +136,7 @@ impl<'a> AxisDataset<'a> {
             starts: starts(runs, &errors, recipe.least_half_width(unit)),
             segments: by_speed(segments(&scored, folds, by_run), runs, STANDSTILL_SHARE * top * period_s),
             runs,
+            bases,
             errors,
             folds,
             period_s,
@@ -165,9 +175,14 @@ impl<'a> AxisDataset<'a> {
         self.samples() / self.stride
     }
 
-    /// The references, as expected positions of the first pass.
-    pub fn references(&self) -> Vec<Vec<f64>> {
-        self.runs.iter().map(|run| run.reference.clone()).collect()
+    /// The reference of a run.
+    pub fn reference(&self, run: usize) -> &[f64] {
+        &self.runs[run].reference
+    }
+
+    /// Expected positions of the first pass.
+    pub fn bases(&self) -> Vec<Vec<f64>> {
+        self.bases.clone()
     }
 
     /// Lowest and highest commanded position.
@@ -193,16 +208,16 @@ impl<'a> AxisDataset<'a> {
 
     /// Expected position of each run after `pass`, which ran on `expected`.
     pub fn expected_after(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let after = |(run, signals): (&AxisRun, Signals)| {
+        let after = |(base, signals): (&Vec<f64>, Signals)| {
             let error = pass.features.predict(&signals, &pass.weights);
-            pass.position(&run.reference, &signals, &error)
+            pass.position(base, &signals, &error)
         };
-        self.runs.iter().zip(self.signals(&pass.features, expected)).map(after).collect()
+        self.bases.iter().zip(self.signals(&pass.features, expected)).map(after).collect()
     }
 
     /// Expected position of each run after `passes` in order.
     pub fn expected_through(&self, passes: &[Pass]) -> Vec<Vec<f64>> {
-        passes.iter().fold(self.references(), |expected, pass| self.expected_after(pass, &expected))
+        passes.iter().fold(self.bases(), |expected, pass| self.expected_after(pass, &expected))
     }
 
     /// Every scored row as `(run, row)`.
@@ -210,7 +225,7 @@ impl<'a> AxisDataset<'a> {
         self.segments.iter().flat_map(|s| s.rows.clone().map(move |row| (s.run, row)))
     }
 
-    /// Tracking error of each run.
+    /// What the passes predict in each run: the tracking error, less what the servo model explains.
     pub fn errors(&self) -> &[Vec<f64>] {
         &self.errors
     }
@@ -227,7 +242,7 @@ impl<'a> AxisDataset<'a> {
         (sums, samples)
     }
 
-    /// Residual of `pass` for each run: tracking error less prediction.
+    /// Residual of `pass` for each run: [`Self::errors`] less prediction.
     pub fn left_by(&self, pass: &Pass, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let predictions = self.predictions(pass, expected);
         self.errors

@@ -1,7 +1,7 @@
 //! The fit: candidates from a pure delay to position harmonics, each kept only if it lowers the
 //! error on held-out blocks.
 
-use models::staged::StagedPredictor;
+use models::staged::{ServoBase, StagedPredictor};
 
 use super::backlash::with_backlash;
 use super::dataset::AxisDataset;
@@ -25,42 +25,55 @@ const OPERATOR_PASSES: usize = 2;
 /// # Errors
 /// When the runs are unusable (lengths, periods, too few samples, no motion), or no linear law can be fitted.
 pub fn fit(runs: &[AxisRun], recipe: &StagedRecipe) -> Result<(StagedPredictor, StagedReport), TrainingError> {
+    fit_on(runs, None, recipe)
+}
+
+/// As [`fit`], to what a servo model leaves of the tracking error.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_on(
+    runs: &[AxisRun],
+    servo: Option<&ServoBase>,
+    recipe: &StagedRecipe,
+) -> Result<(StagedPredictor, StagedReport), TrainingError> {
     recipe.map.check()?;
-    let dataset = AxisDataset::new(runs, recipe)?;
+    let dataset = AxisDataset::new(runs, servo, recipe)?;
     let (candidates, ridge) = candidates(&dataset, recipe)?;
-    assemble(&dataset, candidates, ridge, recipe)
+    let (predictor, report) = assemble(&dataset, candidates, ridge, recipe)?;
+    Ok((predictor.on_servo(servo.copied())?, report))
 }
 
 /// All candidates, simplest first, and the ridge of the non-linear columns.
 fn candidates(dataset: &AxisDataset<'_>, recipe: &StagedRecipe) -> Result<(Vec<Candidate>, Option<f64>), TrainingError> {
-    let references = dataset.references();
-    let simple = velocity_acceleration_jerk(dataset, &references, recipe)?;
+    let bases = dataset.bases();
+    let simple = velocity_acceleration_jerk(dataset, &bases, recipe)?;
     if recipe.stop_half_widths.is_empty() {
-        return Ok((linear_candidates(dataset, &references, simple, recipe)?, None));
+        return Ok((linear_candidates(dataset, &bases, simple, recipe)?, None));
     }
     // The memory is chosen with the operators in place: without them friction hides the gain of a
     // longer one.
     let mut best: Option<(Candidate, LinearLaw, Candidate, f64)> = None;
     for &memory_s in &recipe.memory_s {
-        let (linear, law) = anchored(dataset, &references, recipe, &simple, memory_s)?;
-        let (few, ridge) = with_operators(dataset, &references, &linear, &law, Bank::Anchored, recipe)?;
+        let (linear, law) = anchored(dataset, &bases, recipe, &simple, memory_s)?;
+        let (few, ridge) = with_operators(dataset, &bases, &linear, &law, Bank::Anchored, recipe)?;
         let better = best.as_ref().is_none_or(|(_, _, rival, _)| few.errors.beats(&rival.errors, recipe.least_gain, 1.0));
         if better {
             best = Some((linear, law, few, ridge));
         }
     }
     let (linear, law, few, ridge) = best.ok_or_else(|| TrainingError::Unusable("the recipe has no memory to try".into()))?;
-    let mut candidates = Vec::from(pure_delays(dataset, &references)?);
+    let mut candidates = Vec::from(pure_delays(dataset)?);
     candidates.extend([simple, linear.clone(), few.clone()]);
     let mut base = (few, ridge);
     for bank in [Bank::Full, Bank::Shaped] {
-        let (candidate, ridge) = with_operators(dataset, &references, &linear, &law, bank, recipe)?;
+        let (candidate, ridge) = with_operators(dataset, &bases, &linear, &law, bank, recipe)?;
         candidates.push(candidate.clone());
         if pays(&candidate, &base.0, recipe) {
             base = (candidate, ridge);
         }
     }
-    if let Some((candidate, ridge)) = with_backlash(dataset, &references, &linear, &law, &base.0, recipe)? {
+    if let Some((candidate, ridge)) = with_backlash(dataset, &bases, &linear, &law, &base.0, recipe)? {
         candidates.push(candidate.clone());
         if pays(&candidate, &base.0, recipe) {
             base = (candidate, ridge);
@@ -86,12 +99,12 @@ fn candidates(dataset: &AxisDataset<'_>, recipe: &StagedRecipe) -> Result<(Vec<C
 /// The candidates without friction.
 fn linear_candidates(
     dataset: &AxisDataset<'_>,
-    references: &[Vec<f64>],
+    bases: &[Vec<f64>],
     simple: Candidate,
     recipe: &StagedRecipe,
 ) -> Result<Vec<Candidate>, TrainingError> {
-    let mut candidates = Vec::from(pure_delays(dataset, references)?);
-    let anchored = recipe.memory_s.iter().map(|&memory_s| Ok(anchored(dataset, references, recipe, &simple, memory_s)?.0));
+    let mut candidates = Vec::from(pure_delays(dataset)?);
+    let anchored = recipe.memory_s.iter().map(|&memory_s| Ok(anchored(dataset, bases, recipe, &simple, memory_s)?.0));
     let anchored = anchored.collect::<Result<Vec<_>, TrainingError>>()?;
     candidates.push(simple);
     candidates.extend(anchored);
@@ -118,7 +131,7 @@ fn pays(richer: &Candidate, simpler: &Candidate, recipe: &StagedRecipe) -> bool 
 /// Adds one bank of operators to the linear law, with the ridge that held-out blocks prefer.
 fn with_operators(
     dataset: &AxisDataset<'_>,
-    references: &[Vec<f64>],
+    bases: &[Vec<f64>],
     linear: &Candidate,
     law: &LinearLaw,
     bank: Bank,
@@ -126,7 +139,7 @@ fn with_operators(
 ) -> Result<(Candidate, f64), TrainingError> {
     let features = operator_features(law, bank, dataset, recipe);
     let mut passes = linear.passes.clone();
-    let mut expected = dataset.expected_after(&passes[0], references);
+    let mut expected = dataset.expected_after(&passes[0], bases);
     let guess = linear.errors.mean_square();
     let start = penalties(law, guess, dataset, &features, recipe.ridges[0], recipe);
     let trial = fit_pass(dataset, &features, &expected, start)?;

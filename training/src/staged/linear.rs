@@ -31,7 +31,7 @@ pub struct Candidate {
 }
 
 /// No error at all; and `e(t) = r(t) − r(t − τ)` with the best `τ`, linear between samples.
-pub fn pure_delays(dataset: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result<[Candidate; 2], TrainingError> {
+pub fn pure_delays(dataset: &AxisDataset<'_>) -> Result<[Candidate; 2], TrainingError> {
     let delays: Vec<f64> = (0..)
         .map(|i| f64::from(i) / DELAYS_PER_PERIOD as f64)
         .take_while(|delay| delay * dataset.period_s() <= LONGEST_DELAY_S)
@@ -42,7 +42,7 @@ pub fn pure_delays(dataset: &AxisDataset<'_>, references: &[Vec<f64>]) -> Result
             let whole = delay.floor() as usize;
             let part = delay - delay.floor();
             dataset.by_fold(|run, k| {
-                let reference = &references[run];
+                let reference = dataset.reference(run);
                 let late = reference[k.saturating_sub(whole)] * (1.0 - part) + reference[k.saturating_sub(whole + 1)] * part;
                 (dataset.errors()[run][k] - (reference[k] - late)).powi(2)
             })
@@ -80,7 +80,7 @@ fn delay_candidate(name: &'static str, delay: f64, period_s: f64, errors: FoldEr
 /// `e = c + c_v·v + c_a·a + c_j·j`, from the velocity and its increments at the present and the next sample.
 pub fn velocity_acceleration_jerk(
     dataset: &AxisDataset<'_>,
-    references: &[Vec<f64>],
+    bases: &[Vec<f64>],
     recipe: &StagedRecipe,
 ) -> Result<Candidate, TrainingError> {
     let features = FeatureSet {
@@ -90,7 +90,7 @@ pub fn velocity_acceleration_jerk(
             group(LagBasis::dense(0, 1), &[MotionFactor::VelocityStep]),
         ],
     };
-    let signals = dataset.signals(&features, references);
+    let signals = dataset.signals(&features, bases);
     let grams = dataset.grams(&features, &signals, &[], dataset.errors());
     let penalties = vec![Penalty::ridge(recipe.linear_ridge); features.columns()];
     let weights = grams.total().solve(&penalties);
@@ -185,14 +185,14 @@ fn knots(seconds: &[f64], longest_s: f64, period_s: f64) -> Vec<isize> {
 /// The anchored linear law with a response that decays with time constant `memory_s`.
 pub fn anchored(
     dataset: &AxisDataset<'_>,
-    references: &[Vec<f64>],
+    bases: &[Vec<f64>],
     recipe: &StagedRecipe,
     simpler: &Candidate,
     memory_s: f64,
 ) -> Result<(Candidate, LinearLaw), TrainingError> {
     let lag_s = simpler.passes.first().and_then(|pass| pass.weights.first()).copied().unwrap_or_default();
     let law = LinearLaw::new(memory_s, lag_s, dataset.period_s(), recipe);
-    let signals = dataset.signals(&law.features, references);
+    let signals = dataset.signals(&law.features, bases);
     let grams = dataset.grams(&law.features, &signals, &[], dataset.errors());
     let penalties = law.penalties(simpler.errors.mean_square(), recipe);
     let weights = grams.total().solve(&penalties);

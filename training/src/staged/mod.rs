@@ -15,10 +15,12 @@ mod recipe;
 mod refine;
 mod report;
 mod search;
+mod servo_fit;
 mod spectrum;
 
 pub use crate::AxisRun;
 pub use adapt::{AdaptReport, adapt};
-pub use fit::fit;
+pub use fit::{fit, fit_on};
 pub use recipe::{HarmonicRecipe, MapRecipe, StagedRecipe};
 pub use report::{StageReport, StagedReport};
+pub use servo_fit::{ServoFit, fit_best};

@@ -33,7 +33,7 @@ pub fn residual(predictor: &dyn AxisPredictor, run: &AxisRun) -> Vec<f64> {
 
 /// The first pass only: the linear law, or a simpler one.
 pub fn first_pass(predictor: &StagedPredictor) -> StagedPredictor {
-    StagedPredictor::new(predictor.period_s(), predictor.passes()[..1].to_vec()).unwrap()
+    predictor.linear_part()
 }
 
 /// Root mean square.

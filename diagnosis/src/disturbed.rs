@@ -1,6 +1,6 @@
 //! Response of the loops to a force.
 
-use super::parameters::Servo;
+use servo::Servo;
 
 /// Step of the integration, s.
 const STEP_S: f64 = 5e-4;

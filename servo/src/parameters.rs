@@ -1,13 +1,27 @@
-//! Parameters of the servo model of an axis.
+//! Parameters of the servo model of an axis, and how a fit moves them.
 
-/// Number of parameters.
-pub const COUNT: usize = 23;
+use serde::{Deserialize, Serialize};
+
+/// Number of parameters that are single numbers.
+const SCALARS: usize = 26;
+/// Number of elements of the contacts.
+pub const ELEMENTS: usize = 7;
+/// Number of places of the friction level.
+pub const PLACES: usize = 24;
+/// Number of all parameters.
+pub const COUNT: usize = SCALARS + ELEMENTS + PLACES;
+
+/// Slip distances of the elements over the presliding distance.
+pub const SLIPS: [f64; ELEMENTS] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+/// Shares of the elements that follow the curve `1 − exp(−x)` of LuGre friction: its second derivative weighs the slip distance `w` by
+/// `w exp(−w)`, integrated between the geometric means of neighbours.
+pub const LUGRE_SHARES: [f64; ELEMENTS] = [0.014, 0.036, 0.109, 0.253, 0.362, 0.203, 0.023];
 
 /// Parameters of the servo model: position loop over velocity loop, friction before and during sliding, backlash.
 ///
-/// Lengths in mm (a rotary axis: mm on a lever arm, see [`AxisRecord`](crate::record::AxisRecord)), times in s. Friction is stated as the
+/// Lengths in mm (a rotary axis: mm on a lever arm), times in s. Friction is stated as the
 /// deflection of the loops without integrators, `F / (M ω_b K_v)`: positions alone show neither forces nor masses.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Servo {
     /// Position gain `K_v`, 1/s.
     pub position_gain_1_s: f64,
@@ -55,6 +69,22 @@ pub struct Servo {
     pub table_mass: f64,
     /// Velocity command per acceleration of the command, s (LinuxCNC: FF2).
     pub velocity_per_acceleration_s: f64,
+    /// Time constant of a first-order lag of the command, s.
+    pub command_lag_s: f64,
+    /// Deflection of the contacts of an axis at rest before it moves, as a multiple of the presliding distance.
+    pub start_deflection: f64,
+    /// Command less actual position at such a rest, mm.
+    pub start_error_mm: f64,
+    /// Whether the contacts are elements that slip one after the other (Maxwell slip) instead of LuGre's.
+    pub slips: bool,
+    /// Share of each element in the friction; only their ratios count.
+    pub shares: [f64; ELEMENTS],
+    /// First place of the friction level, mm.
+    pub first_place_mm: f64,
+    /// Distance of the places, mm; 0 where friction is the same everywhere.
+    pub place_spacing_mm: f64,
+    /// Friction at each place over that elsewhere.
+    pub levels: [f64; PLACES],
 }
 
 /// Index of each parameter in a vector of all.
@@ -83,6 +113,13 @@ pub mod index {
     pub const TABLE_PULSATION: usize = 20;
     pub const TABLE_DAMPING: usize = 21;
     pub const TABLE_MASS: usize = 22;
+    pub const COMMAND_LAG: usize = 23;
+    pub const START_DEFLECTION: usize = 24;
+    pub const START_ERROR: usize = 25;
+    /// Shares of the elements.
+    pub const SHARES: std::ops::Range<usize> = super::SCALARS..super::SCALARS + super::ELEMENTS;
+    /// Friction levels by place.
+    pub const LEVELS: std::ops::Range<usize> = super::SCALARS + super::ELEMENTS..super::COUNT;
 }
 
 /// Delay of a loop that is not known to have more, s: half a millisecond of the position loop's period, and the current loop.
@@ -111,8 +148,27 @@ const fn logarithmic(low: f64, high: f64) -> Scale {
     Scale { logarithmic: true, range: (low, high), step: 1e-3, prior: (0.0, f64::INFINITY) }
 }
 
+/// Standard deviation of the logarithm of a share, and of a friction level: where the log does not show them they stay what they are. The
+/// level's lies between the two that the friction map of the least-squares stages tries.
+const SHARE_SPREAD: f64 = 1.0;
+const LEVEL_SPREAD: f64 = 0.2;
+
+/// Scale of every parameter.
+pub static SCALES: std::sync::LazyLock<[Scale; COUNT]> = std::sync::LazyLock::new(|| {
+    std::array::from_fn(|parameter| {
+        if index::SHARES.contains(&parameter) {
+            let prior = (LUGRE_SHARES[parameter - index::SHARES.start].ln(), SHARE_SPREAD);
+            Scale { prior, step: 1e-2, ..logarithmic(1e-4, 1.0) }
+        } else if index::LEVELS.contains(&parameter) {
+            Scale { prior: (1.0, LEVEL_SPREAD), ..linear(0.05, 4.0, 1e-2) }
+        } else {
+            SINGLE[parameter]
+        }
+    })
+});
+
 /// Ranges that hold every feed drive; the few weak priors keep the shape of the Stribeck curve where a log does not show it.
-pub const SCALES: [Scale; COUNT] = [
+const SINGLE: [Scale; SCALARS] = [
     logarithmic(2.0, 1000.0),
     linear(-0.05, 0.5, 2e-6),
     logarithmic(20.0, 5000.0),
@@ -136,6 +192,9 @@ pub const SCALES: [Scale; COUNT] = [
     Scale { prior: (6.2, 0.7), ..logarithmic(60.0, 2000.0) },
     Scale { prior: (-3.0, 0.7), ..logarithmic(5e-3, 0.7) },
     Scale { prior: (0.3, 0.15), ..linear(0.03, 0.75, 5e-3) },
+    linear(0.0, 0.1, 2e-5),
+    Scale { prior: (0.0, 0.7), ..linear(-1.5, 1.5, 1e-2) },
+    linear(-0.1, 0.1, 1e-5),
 ];
 
 impl Servo {
@@ -166,6 +225,14 @@ impl Servo {
             table_pulsation_1_s: 0.0,
             table_damping: 0.05,
             table_mass: 0.3,
+            command_lag_s: 0.0,
+            start_deflection: 0.0,
+            start_error_mm: 0.0,
+            slips: false,
+            shares: LUGRE_SHARES,
+            first_place_mm: 0.0,
+            place_spacing_mm: 0.0,
+            levels: [1.0; PLACES],
         }
     }
 
@@ -173,7 +240,7 @@ impl Servo {
     /// where gain and feed-forward are not, and the valley that they lie in is straight in it.
     #[must_use]
     fn to_array(self) -> [f64; COUNT] {
-        [
+        let scalars: [f64; SCALARS] = [
             self.position_gain_1_s,
             (1.0 - self.feed_forward) / self.position_gain_1_s,
             self.bandwidth_1_s,
@@ -197,11 +264,19 @@ impl Servo {
             self.table_pulsation_1_s,
             self.table_damping,
             self.table_mass,
-        ]
+            self.command_lag_s,
+            self.start_deflection,
+            self.start_error_mm,
+        ];
+        let mut all = [0.0; COUNT];
+        all[..SCALARS].copy_from_slice(&scalars);
+        all[index::SHARES].copy_from_slice(&self.shares);
+        all[index::LEVELS].copy_from_slice(&self.levels);
+        all
     }
 
-    #[must_use]
-    fn from_array(all: [f64; COUNT]) -> Self {
+    /// The parameters with those of `all`.
+    fn with_array(self, all: &[f64; COUNT]) -> Self {
         Self {
             position_gain_1_s: all[0],
             feed_forward: 1.0 - all[1] * all[0],
@@ -226,6 +301,12 @@ impl Servo {
             table_pulsation_1_s: all[20],
             table_damping: all[21],
             table_mass: all[22],
+            command_lag_s: all[23],
+            start_deflection: all[24],
+            start_error_mm: all[25],
+            shares: std::array::from_fn(|element| all[index::SHARES.start + element]),
+            levels: std::array::from_fn(|place| all[index::LEVELS.start + place]),
+            ..self
         }
     }
 
@@ -236,7 +317,7 @@ impl Servo {
         let Scale { logarithmic, range: (low, high), .. } = SCALES[parameter];
         let moved = if logarithmic { all[parameter] * by.exp() } else { all[parameter] + by };
         all[parameter] = moved.clamp(low, high);
-        Self::from_array(all)
+        self.with_array(&all)
     }
 
     /// A parameter in its fitted coordinate.
@@ -249,7 +330,7 @@ impl Servo {
     /// Time by which the axis lags at constant speed, s: `e = v · lag`.
     ///
     /// With an integrator in the velocity loop `(1 − k_ff) / K_v`; without one viscous friction adds its part; with one in the position loop
-    /// the loop itself leaves none. A delay of the channels and half the window of a moving average add to each.
+    /// the loop itself leaves none. A delay of the channels, half the window of a moving average and a lag of the command add to each.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         let in_loop = if self.position_integral_1_s > 0.0 {
@@ -258,12 +339,102 @@ impl Servo {
             let viscous = if self.integral > 0.0 { 0.0 } else { self.viscous };
             (1.0 + viscous - self.feed_forward) / self.position_gain_1_s
         };
-        in_loop + self.channel_delay_s + 0.5 * self.command_average_s
+        in_loop + self.channel_delay_s + 0.5 * self.command_average_s + self.command_lag_s
     }
 
     /// The axis without friction, backlash and constant force.
     #[must_use]
     pub fn linear(&self) -> Self {
         Self { coulomb_mm: 0.0, backlash_mm: 0.0, outer_backlash_mm: 0.0, offset_mm: 0.0, ..*self }
+    }
+
+    /// The axis with the same friction everywhere: for a run whose place on the machine is not known.
+    #[must_use]
+    pub fn without_places(&self) -> Self {
+        Self { place_spacing_mm: 0.0, ..*self }
+    }
+
+    /// The axis with places for a friction level over the positions `low` to `high`, mm.
+    #[must_use]
+    pub fn with_places(&self, low: f64, high: f64) -> Self {
+        let place_spacing_mm = (high - low) / (PLACES - 1) as f64;
+        Self { first_place_mm: low, place_spacing_mm, levels: [1.0; PLACES], ..*self }
+    }
+
+    /// Friction at a position over that elsewhere: linear between places, and 1 from one spacing beyond the first and the last.
+    #[must_use]
+    pub fn level(&self, position_mm: f64) -> f64 {
+        if self.place_spacing_mm <= 0.0 {
+            return 1.0;
+        }
+        let steps = ((position_mm - self.first_place_mm) / self.place_spacing_mm).clamp(-1.0, PLACES as f64);
+        let before = steps.floor();
+        let level = |place: f64| if (0.0..PLACES as f64).contains(&place) { self.levels[place as usize] } else { 1.0 };
+        let share = steps - before;
+        (1.0 - share) * level(before) + share * level(before + 1.0)
+    }
+
+    /// Checks that every number is finite and within the range that a fit would give it.
+    ///
+    /// # Errors
+    /// Says which is not.
+    pub fn check(&self) -> Result<(), String> {
+        let all = self.to_array();
+        for (parameter, (value, scale)) in all.iter().zip(SCALES.iter()).enumerate() {
+            let (low, high) = scale.range;
+            let slack = 1e-9 * (high - low);
+            let absent = OPTIONAL.contains(&parameter) && *value == 0.0;
+            if !absent && !(low - slack..=high + slack).contains(value) {
+                return Err(format!("parameter {parameter} of the servo model is {value}: it must be {low} to {high}"));
+            }
+        }
+        let places = [self.first_place_mm, self.place_spacing_mm];
+        if !(places.iter().all(|value| value.abs() < LARGEST_MM) && self.place_spacing_mm >= 0.0) {
+            return Err("places of the servo model's friction level are out of range".into());
+        }
+        Ok(())
+    }
+}
+
+/// Parameters with a logarithm that are 0 where the axis has no such part.
+const OPTIONAL: [usize; 3] = [index::INTEGRAL, index::COULOMB, index::TABLE_PULSATION];
+
+/// Bound of positions, mm.
+const LARGEST_MM: f64 = 1e7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_linear_between_places_and_one_beyond() {
+        let mut servo = Servo::usual(50.0, 0.5).with_places(-10.0, 36.0);
+        servo.levels[0] = 1.4;
+        servo.levels[1] = 1.0;
+        servo.levels[PLACES - 1] = 0.5;
+        assert!((servo.level(-9.0) - 1.2).abs() < 1e-12 && (servo.level(-11.0) - 1.2).abs() < 1e-12);
+        assert!((servo.level(36.0) - 0.5).abs() < 1e-12 && (servo.level(37.0) - 0.75).abs() < 1e-12);
+        for far in [-12.0, -1e9, 38.0, 1e9] {
+            assert_eq!(servo.level(far), 1.0);
+        }
+        assert_eq!(servo.without_places().level(-10.0), 1.0);
+    }
+
+    #[test]
+    fn every_parameter_moves_alone_and_within_its_range() {
+        let servo = Servo { table_pulsation_1_s: 500.0, ..Servo::usual(50.0, 0.5) };
+        for parameter in 0..COUNT {
+            let moved = servo.moved(parameter, SCALES[parameter].step);
+            for other in 0..COUNT {
+                let change = (moved.coordinate(other) - servo.coordinate(other)).abs();
+                assert!((change > 1e-9) == (other == parameter), "{parameter} moves {other} by {change}");
+            }
+            assert_eq!(servo.moved(parameter, 1e9).check(), Ok(()));
+        }
+        assert!(servo.check().is_ok());
+        assert!(Servo { bandwidth_1_s: f64::NAN, ..servo }.check().is_err());
+        assert!(Servo { first_place_mm: f64::INFINITY, ..servo }.check().is_err());
+        let shares: f64 = LUGRE_SHARES.iter().sum();
+        assert!((shares - 1.0).abs() < 1e-9);
     }
 }

@@ -5,13 +5,16 @@
 //! velocity loop   u = ω_b (v* − θ̇) + k ω_b² ∫(v* − θ̇) dt + k_a r̈ − β ω_b θ̇ + c
 //! one mass        θ̈ = u − f(θ̇),  x = θ
 //! two masses      (1 − μ) θ̈ = u − (1 − σ) f(θ̇) − μ s,  ẍ = s − σ/μ f(ẋ),  s = Ω² dead(θ − x) + 2ζΩ (θ̇ − ẋ) in contact
-//! friction        ż = v − |v| z / (d g(v)),  f = F z/d (1 + α sign v),  g = 1 + s exp(−(v/v_s)²)   (LuGre)
+//! friction        f = F λ(x) c (1 + α sign v), with the contacts' force c of `contacts` and the level λ of the place
+//! command         r = the logged command, late by the delay, averaged, then behind a first-order lag
 //! ```
 //! The cascade and the two masses of a feed drive (Paper D, eq. 1-7), per moved mass, with the current loop in the delay. Without integrals
 //! it is the PD law of simple controls, with that of the position loop their PID.
 
-use super::command::Command;
-use super::parameters::Servo;
+use crate::command::Command;
+use crate::contacts::Contacts;
+use crate::parameters::Servo;
+use crate::table::Table;
 
 /// Largest step of the integration, s: half the period of a usual position loop.
 const STEP_S: f64 = 5e-4;
@@ -25,15 +28,65 @@ pub struct Simulated {
     pub friction_mm: Vec<f64>,
 }
 
-/// Actual positions of the model at the samples of `reference`, mm. Starts at `start` (mm, mm/s).
+/// Start of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Position, mm.
+    pub position_mm: f64,
+    /// Velocity, mm/s.
+    pub velocity_mm_s: f64,
+    /// Whether the integrators hold the axis in this state; else they are empty.
+    pub held: bool,
+}
+
+impl From<(f64, f64)> for Start {
+    /// A measured position (mm) and velocity (mm/s), with empty integrators.
+    fn from((position_mm, velocity_mm_s): (f64, f64)) -> Self {
+        Self { position_mm, velocity_mm_s, held: false }
+    }
+}
+
+/// Speed above which an axis moves, mm/s.
+pub const MOVING_MM_S: f64 = 0.05;
+/// Samples over which the speed at the start of a command is taken.
+const START_SAMPLES: usize = 5;
+
+/// Actual positions of the model at the samples of `reference`, mm. Starts at `start`.
 #[must_use]
-pub fn simulate(servo: &Servo, reference: &[f64], period_s: f64, start: (f64, f64)) -> Vec<f64> {
+pub fn simulate(servo: &Servo, reference: &[f64], period_s: f64, start: impl Into<Start>) -> Vec<f64> {
     simulate_with_friction(servo, reference, period_s, start).positions
+}
+
+/// Speed of a command at its start, mm/s; 0 where it is at rest.
+#[must_use]
+pub fn speed_at_start(reference: &[f64], period_s: f64) -> f64 {
+    let over = START_SAMPLES.min(reference.len().saturating_sub(1));
+    let moves = reference.windows(2).take(over).any(|pair| (pair[1] - pair[0]).abs() > MOVING_MM_S * period_s);
+    if moves { (reference[over] - reference[0]) / (over as f64 * period_s) } else { 0.0 }
+}
+
+impl Servo {
+    /// Actual positions that the axis takes under a command, mm, where nothing but the command is known: it starts at the rest that the
+    /// fit found, or in steady motion.
+    #[must_use]
+    pub fn follow(&self, reference: &[f64], period_s: f64) -> Vec<f64> {
+        simulate(self, reference, period_s, self.start(reference, period_s))
+    }
+
+    /// Expected start of a run.
+    #[must_use]
+    pub fn start(&self, reference: &[f64], period_s: f64) -> Start {
+        let velocity = speed_at_start(reference, period_s);
+        let first = reference.first().copied().unwrap_or(0.0);
+        let behind = if velocity == 0.0 { self.start_error_mm } else { velocity * self.lag_s() };
+        Start { position_mm: first - behind, velocity_mm_s: velocity, held: true }
+    }
 }
 
 /// As [`simulate`], with the friction.
 #[must_use]
-pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, start: (f64, f64)) -> Simulated {
+pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, start: impl Into<Start>) -> Simulated {
+    let start = start.into();
     let mut out = Simulated { positions: Vec::with_capacity(reference.len()), friction_mm: Vec::with_capacity(reference.len()) };
     if reference.is_empty() {
         return out;
@@ -41,13 +94,17 @@ pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, s
     let steps = (period_s / STEP_S).ceil().max(1.0) as usize;
     let step_s = period_s / steps as f64;
     let command = Command::new(reference, servo.channel_delay_s / period_s, servo.command_average_s / period_s);
-    let mut axis = Axis::at(servo, step_s, steps, start);
     let mut here = command.position(0.0);
+    let mut axis = Axis::at(servo, step_s, steps, here, start);
+    let approach = if servo.command_lag_s > 0.0 { 1.0 - (-step_s / servo.command_lag_s).exp() } else { 1.0 };
+    here -= start.velocity_mm_s * servo.command_lag_s;
     for k in 0..reference.len() {
         out.positions.push(axis.logged);
-        out.friction_mm.push(servo.coulomb_mm * axis.motor_bristle.0 / servo.presliding_mm);
+        out.friction_mm.push(servo.coulomb_mm * axis.level * axis.motor_contacts.force());
+        axis.take_level();
         for i in 1..=steps {
-            let next = command.position(k as f64 + i as f64 / steps as f64);
+            let given = command.position(k as f64 + i as f64 / steps as f64);
+            let next = here + approach * (given - here);
             axis.step(here, (next - here) / step_s);
             here = next;
         }
@@ -60,6 +117,8 @@ struct Axis<'a> {
     servo: &'a Servo,
     step_s: f64,
     friction: f64,
+    /// Friction at the present place over that elsewhere.
+    level: f64,
     /// Share of the motor in the moved mass.
     motor_mass: f64,
     constant: f64,
@@ -68,8 +127,8 @@ struct Axis<'a> {
     sensor: f64,
     logged: f64,
     table: Table,
-    motor_bristle: Bristle,
-    table_bristle: Bristle,
+    motor_contacts: Contacts,
+    table_contacts: Contacts,
     integral: f64,
     position_integral: f64,
     /// Slopes of the last sampling period, for the acceleration of the command.
@@ -82,31 +141,47 @@ struct Axis<'a> {
 }
 
 impl<'a> Axis<'a> {
-    fn at(servo: &'a Servo, step_s: f64, steps: usize, (position, velocity): (f64, f64)) -> Self {
+    /// The axis at rest or in steady motion.
+    fn at(servo: &'a Servo, step_s: f64, steps: usize, command: f64, start: Start) -> Self {
+        let Start { position_mm: position, velocity_mm_s: velocity, held } = start;
         let stiffness = servo.bandwidth_1_s * servo.position_gain_1_s;
+        let contacts = Contacts::at(servo, velocity);
+        let (friction, constant) = (servo.coulomb_mm * stiffness, servo.offset_mm * stiffness);
+        let level = servo.level(position);
+        // What the integrators have to hold against, mm/s².
+        let needed = friction * level * contacts.force() + servo.viscous * servo.bandwidth_1_s * velocity - constant;
+        let fed = velocity * (1.0 - servo.feed_forward) + needed / servo.bandwidth_1_s;
+        let integral = if held && servo.integral > 0.0 { needed } else { 0.0 };
+        let position_integral =
+            if held && servo.position_integral_1_s > 0.0 { fed / servo.position_gain_1_s - (command - position) } else { 0.0 };
         let late = servo.loop_delay_s / step_s;
         let whole = late.floor();
-        let bristle = if velocity == 0.0 { 0.0 } else { servo.presliding_mm.copysign(velocity) };
         Self {
             servo,
             step_s,
-            friction: servo.coulomb_mm * stiffness,
+            friction,
+            level,
             motor_mass: if servo.table_pulsation_1_s > 0.0 { 1.0 - servo.table_mass } else { 1.0 },
-            constant: servo.offset_mm * stiffness,
+            constant,
             motor: position,
             velocity,
             sensor: position,
             logged: position,
             table: Table { position, velocity },
-            motor_bristle: Bristle(bristle),
-            table_bristle: Bristle(bristle),
-            integral: 0.0,
-            position_integral: 0.0,
+            motor_contacts: contacts,
+            table_contacts: contacts,
+            integral,
+            position_integral,
             slopes: Ring::filled(velocity, steps),
             late: Ring::filled(velocity, whole as usize + 1),
             late_part: late - whole,
             period_s: step_s * steps as f64,
         }
+    }
+
+    /// Friction changes along the axis much more slowly than from step to step.
+    fn take_level(&mut self) {
+        self.level = self.servo.level(self.logged);
     }
 
     fn step(&mut self, command: f64, slope: f64) {
@@ -119,19 +194,19 @@ impl<'a> Axis<'a> {
         self.integral += integral * bandwidth_1_s * bandwidth_1_s * (wanted - self.velocity) * self.step_s;
         let torque = bandwidth_1_s * wanted + self.integral + self.servo.acceleration_feed_forward * acceleration + self.constant;
         let damping = bandwidth_1_s * (1.0 + self.servo.viscous) / self.motor_mass;
-        let level = self.friction;
+        let level = self.friction * self.level;
         let Servo { table_pulsation_1_s, table_friction, table_mass, .. } = *self.servo;
         if table_pulsation_1_s == 0.0 {
-            let friction = level * self.motor_bristle.step(self.servo, self.velocity, self.step_s);
+            let friction = level * self.motor_contacts.step(self.servo, self.velocity, self.step_s);
             self.velocity = (self.velocity + self.step_s * (torque - friction)) / (1.0 + self.step_s * damping);
             self.motor += self.step_s * self.velocity;
             (self.sensor, self.logged) = (self.motor, self.motor);
             return;
         }
         let screw = self.table.pulled(self.servo, self.motor, self.velocity);
-        let on_motor = (1.0 - table_friction) * level * self.motor_bristle.step(self.servo, self.velocity, self.step_s);
+        let on_motor = (1.0 - table_friction) * level * self.motor_contacts.step(self.servo, self.velocity, self.step_s);
         let on_table =
-            table_friction * level * self.table_bristle.step(self.servo, self.table.velocity, self.step_s) / table_mass;
+            table_friction * level * self.table_contacts.step(self.servo, self.table.velocity, self.step_s) / table_mass;
         let motor = (torque - on_motor - table_mass * screw) / self.motor_mass;
         self.velocity = (self.velocity + self.step_s * motor) / (1.0 + self.step_s * damping);
         self.motor += self.step_s * self.velocity;
@@ -139,44 +214,6 @@ impl<'a> Axis<'a> {
         self.table.position += self.step_s * self.table.velocity;
         self.logged = self.table.position;
         self.sensor = if self.servo.outer_backlash_mm > 0.0 { self.motor } else { self.logged };
-    }
-}
-
-/// Deflection of the contacts of one side.
-struct Bristle(f64);
-
-impl Bristle {
-    /// Friction against positive motion, as a multiple of Coulomb friction, after a step at a velocity.
-    fn step(&mut self, servo: &Servo, velocity: f64, step_s: f64) -> f64 {
-        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, .. } = *servo;
-        let ratio = velocity / stribeck_mm_s;
-        let square = ratio * ratio;
-        let level = if square < 20.0 { 1.0 + stribeck * (-square).exp() } else { 1.0 };
-        let largest = presliding_mm * level;
-        let settled = largest.copysign(velocity);
-        let travelled = velocity.abs() * step_s / largest;
-        // Past a few presliding distances only the settled value is left.
-        self.0 = if travelled > 20.0 { settled } else { settled + (self.0 - settled) * (-travelled).exp() };
-        self.0 / presliding_mm * (1.0 + asymmetry.copysign(asymmetry * velocity))
-    }
-}
-
-/// The table behind backlash and elastic screw.
-struct Table {
-    position: f64,
-    velocity: f64,
-}
-
-impl Table {
-    /// Acceleration of the table by the screw: none inside the backlash.
-    fn pulled(&self, servo: &Servo, motor: f64, speed: f64) -> f64 {
-        let twist = motor - self.position;
-        let beyond = twist.abs() - 0.5 * (servo.backlash_mm + servo.outer_backlash_mm);
-        if beyond < 0.0 {
-            return 0.0;
-        }
-        let pulsation = servo.table_pulsation_1_s;
-        pulsation * (pulsation * beyond.copysign(twist) + 2.0 * servo.table_damping * (speed - self.velocity))
     }
 }
 

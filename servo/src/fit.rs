@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::covariance;
-use super::parameters::{SCALES, Servo, USUAL_DELAY_SPREAD_S, index};
-use super::simulate::simulate;
-use crate::record::{AxisRecord, Run};
+use crate::covariance;
+use crate::parameters::{SCALES, Servo, USUAL_DELAY_SPREAD_S, index};
+use crate::record::{Record, Run};
+use crate::simulate::simulate;
 
 /// Iterations at most.
 const ITERATIONS: usize = 20;
@@ -29,6 +29,26 @@ const COHERENT_TABLE: f64 = 6.0;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Free(pub Vec<usize>);
 
+impl Free {
+    /// These and more.
+    #[must_use]
+    pub fn with(&self, more: impl IntoIterator<Item = usize>) -> Self {
+        let mut all = self.clone();
+        for parameter in more {
+            if !all.0.contains(&parameter) {
+                all.0.push(parameter);
+            }
+        }
+        all
+    }
+
+    /// All but one.
+    #[must_use]
+    pub fn without(&self, parameter: usize) -> Self {
+        Self(self.0.iter().copied().filter(|free| *free != parameter).collect())
+    }
+}
+
 /// A fitted model of an axis.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -38,6 +58,8 @@ pub struct Fit {
     pub free: Free,
     /// Mean square of the residual over the scored samples, mm².
     pub mean_square: f64,
+    /// Number of free parameters, less what is known of them beforehand.
+    pub effective: f64,
     /// Covariance of the free parameters in their fitted coordinates.
     pub covariance: DMatrix<f64>,
     /// Residual of every run and sample, mm: actual position less the model's.
@@ -71,29 +93,35 @@ impl Fit {
 }
 
 /// Residuals of every run.
-pub fn residuals(servo: &Servo, record: &AxisRecord) -> Vec<Vec<f64>> {
+pub fn residuals(servo: &Servo, record: &Record) -> Vec<Vec<f64>> {
     let one = |run: &Run| {
-        let simulated = simulate(servo, &run.reference, record.period_s, run.start(record.period_s));
+        let simulated = simulate(servo, &run.reference, record.period_s, run.start(servo, record.period_s));
         run.actual.iter().zip(simulated).map(|(actual, expected)| actual - expected).collect()
     };
     record.runs.par_iter().map(one).collect()
 }
 
-/// The scored samples of all runs, one after the other.
-fn scored<'a>(residuals: &'a [Vec<f64>], first: usize) -> impl Iterator<Item = f64> + 'a {
-    residuals.iter().flat_map(move |run| run.iter().skip(first).copied())
+/// The residuals of connected fitted samples.
+fn pieces<'a>(residuals: &'a [Vec<f64>], record: &'a Record) -> impl Iterator<Item = &'a [f64]> {
+    let of = |(residuals, run): (&'a Vec<f64>, &'a Run)| run.rows.iter().map(|rows| &residuals[rows.clone()]);
+    residuals.iter().zip(&record.runs).flat_map(of)
+}
+
+/// The fitted samples of all runs, one after the other.
+pub(crate) fn scored<'a>(residuals: &'a [Vec<f64>], record: &'a Record) -> impl Iterator<Item = f64> {
+    pieces(residuals, record).flatten().copied()
 }
 
 /// Sum of squares and of what the priors cost, with the noise variance `noise` of the last iteration.
-fn cost(servo: &Servo, residuals: &[Vec<f64>], free: &Free, first: usize, noise: f64) -> f64 {
-    let squares: f64 = scored(residuals, first).map(|r| r * r).sum();
+fn cost(servo: &Servo, residuals: &[Vec<f64>], free: &Free, record: &Record, noise: f64) -> f64 {
+    let squares: f64 = scored(residuals, record).map(|r| r * r).sum();
     let stated = free.0.iter().filter(|&&i| SCALES[i].prior.1.is_finite());
     let prior: f64 = stated.map(|&i| ((servo.coordinate(i) - SCALES[i].prior.0) / SCALES[i].prior.1).powi(2)).sum();
     squares + noise * prior
 }
 
 /// Jacobian of the residuals by the free parameters, one column each.
-fn jacobian(servo: &Servo, record: &AxisRecord, base: &[Vec<f64>], free: &Free, first: usize) -> Vec<Vec<f64>> {
+fn jacobian(servo: &Servo, record: &Record, base: &[Vec<f64>], free: &Free) -> Vec<Vec<f64>> {
     free.0
         .par_iter()
         .map(|&parameter| {
@@ -103,7 +131,7 @@ fn jacobian(servo: &Servo, record: &AxisRecord, base: &[Vec<f64>], free: &Free, 
                 if ahead.coordinate(parameter) > servo.coordinate(parameter) { ahead } else { servo.moved(parameter, -step) };
             let width = moved.coordinate(parameter) - servo.coordinate(parameter);
             let other = residuals(&moved, record);
-            scored(&other, first).zip(scored(base, first)).map(|(there, here)| (there - here) / width).collect()
+            scored(&other, record).zip(scored(base, record)).map(|(there, here)| (there - here) / width).collect()
         })
         .collect()
 }
@@ -121,15 +149,14 @@ fn prior(servo: &Servo, parameter: usize, noise: f64) -> (f64, f64) {
 
 /// Fits the free parameters, from `start`. `None` where the model runs away from the log.
 #[must_use]
-pub fn fit(start: Servo, record: &AxisRecord, free: &Free, most: Option<usize>) -> Option<Fit> {
-    let first = record.first_scored();
+pub fn fit(start: Servo, record: &Record, free: &Free, most: Option<usize>) -> Option<Fit> {
     let mut servo = start;
     let mut base = residuals(&servo, record);
-    let samples = scored(&base, first).count();
+    let samples = record.fitted();
     if samples <= free.0.len() {
         return None;
     }
-    let mean = |residuals: &[Vec<f64>]| scored(residuals, first).map(|r| r * r).sum::<f64>() / samples as f64;
+    let mean = |residuals: &[Vec<f64>]| scored(residuals, record).map(|r| r * r).sum::<f64>() / samples as f64;
     let per_independent = (CORRELATED_S / record.period_s).max(1.0);
     let mut damping = DAMPING.0;
     let mut columns = Vec::new();
@@ -138,9 +165,9 @@ pub fn fit(start: Servo, record: &AxisRecord, free: &Free, most: Option<usize>) 
         if !noise.is_finite() {
             return None;
         }
-        columns = jacobian(&servo, record, &base, free, first);
-        let (normal, right) = normal_equations(&servo, &columns, &base, free, first, noise);
-        let before = cost(&servo, &base, free, first, noise);
+        columns = jacobian(&servo, record, &base, free);
+        let (normal, right) = normal_equations(&servo, &columns, &base, free, record, noise);
+        let before = cost(&servo, &base, free, record, noise);
         let mut gained = 0.0;
         while damping < HOPELESS {
             let Some(trial) = step(&servo, &normal, &right, free, damping) else {
@@ -148,7 +175,7 @@ pub fn fit(start: Servo, record: &AxisRecord, free: &Free, most: Option<usize>) 
                 continue;
             };
             let there = residuals(&trial, record);
-            let after = cost(&trial, &there, free, first, noise);
+            let after = cost(&trial, &there, free, record, noise);
             if after.is_finite() && after < before {
                 gained = 1.0 - after / before;
                 (servo, base) = (trial, there);
@@ -162,22 +189,29 @@ pub fn fit(start: Servo, record: &AxisRecord, free: &Free, most: Option<usize>) 
         }
     }
     if columns.is_empty() {
-        columns = jacobian(&servo, record, &base, free, first);
+        columns = jacobian(&servo, record, &base, free);
     }
     let mean_square = mean(&base);
-    let (normal, _) = normal_equations(&servo, &columns, &base, free, first, mean_square * per_independent);
-    let random = covariance::clustered(&normal, &columns, &base, first, record.period_s)?;
+    let (normal, _) = normal_equations(&servo, &columns, &base, free, record, mean_square * per_independent);
+    let random = covariance::clustered(&normal, &columns, &pieces(&base, record).collect::<Vec<_>>(), record.period_s)?;
     let inverse = covariance::inverse(&normal)?;
     let coherent = if free.0.contains(&index::TABLE_PULSATION) { COHERENT_TABLE } else { COHERENT };
     let mut covariance = random + &inverse * (mean_square * samples as f64 / coherent);
     if !free.0.contains(&index::LOOP_DELAY) {
         // What another delay than the usual one would make of the parameters (Schmidt's consider covariance).
-        let delay = jacobian(&servo, record, &base, &Free(vec![index::LOOP_DELAY]), first);
+        let delay = jacobian(&servo, record, &base, &Free(vec![index::LOOP_DELAY]));
         let pull = columns.iter().map(|column| dot(column, &delay[0]));
         let by = &inverse * DVector::from_iterator(free.0.len(), pull) * USUAL_DELAY_SPREAD_S;
         covariance += &by * by.transpose();
     }
-    Some(Fit { servo, free: free.clone(), mean_square, covariance, residuals: base })
+    let known: f64 = free
+        .0
+        .iter()
+        .enumerate()
+        .map(|(i, &parameter)| prior(&servo, parameter, mean_square * per_independent).0 * inverse[(i, i)])
+        .sum();
+    let effective = free.0.len() as f64 - known;
+    Some(Fit { servo, free: free.clone(), mean_square, effective, covariance, residuals: base })
 }
 
 fn normal_equations(
@@ -185,11 +219,11 @@ fn normal_equations(
     columns: &[Vec<f64>],
     base: &[Vec<f64>],
     free: &Free,
-    first: usize,
+    record: &Record,
     noise: f64,
 ) -> (DMatrix<f64>, DVector<f64>) {
     let count = free.0.len();
-    let residual: Vec<f64> = scored(base, first).collect();
+    let residual: Vec<f64> = scored(base, record).collect();
     let mut normal = DMatrix::zeros(count, count);
     let mut right = DVector::zeros(count);
     for i in 0..count {

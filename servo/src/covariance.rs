@@ -6,22 +6,16 @@ use nalgebra::{DMatrix, DVector};
 const BLOCK_S: f64 = 1.0;
 
 /// `H⁻¹ (Σ s_b s_bᵀ) H⁻¹` with the score `s_b = Σ J_k r_k` of every block of a second: residuals may be correlated within a block and
-/// differ in size between blocks (cluster-robust, Liang and Zeger 1986). `None` where `normal` is singular.
+/// differ in size between blocks (cluster-robust, Liang and Zeger 1986). `pieces` are the residuals of connected samples, in the order of the
+/// columns' rows. `None` where `normal` is singular.
 #[must_use]
-pub fn clustered(
-    normal: &DMatrix<f64>,
-    columns: &[Vec<f64>],
-    residuals: &[Vec<f64>],
-    first: usize,
-    period_s: f64,
-) -> Option<DMatrix<f64>> {
+pub fn clustered(normal: &DMatrix<f64>, columns: &[Vec<f64>], pieces: &[&[f64]], period_s: f64) -> Option<DMatrix<f64>> {
     let count = columns.len();
     let block = ((BLOCK_S / period_s).round() as usize).max(1);
     let mut meat = DMatrix::zeros(count, count);
     let (mut blocks, mut at) = (0_usize, 0);
-    for run in residuals {
-        let scored = run.get(first..).unwrap_or_default();
-        for part in scored.chunks(block) {
+    for piece in pieces {
+        for part in piece.chunks(block) {
             let score = DVector::from_iterator(
                 count,
                 columns.iter().map(|column| part.iter().zip(&column[at..at + part.len()]).map(|(r, j)| r * j).sum::<f64>()),

@@ -1,0 +1,96 @@
+//! Contacts between sliding surfaces: friction before and during sliding.
+//!
+//! ```text
+//! LuGre      ż = v − |v| z / (d g(v)),  c = z/d
+//! elements   ċ_i = v / w_i, |c_i| ≤ g(v),  c = Σ s_i c_i / Σ s_i      (Maxwell slip)
+//! both       g(v) = 1 + s exp(−(v/v_s)²)
+//! ```
+//! `d` is the presliding distance, `w_i` the slip distances [`SLIPS`] times it.
+
+use crate::parameters::{ELEMENTS, SLIPS, Servo};
+
+/// Force of the contacts of one side.
+#[derive(Debug, Clone, Copy)]
+pub struct Contacts {
+    /// LuGre's deflection over the presliding distance, or the force of each element.
+    elements: [f64; ELEMENTS],
+    /// Share of each element; the first alone for LuGre.
+    shares: [f64; ELEMENTS],
+}
+
+impl Contacts {
+    /// Contacts of an axis that slides at `velocity`, or rests.
+    pub fn at(servo: &Servo, velocity: f64) -> Self {
+        let deflection = if velocity == 0.0 { servo.start_deflection } else { 1f64.copysign(velocity) };
+        if !servo.slips {
+            let mut elements = [0.0; ELEMENTS];
+            elements[0] = deflection;
+            let mut shares = [0.0; ELEMENTS];
+            shares[0] = 1.0;
+            return Self { elements, shares };
+        }
+        let sum: f64 = servo.shares.iter().sum();
+        let elements = SLIPS.map(|slip| if velocity == 0.0 { (deflection / slip).clamp(-1.0, 1.0) } else { deflection });
+        Self { elements, shares: servo.shares.map(|share| share / sum) }
+    }
+
+    /// Friction against positive motion, as a multiple of Coulomb friction.
+    pub fn force(&self) -> f64 {
+        self.elements.iter().zip(&self.shares).map(|(element, share)| element * share).sum()
+    }
+
+    /// That friction after a step at a velocity.
+    pub fn step(&mut self, servo: &Servo, velocity: f64, step_s: f64) -> f64 {
+        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, slips, .. } = *servo;
+        let ratio = velocity / stribeck_mm_s;
+        let square = ratio * ratio;
+        let level = if square < 20.0 { 1.0 + stribeck * (-square).exp() } else { 1.0 };
+        let travelled = velocity * step_s / presliding_mm;
+        let force = if slips {
+            for (element, slip) in self.elements.iter_mut().zip(&SLIPS) {
+                *element = (*element + travelled / slip).clamp(-level, level);
+            }
+            self.force()
+        } else {
+            let settled = level.copysign(velocity);
+            let part = travelled.abs() / level;
+            // Past a few presliding distances only the settled value is left.
+            self.elements[0] = if part > 20.0 { settled } else { settled + (self.elements[0] - settled) * (-part).exp() };
+            self.elements[0]
+        };
+        force * (1.0 + asymmetry.copysign(asymmetry * velocity))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(servo: &Servo) -> Vec<f64> {
+        let mut contacts = Contacts::at(servo, 0.0);
+        // A thousand steps over five presliding distances, fast enough for Coulomb friction.
+        let step_s = 5.0 * servo.presliding_mm / 1e3 / 100.0;
+        (0..1000).map(|_| contacts.step(servo, 100.0, step_s)).collect()
+    }
+
+    #[test]
+    fn elements_with_their_usual_shares_slip_like_lugre() {
+        let servo = Servo::usual(50.0, 1.0);
+        let (lugre, elements) = (curve(&servo), curve(&Servo { slips: true, ..servo }));
+        let apart = lugre.iter().zip(&elements).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 0.03, "{apart}");
+        assert!((lugre[199] - (1.0 - (-1f64).exp())).abs() < 1e-3);
+    }
+
+    #[test]
+    fn contacts_turn_over_between_both_directions() {
+        let servo = Servo { slips: true, asymmetry: 0.1, ..Servo::usual(50.0, 1.0) };
+        let mut contacts = Contacts::at(&servo, 30.0);
+        assert!((contacts.force() - 1.0).abs() < 1e-12);
+        let mut last = 0.0;
+        for _ in 0..1000 {
+            last = contacts.step(&servo, -30.0, 5e-4);
+        }
+        assert!((last + 0.9).abs() < 1e-9, "{last}");
+    }
+}

@@ -1,0 +1,20 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
+
+mod command;
+mod contacts;
+mod covariance;
+mod fit;
+mod parameters;
+mod record;
+mod search;
+mod simulate;
+mod starts;
+mod table;
+
+pub use covariance::clustered;
+pub use fit::{Fit, Free, fit};
+pub use parameters::{COUNT, PLACES, Servo, index};
+pub use record::{Record, Run, Scope};
+pub use search::{identify, refit};
+pub use simulate::{MOVING_MM_S, Simulated, Start, simulate, simulate_with_friction, speed_at_start};

@@ -1,0 +1,210 @@
+//! Which servo model follows an axis best: starts, structures, and the final fit.
+
+use crate::fit::{Fit, Free, fit, residuals, scored};
+use crate::parameters::{Servo, index};
+use crate::record::{Record, Scope};
+use crate::starts::{TABLE_1_S, promising};
+
+/// Length of the record on which starts and structures are compared, and of that of the final fit, s.
+const COMPARED_S: f64 = 12.0;
+const FITTED_S: f64 = 40.0;
+/// Parameters that a structure of as many parameters has to be better by.
+const MARGIN: f64 = 0.5;
+/// Iterations of a structure's trial, and of a structure; ratio of the mean squares up to which a trial goes on.
+const TRIAL_ITERATIONS: usize = 5;
+const STRUCTURE_ITERATIONS: usize = 14;
+const PROMISING: f64 = 1.15;
+/// The same up to which the other kind of loop is followed.
+const RIVAL: f64 = 9.0;
+/// Time that stands for an independent sample of a prediction, s.
+const WHOLE_S: f64 = 0.25;
+/// Rounds of trials, so that several parts come together.
+const ROUNDS: usize = 3;
+/// Backlash that is tried where none is expected, mm.
+const LOOSE_MM: f64 = 4e-3;
+/// Iterations of the fit with the whole friction, and of a fit to other samples of the same axis.
+const FRICTION_ITERATIONS: usize = 8;
+const REFIT_ITERATIONS: usize = 6;
+/// Decrease of the squares on samples outside a fit for which a part of the friction is kept.
+const LEAST_GAIN: f64 = 0.01;
+
+/// The servo model of an axis. `None` where none follows the record.
+#[must_use]
+pub fn identify(record: &Record, scope: Scope) -> Option<Fit> {
+    let short = record.shortened(COMPARED_S);
+    let seconds = short.fitted_s();
+    let starts = promising(&short, scope);
+    let full = |start: &Fit| fit(start.servo, &short, &of_friction(start, scope), Some(STRUCTURE_ITERATIONS));
+    let mut fits: Vec<Fit> = starts.iter().filter_map(full).collect();
+    fits.sort_by(|a, b| a.mean_square.total_cmp(&b.mean_square));
+    // A cascade and a PID loop seldom turn into each other: the better one of either kind is followed.
+    let first = fits.first()?;
+    let integral = |fit: &Fit| fit.servo.integral > 0.0;
+    let others = fits.iter().skip(1).find(|fit| integral(fit) != integral(first));
+    let followed = [Some(first), others.filter(|other| other.mean_square < RIVAL * first.mean_square)];
+    let structured = followed.into_iter().flatten().map(|fit| best_structure(fit.clone(), &short, scope));
+    let best = structured.reduce(|best, other| if is_better(&other, &best, seconds, scope) { other } else { best })?;
+    let Fit { servo, free, .. } = best;
+    let long = record.shortened(FITTED_S);
+    let found = fit(servo, &long, &free, None)?;
+    if scope.whole { Some(with_whole_friction(found, &long)) } else { Some(found) }
+}
+
+/// The best structure that is reached from a fit, one part after the other.
+fn best_structure(start: Fit, record: &Record, scope: Scope) -> Fit {
+    let mut best = start;
+    for _ in 0..if scope.whole { ROUNDS } else { 1 } {
+        let before = best.free.clone();
+        for (servo, free) in structures(&best, scope) {
+            let trial = fit(servo, record, &free, Some(TRIAL_ITERATIONS));
+            let Some(trial) = trial.filter(|trial| trial.mean_square < PROMISING * best.mean_square) else { continue };
+            let Some(other) = fit(trial.servo, record, &free, Some(STRUCTURE_ITERATIONS)) else { continue };
+            if is_better(&other, &best, record.fitted_s(), scope) {
+                best = other;
+            }
+        }
+        if best.free == before {
+            break;
+        }
+    }
+    best
+}
+
+/// The same structure fitted to other samples of the axis, from the parameters of `found`.
+#[must_use]
+pub fn refit(found: &Fit, record: &Record) -> Option<Fit> {
+    fit(found.servo, &record.shortened(FITTED_S), &found.free, Some(REFIT_ITERATIONS))
+}
+
+/// A model with the same structure fitted to either half of its record.
+struct Halved {
+    whole: Fit,
+    halves: [Fit; 2],
+    /// Sum of the squares that each half leaves on the other, mm².
+    left: f64,
+}
+
+/// Adds delay and acceleration feed-forward, friction by place, and contacts of elements, each where it lowers the error on samples that
+/// did not fit it.
+fn with_whole_friction(found: Fit, record: &Record) -> Fit {
+    use index::*;
+    let [one, other] = record.halves();
+    let halved = |servos: [Servo; 2], free: &Free| -> Option<([Fit; 2], f64)> {
+        let (a, b) = rayon::join(
+            || fit(servos[0], &one, free, Some(FRICTION_ITERATIONS)),
+            || fit(servos[1], &other, free, Some(FRICTION_ITERATIONS)),
+        );
+        let (a, b) = (a?, b?);
+        let left = squares(&a.servo, &other) + squares(&b.servo, &one);
+        Some(([a, b], left))
+    };
+    let Some((halves, left)) = halved([found.servo; 2], &found.free) else { return found };
+    let mut best = Halved { whole: found, halves, left };
+    let mut take = |more: &[usize], change: &dyn Fn(Servo) -> Servo| {
+        let free = best.whole.free.with(more.iter().copied());
+        let [one, other] = &best.halves;
+        let Some((halves, left)) = halved([change(one.servo), change(other.servo)], &free) else { return };
+        if left < (1.0 - LEAST_GAIN) * best.left
+            && let Some(whole) = fit(change(best.whole.servo), record, &free, Some(FRICTION_ITERATIONS))
+        {
+            best = Halved { whole, halves, left };
+        }
+    };
+    let as_it_is = |servo: Servo| servo;
+    take(&[LOOP_DELAY, ACCELERATION], &as_it_is);
+    let (low, high) = record.travel();
+    if high > low {
+        take(&LEVELS.collect::<Vec<_>>(), &|servo| servo.with_places(low, high));
+    }
+    take(&SHARES.collect::<Vec<_>>(), &|servo| Servo { slips: true, ..servo });
+    best.whole
+}
+
+/// Sum of the squares that a model leaves on a record, mm².
+fn squares(servo: &Servo, record: &Record) -> f64 {
+    let residuals = residuals(servo, record);
+    scored(&residuals, record).map(|r| r * r).sum()
+}
+
+/// Whether a structure pays for its further parameters (Bayesian information criterion). Residuals are correlated: of a diagnosis, which has
+/// to be sure of its quantities, seconds stand for independent samples; of a prediction quarters of them.
+fn is_better(other: &Fit, best: &Fit, seconds: f64, scope: Scope) -> bool {
+    let (independent, more) = if scope.whole {
+        (seconds / WHOLE_S, other.effective - best.effective)
+    } else {
+        (seconds, other.free.0.len() as f64 - best.free.0.len() as f64)
+    };
+    let parameters = more.max(MARGIN);
+    independent * (best.mean_square / other.mean_square).ln() > parameters * independent.max(2.0).ln()
+}
+
+/// The parameters of a start, and those of its friction.
+fn of_friction(start: &Fit, scope: Scope) -> Free {
+    use index::*;
+    let mut free = start.free.with([STRIBECK, STRIBECK_SPEED, PRESLIDING, ASYMMETRY]);
+    if scope.whole {
+        // Short runs show little else than how they start.
+        free = free.with([START_DEFLECTION, START_ERROR]);
+    }
+    if scope.sees_backlash { free.with([TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS]) } else { free }
+}
+
+/// Other structures, from the present best one: a velocity loop without integrator, a PID position loop, a delayed or smoothed command.
+fn structures(best: &Fit, scope: Scope) -> Vec<(Servo, Free)> {
+    use index::*;
+    let (servo, free) = (best.servo, &best.free);
+    let stiff = Servo { integral: 0.0, position_integral_1_s: 0.0, ..servo };
+    let outer = |servo: &Servo| Servo { outer_backlash_mm: servo.backlash_mm.max(2e-3), backlash_mm: 0.0, ..*servo };
+    let smoothing_s = (0.5 * servo.lag_s()).clamp(1e-3, 0.02);
+    // Position gain and integral of the velocity loop enter the poles alike: each may stand for the other.
+    let exchanged = |servo: &Servo| {
+        let gain = (servo.integral * servo.bandwidth_1_s).max(2.0);
+        Servo {
+            position_gain_1_s: gain,
+            integral: servo.position_gain_1_s / servo.bandwidth_1_s,
+            feed_forward: 1.0 - gain * servo.lag_s(),
+            coulomb_mm: servo.coulomb_mm * servo.position_gain_1_s / gain,
+            ..*servo
+        }
+    };
+    let faster =
+        |servo: &Servo, late_s: f64| Servo { feed_forward: servo.feed_forward + late_s * servo.position_gain_1_s, ..*servo };
+    let without_integral = free.without(INTEGRAL);
+    let mut all = vec![
+        (servo, free.with([LOOP_DELAY])),
+        (servo, free.with([ACCELERATION])),
+        (stiff, without_integral.without(POSITION_INTEGRAL).with([OFFSET])),
+        (Servo { position_integral_1_s: 5.0, ..stiff }, without_integral.with([OFFSET, POSITION_INTEGRAL])),
+        (Servo { channel_delay_s: 1e-3, ..servo }, free.with([CHANNEL_DELAY])),
+        (Servo { command_average_s: smoothing_s, ..faster(&servo, 0.5 * smoothing_s) }, free.with([AVERAGE])),
+    ];
+    if servo.integral > 0.0 {
+        all.insert(0, (exchanged(&servo), free.clone()));
+        all.insert(3, (exchanged(&servo), free.with([ACCELERATION])));
+    }
+    if scope.whole {
+        all.push((
+            Servo { command_lag_s: smoothing_s, ..faster(&servo, smoothing_s) },
+            free.without(AVERAGE).with([COMMAND_LAG]),
+        ));
+    }
+    if servo.table_pulsation_1_s == 0.0 {
+        let elastic = Servo { table_pulsation_1_s: TABLE_1_S, ..servo };
+        all.push((elastic, free.with([TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS])));
+    }
+    if scope.whole && !free.0.contains(&BACKLASH) {
+        // The sensor is not known to lie behind it: the backlash has to pay for itself.
+        let loose = Servo { backlash_mm: LOOSE_MM, table_pulsation_1_s: TABLE_1_S, ..servo };
+        let table = [TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS];
+        all.push((loose, free.with([BACKLASH]).with(table)));
+        all.push((outer(&loose), free.with([OUTER_BACKLASH]).with(table)));
+    }
+    if free.0.contains(&BACKLASH) {
+        // Friction and elasticity may have taken the place of backlash, and the reverse.
+        let more = Servo { backlash_mm: servo.backlash_mm + 6e-3, coulomb_mm: 0.5 * servo.coulomb_mm, ..servo };
+        all.push((more, free.clone()));
+        let beyond = free.without(BACKLASH).with([OUTER_BACKLASH]);
+        all.extend([(outer(&servo), beyond.clone()), (outer(&stiff), beyond.without(INTEGRAL).without(POSITION_INTEGRAL))]);
+    }
+    all
+}
