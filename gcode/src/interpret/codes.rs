@@ -14,6 +14,10 @@ pub(super) enum Motion {
     Thread,
     RigidTap,
     Probe,
+    /// CIP of SINUMERIK: a circle through an intermediate point.
+    CircleThroughPoint,
+    /// CT of SINUMERIK: a circle that continues the element before it.
+    TangentialCircle,
     /// A path that is not interpreted.
     Curve,
 }
@@ -26,7 +30,8 @@ impl Motion {
             Self::Line => Some(1),
             Self::ArcClockwise => Some(2),
             Self::ArcCounterClockwise => Some(3),
-            Self::Thread | Self::RigidTap | Self::Probe | Self::Curve => None,
+            Self::Thread | Self::RigidTap | Self::Probe => None,
+            Self::CircleThroughPoint | Self::TangentialCircle | Self::Curve => None,
         }
     }
 }

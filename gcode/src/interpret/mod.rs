@@ -3,6 +3,7 @@
 mod arc_faults;
 mod arc_move;
 mod calls;
+mod circles;
 mod codes;
 mod doubts;
 mod feed_move;

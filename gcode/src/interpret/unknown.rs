@@ -116,7 +116,9 @@ impl Interpreter<'_> {
     pub fn free_exponent(&self, words: &Gathered) -> Option<usize> {
         let takes = |code: Code| match code {
             Code::OneShot(of) => matches!(of, OneShot::MacroCall | OneShot::Pocket),
-            Code::Motion(motion) => matches!(motion, Motion::Thread | Motion::RigidTap | Motion::Probe | Motion::Curve),
+            Code::Motion(motion) => {
+                !matches!(motion, Motion::Rapid | Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise)
+            }
             Code::Silent | Code::Unknown | Code::Cycle(_) | Code::ModalMacroOn => true,
             _ => false,
         };
