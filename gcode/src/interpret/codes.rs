@@ -44,6 +44,17 @@ pub(super) enum PathCode {
     Continuous,
 }
 
+/// What the coordinates of a pole are measured from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PoleFrom {
+    /// G110: the last programmed position.
+    Position,
+    /// G111: the zero of the workpiece.
+    Zero,
+    /// G112: the last pole.
+    Pole,
+}
+
 /// Codes that use the axis words of the block and hold for that block alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OneShot {
@@ -54,8 +65,10 @@ pub(super) enum OneShot {
     SetPosition,
     MacroCall,
     ToolOffset,
-    /// Limits and poles of SINUMERIK: no motion.
+    /// Limits of SINUMERIK: no motion.
     Data,
+    /// A pole of SINUMERIK.
+    Pole(PoleFrom),
     /// Holes on a circle, an arc or a line at which the active cycle works.
     HolePattern,
     /// A pocket along a path that the control computes.

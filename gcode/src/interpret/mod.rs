@@ -11,6 +11,7 @@ mod frames;
 mod gather;
 mod motion;
 mod parts;
+mod polar;
 pub(crate) mod report;
 mod sections;
 mod settings;
@@ -264,6 +265,10 @@ impl Interpreter<'_> {
                     taken = true;
                 }
                 Code::OneShot(OneShot::Data) => taken = true,
+                Code::OneShot(OneShot::Pole(from)) => {
+                    self.set_pole(words, from);
+                    taken = true;
+                }
                 Code::OneShot(OneShot::HolePattern) => {
                     self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
                     taken = true;

@@ -68,6 +68,9 @@ impl Interpreter<'_> {
         }
         let explicit_motion = explicit.is_some();
         self.in_corner = self.joins_corner(words);
+        if self.polar_move(words, motion, explicit_motion) {
+            return;
+        }
         match motion {
             Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
             Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),

@@ -88,7 +88,10 @@ impl Interpreter<'_> {
                 Name::AddTranslate => self.translate(words, index, true),
                 Name::Replace | Name::Add => self.transform(words, index, name == Name::Replace),
                 Name::Opens(_) | Name::Closes(_) => {}
-                Name::Cycle => self.forget_all(),
+                Name::Cycle => {
+                    self.polar.lose();
+                    self.forget_all();
+                }
                 _ => continue,
             }
             taken = true;
@@ -172,14 +175,19 @@ impl Interpreter<'_> {
         }
     }
 
+    /// The function that states how the value of a word is meant, such as AC; empty if there is none.
+    pub fn dimension(&self, index: usize) -> &[u8] {
+        let of = name(self.program.text(self.program.words()[index].value_span()), 0);
+        if is_dimension(of) { of } else { b"" }
+    }
+
     /// Whether a coordinate with a name is absolute or incremental: `I1=AC(…)`, `I1=IC(…)`, or neither and as the mode says. `None` for other
     /// functions such as DC( ).
     pub fn distance_of_name(&self, index: usize) -> Option<Distance> {
-        let value = self.program.text(self.program.words()[index].value_span());
-        match name(value, 0).to_ascii_uppercase().as_slice() {
+        match self.dimension(index).to_ascii_uppercase().as_slice() {
             b"AC" => Some(Distance::Absolute),
             b"IC" => Some(Distance::Incremental),
-            of if is_dimension(of) => None,
+            of if !of.is_empty() => None,
             _ => Some(self.modal.distance),
         }
     }
@@ -218,7 +226,8 @@ impl Interpreter<'_> {
             self.report.warning(self.span(at), message, None);
         }
         // In a section too the end is not that of the axis words alone.
-        if fixed == Fixed::NotUnderstood && (!message.is_empty() || is_unread || words.geometry().is_some()) {
+        let is_unread = is_unread || !message.is_empty();
+        if (fixed == Fixed::NotUnderstood && is_unread) || words.geometry().is_some() {
             self.forget_all();
         }
         self.keep_code_of_last_arc(words.optional, explicit_motion);

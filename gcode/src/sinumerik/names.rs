@@ -76,7 +76,11 @@ pub(crate) enum Name {
     Closes(Section),
     /// A cycle that moves and leaves path and frame as they were.
     Cycle,
-    /// Part of a position that is not interpreted: ANG, A3, X1, and AP, RP.
+    /// AP: polar angle.
+    PolarAngle,
+    /// RP: polar radius.
+    PolarRadius,
+    /// Part of a position that is not interpreted: ANG, A3, X1.
     Geometry,
     /// Speed of a spindle with a number: S1.
     Spindle,
@@ -85,7 +89,7 @@ pub(crate) enum Name {
 impl Name {
     /// Whether the word is part of a position, and no letter states that.
     pub(crate) fn is_coordinate(self) -> bool {
-        matches!(self, Self::Geometry | Self::Intermediate(_))
+        matches!(self, Self::Geometry | Self::Intermediate(_) | Self::PolarAngle | Self::PolarRadius)
     }
 }
 
@@ -192,10 +196,8 @@ const COMPRESSORS: [&str; 5] = ["COMPCAD", "COMPCURV", "COMPON", "COMPSURF", "CY
 const REPLACING: [&str; 5] = ["CROTS", "MIRROR", "ROT", "ROTS", "SCALE"];
 const ADDING: [&str; 4] = ["AMIRROR", "AROT", "AROTS", "ASCALE"];
 const CURVES: [&str; 6] = ["ASPLINE", "BSPLINE", "CSPLINE", "INVCCW", "INVCW", "POLY"];
-const POSITIONS: [&str; 18] = [
-    "ANG", "AP", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA",
-    "PW", "RP",
-];
+const POSITIONS: [&str; 16] =
+    ["ANG", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA", "PW"];
 const TRANSFORMATIONS: [&str; 6] = ["TRAANG", "TRACON", "TRACYL", "TRAFOON", "TRANSMIT", "TRAORI"];
 const TOOL_FRAMES: [&str; 8] = ["TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROT", "TOROTX", "TOROTY", "TOROTZ"];
 /// Cycles of drilling, milling and turning ("Programming technology functions (cycles)"). Measuring cycles (961 and above) may change offsets.
@@ -213,6 +215,8 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "ATRANS" => Name::AddTranslate,
         "SUPA" => Name::MachineFrame,
         "TURN" => Name::Turn,
+        "AP" => Name::PolarAngle,
+        "RP" => Name::PolarRadius,
         "CIP" => Name::CircleThroughPoint,
         "CT" => Name::TangentialCircle,
         "RPL" => Name::Angle,
