@@ -107,6 +107,11 @@ fn nothing_is_known_after_a_polar_move_that_is_not_determined() {
         "G55\nG110 X5 Y5\nG1 AP=0 RP=5",
         "T1 M6\nG110 X5 Y5\nG1 AP=0 RP=5",
         "/G111 X5 Y5\nG1 AP=0 RP=5",
+        "TRANS G111 X5 Y5\nG0 X0 Y0 Z0\nG1 AP=0 RP=5",
+        "G111 G110 X5 Y5\nG1 AP=0 RP=5",
+        "G153 G111 X5 Y5\nG1 AP=0 RP=5",
+        "G1 G111 X5 Y5\nG1 AP=0 RP=5",
+        "G111 X5 Y5 Q5\nG1 AP=0 RP=5",
         "CYCLE81(10,0,2,-5)\nG0 X0 Y0 Z0\nG1 AP=0 RP=5",
         "ROT RPL=30\nG111 X5 Y5\nTRANS\nG0 X0 Y0 Z0\nG1 AP=0 RP=5",
         // Coordinates that are not stated, or not to be understood.

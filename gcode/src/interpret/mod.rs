@@ -12,6 +12,7 @@ mod gather;
 mod motion;
 mod parts;
 mod polar;
+mod pole;
 pub(crate) mod report;
 mod sections;
 mod settings;

@@ -4,11 +4,12 @@
 //! with polar coordinates (G0, G1, G2, G3, AP, RP)"; SINUMERIK 808D, "Programming and Operating Manual (Milling)", "Polar coordinates, pole
 //! definition". Where the manuals differ or are silent, the end is not determined and the position after the block is unknown.
 
-use super::codes::{Motion, PoleFrom};
+use super::codes::{Code, Motion, PoleFrom};
 use super::gather::Gathered;
+use super::pole::{Polar, PolarPoint, Pole};
 use super::sinumerik::{has_unread, is_of_every_move};
 use super::state::Interpreter;
-use crate::modal::{Distance, Plane, WorkOffset};
+use crate::modal::Distance;
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::sinumerik::names::Name;
 use crate::toolpath::{Fixed, MoveKind};
@@ -17,45 +18,6 @@ use crate::toolpath::{Fixed, MoveKind};
 const SAME_POINT_MM: f64 = 1e-6;
 /// Largest polar angle, degrees ("Travel commands with polar coordinates": ± 0…360°).
 const LARGEST_ANGLE_DEG: f64 = 360.0;
-
-/// Pole and last polar coordinates.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Polar {
-    pole: Pole,
-    last: Option<PolarPoint>,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-enum Pole {
-    /// None is programmed: the zero of the workpiece counts.
-    #[default]
-    Unset,
-    /// In the plane's axes, mm. Whether it outlasts another plane or frame is not stated.
-    Set { centre_mm: [f64; 2], plane: Plane, shift_mm: [f64; 2], work_offset: WorkOffset },
-    /// It is not known which one is active.
-    Unknown,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct PolarPoint {
-    plane: Plane,
-    angle_deg: f64,
-    radius_mm: f64,
-}
-
-impl PolarPoint {
-    fn about(&self, pole: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle_deg.to_radians().sin_cos();
-        [pole[0] + self.radius_mm * cos, pole[1] + self.radius_mm * sin]
-    }
-}
-
-impl Polar {
-    /// The pole is not known from here on.
-    pub(super) fn lose(&mut self) {
-        *self = Self { pole: Pole::Unknown, last: None };
-    }
-}
 
 impl Interpreter<'_> {
     /// G110, G111, G112. The end of the move before G110 is needed where the program has it.
@@ -74,10 +36,14 @@ impl Interpreter<'_> {
         let letters = [AXIS_LETTERS[first], AXIS_LETTERS[second]];
         // What other words do beside a pole is not stated.
         let is_unread = has_unread(words, |letter| letter == b'N' || letters.contains(&letter));
-        if words.optional || self.sections.is_open() || words.explicit_motion().is_some() || is_unread {
+        let is_silent = |name: Name| matches!(name, Name::Silent | Name::Label);
+        let is_polar = |name: Name| matches!(name, Name::PolarAngle | Name::PolarRadius);
+        let is_beside = |code: Code| matches!(code, Code::Motion(_) | Code::OneShot(_) | Code::MachineCoordinates);
+        let stands_alone = words.g.iter().filter(|g| is_beside(g.code)).count() == 1
+            && words.named.iter().all(|(_, name)| is_silent(*name) || is_polar(*name));
+        if words.optional || self.sections.is_open() || is_unread || !stands_alone {
             return None;
         }
-        let distances = || words.named.iter().any(|(_, name)| name.is_coordinate());
         let offset = match (words.name(Name::PolarAngle), words.name(Name::PolarRadius)) {
             // What G110 measures AP and RP from is described in two ways.
             (Some(angle), Some(radius)) if from != PoleFrom::Position && words.any(&letters).is_none() => {
@@ -89,8 +55,7 @@ impl Interpreter<'_> {
                 };
                 point.about([0.0; 2])
             }
-            _ if distances() => return None,
-            _ => {
+            (None, None) => {
                 let is_plain =
                     |letter: u8| words.index(letter).is_some_and(|index| self.program.words()[index].name == Name::None);
                 if !letters.iter().all(|letter| is_plain(*letter)) {
@@ -98,6 +63,7 @@ impl Interpreter<'_> {
                 }
                 [self.scaled(words, first)?, self.scaled(words, second)?]
             }
+            _ => return None,
         };
         let base = match from {
             PoleFrom::Position => {

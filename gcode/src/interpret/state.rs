@@ -3,7 +3,7 @@
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
-use super::polar::Polar;
+use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;
 use super::shifts::Shifts;
