@@ -14,7 +14,7 @@ fn read(text: &str) -> Toolpath {
     interpret(&program, &options).unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
-/// Whether the last move but `after` follows the same path as the last of `other`.
+/// Checks that the last moves of two programs have the same path, to 1e-9 mm, and the same feed.
 fn assert_alike(text: &str, other: &str) {
     let (path, like) = (read(text), read(other));
     let (step, same) = (path.moves.last().expect("a move"), like.moves.last().expect("a move"));
