@@ -7,6 +7,12 @@ use crate::modal::Plane;
 /// End points closer than this, in mm, coincide: the arc is a full circle.
 const SAME_POINT_MM: f64 = 1e-9;
 
+/// Points closer than this, in mm, determine no direction: a hundredth of the smallest increment of a control (10⁻⁴ mm).
+const NO_DIRECTION_MM: f64 = 1e-6;
+/// A chord that leaves a tangent, or three points that leave a line, by a smaller angle, rad, are straight: they
+/// deviate by 1 µm over 1 m.
+const STRAIGHT: f64 = 1e-6;
+
 /// An arc in its plane. It is a helix if start and end differ along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
@@ -117,6 +123,13 @@ impl Arc {
         [self.centre_mm[0] + radius * cos, self.centre_mm[1] + radius * sin]
     }
 
+    /// Unit vector of motion at the end, in the plane's two axes.
+    pub(crate) fn end_direction(&self) -> [f64; 2] {
+        let (sin, cos) = (self.start_angle + self.sweep).sin_cos();
+        let turn = self.sweep.signum();
+        [-sin * turn, cos * turn]
+    }
+
     /// Length of the helix that rises by `rise_mm` along the normal, mm: `√((r̄·θ)² + Δr² + h²)`.
     /// Exact for equal radii.
     pub fn length_mm(&self, rise_mm: f64) -> f64 {
@@ -124,6 +137,66 @@ impl Arc {
         let radial = self.radius_end_mm - self.radius_start_mm;
         (mean * self.sweep).hypot(radial).hypot(rise_mm)
     }
+}
+
+/// What continues a contour tangentially.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Tangential {
+    Line,
+    /// `turn` is true for counter-clockwise.
+    Circle {
+        centre: [f64; 2],
+        turn: bool,
+    },
+}
+
+/// The circle or line that leaves `start` along a unit vector and ends in `stop`. `None` if there is none, or no motion.
+pub(crate) fn tangential(along: [f64; 2], start: [f64; 2], stop: [f64; 2]) -> Option<Tangential> {
+    let chord = from_to(start, stop);
+    let length = chord[0].hypot(chord[1]);
+    let across = cross(along, chord);
+    if length <= NO_DIRECTION_MM {
+        return None;
+    }
+    if across.abs() <= STRAIGHT * length {
+        let ahead = along[0] * chord[0] + along[1] * chord[1] > 0.0;
+        return ahead.then_some(Tangential::Line);
+    }
+    // The centre lies on the normal (−t₂, t₁) of the start, at the signed radius |c|²/(2 n·c).
+    let radius = length * length / (2.0 * across);
+    let centre = [start[0] - radius * along[1], start[1] + radius * along[0]];
+    Some(Tangential::Circle { centre, turn: across > 0.0 })
+}
+
+/// Centre of the circle from `start` through `middle` to `stop`, and whether it runs counter-clockwise. `None` for points on a line, and where two
+/// of them coincide.
+pub(crate) fn circle_through(start: [f64; 2], middle: [f64; 2], stop: [f64; 2]) -> Option<([f64; 2], bool)> {
+    let (a, b, c) = (from_to(start, middle), from_to(start, stop), from_to(middle, stop));
+    let across = cross(a, b);
+    let apart = [a, b, c].iter().all(|side| side[0].hypot(side[1]) > NO_DIRECTION_MM);
+    let (aa, bb) = (a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]);
+    if !apart || across.abs() <= STRAIGHT * (aa * bb).sqrt() {
+        return None;
+    }
+    // Circumcentre of a triangle with one corner in the origin.
+    let scale = 0.5 / across;
+    let centre = [start[0] + scale * (b[1] * aa - a[1] * bb), start[1] + scale * (a[0] * bb - b[0] * aa)];
+    Some((centre, across > 0.0))
+}
+
+/// Unit vector from one point to another; `None` where they coincide.
+pub(crate) fn direction(from: [f64; 2], to: [f64; 2]) -> Option<[f64; 2]> {
+    let along = from_to(from, to);
+    let length = along[0].hypot(along[1]);
+    (length > NO_DIRECTION_MM).then(|| along.map(|part| part / length))
+}
+
+fn from_to(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
+    [to[0] - from[0], to[1] - from[1]]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 #[cfg(test)]
@@ -169,5 +242,17 @@ mod tests {
         assert!(matches!(ends(at, [-5.0, 0.0], true).with_radius(4.9), Err(ArcFault::RadiusTooSmall { .. })));
         let half = ends(at, [-5.0, 0.0], true).with_radius(4.999).expect("within tolerance");
         assert!((half.sweep - PI).abs() < 1e-9);
+    }
+
+    #[test]
+    fn three_points_make_one_circle() {
+        let (centre, turn) = circle_through([30.0, 40.0], [40.0, 45.0], [50.0, 40.0]).expect("a circle");
+        assert!((centre[0] - 40.0).abs() < 1e-12 && (centre[1] - 32.5).abs() < 1e-12 && !turn);
+        // The large arc in the other direction.
+        let (centre, turn) = circle_through([10.0, 0.0], [-10.0, 0.0], [0.0, 10.0]).expect("a circle");
+        assert!(centre[0].hypot(centre[1]) < 1e-12 && !turn);
+        for points in [[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], [[0.0, 0.0], [5.0, 5.0], [0.0, 0.0]], [[0.0; 2]; 3]] {
+            assert_eq!(circle_through(points[0], points[1], points[2]), None);
+        }
     }
 }

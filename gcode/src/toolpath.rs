@@ -79,7 +79,8 @@ pub enum Fixed {
     /// Some words of the block act before its motion and some after, or when is not known, it calls a
     /// subprogram, or a jump leads to it, so several lines cannot replace it.
     Unsplittable,
-    /// The control computes part of the move, or of the one beside it, from this one's ends: RND, CHF, APPR, DEP, CT, a pole measured from here.
+    /// The control computes part of the move, or of the one beside it, from this one's ends: RND, CHF, APPR, DEP, CT, CIP, polar
+    /// coordinates of SINUMERIK, a pole measured from here.
     Adjoining,
     /// After a code whose effect on path or frame is unknown.
     NotUnderstood,

@@ -213,10 +213,10 @@ fn moves_that_the_control_computes_are_left_alone() {
     assert_eq!(fixed("G95 F0.1 S1=500 G1 X1\nSUPA X2\nX3\nS500 X4"), [no(RunTime), no(RunTime), no(RunTime), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 F=R9\nSUPA G1 X2\nF100 Y3"), [no(RunTime), no(RunTime), no(UnknownStart)]);
     assert_eq!(fixed("G0 X1 RND=2\nG1 Y1\nX0"), [no(Rapid), no(Adjoining), Shiftable::Yes]);
-    assert_eq!(fixed("G1 X1\nCT X2 Y2\nG1 X3"), [no(Adjoining), no(NotUnderstood), Shiftable::Yes]);
+    assert_eq!(fixed("G1 X1\nCT X2 Y2\nG1 X3"), [no(Adjoining), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1\nASPLINE X2 Y2\nX3 Y3"), [no(Adjoining), no(NotUnderstood), no(NotUnderstood)]);
-    assert_eq!(fixed("G1 X1\nCIP X2 Y2 I1=1 J1=2"), [no(Adjoining), no(NotUnderstood)]);
-    assert_eq!(fixed("G111 X0 Y0\nG1 AP=30 RP=10\nX1 Y1 Z0\nX0"), [no(NotUnderstood), no(UnknownStart), Shiftable::Yes]);
+    assert_eq!(fixed("G1 X1\nCIP X2 Y2 I1=1 J1=2"), [Shiftable::Yes, no(Adjoining)]);
+    assert_eq!(fixed("G111 X0 Y0\nG1 AP=30 RP=10\nX1\nX0"), [no(Adjoining), Shiftable::Yes, Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 A3=0 B3=0 C3=1"), [no(NotUnderstood)]);
     assert_eq!(fixed("G1 X1 U5"), [no(NotUnderstood)]);
     assert_eq!(fixed("SUPA G1 Z0 D0"), [no(MachineCoordinates)]);

@@ -3,7 +3,7 @@
 use gcode::{Dialect, Edits, Move, Options, Span, edit, evaluate, expand, interpret, parse};
 use proptest::prelude::*;
 
-const FRAGMENTS: [&str; 96] = [
+const FRAGMENTS: [&str; 106] = [
     "G0",
     "G1",
     "g2",
@@ -33,6 +33,16 @@ const FRAGMENTS: [&str; 96] = [
     "G95",
     "G96",
     "G111",
+    "CIP X10 Y0 I1=5 J1=5",
+    "CIP",
+    "G111 X5 Y5",
+    "G110 X1 Y1",
+    "G112 AP=30 RP=5",
+    "G3 AP=IC(30)",
+    "G1 AP=30 RP=10 Z1",
+    "CT X20",
+    "I1=5",
+    "J1=IC(5)",
     "G331",
     "G=R1",
     "M3",

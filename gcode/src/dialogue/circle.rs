@@ -4,13 +4,11 @@ use std::f64::consts::TAU;
 
 use super::path::{Function, Step};
 use super::state::Interpreter;
-use crate::arc::{Arc, ArcEnds, ArcFault};
+use crate::arc::{Arc, ArcEnds, ArcFault, Tangential, tangential};
 use crate::toolpath::MoveKind;
 
 /// Angles that differ by less, rad, are the same: a tenth of the control's increment.
 const SAME_ANGLE: f64 = 1e-7;
-/// A chord that leaves a tangent by a smaller angle, rad, is a line.
-const STRAIGHT: f64 = 1e-6;
 
 impl Interpreter<'_> {
     /// Moves that a move depends on beside its start: that before a tangent or a polar coordinate that is not stated whole, and that whose end
@@ -118,32 +116,4 @@ fn helix(state: &Interpreter<'_>, start: [f64; 2], sweep: f64) -> Option<Arc> {
     let start_angle = from[1].atan2(from[0]);
     let plane = state.modal.plane;
     (radius > 1e-6).then_some(Arc { plane, centre_mm, radius_start_mm: radius, radius_end_mm: radius, start_angle, sweep })
-}
-
-/// What continues a contour tangentially.
-enum Tangential {
-    Line,
-    /// `turn` is true for counter-clockwise.
-    Circle {
-        centre: [f64; 2],
-        turn: bool,
-    },
-}
-
-/// The circle or line that leaves `start` along a unit vector and ends in `stop`.
-fn tangential(along: [f64; 2], start: [f64; 2], stop: [f64; 2]) -> Option<Tangential> {
-    let chord = [stop[0] - start[0], stop[1] - start[1]];
-    let length = chord[0].hypot(chord[1]);
-    let across = along[0] * chord[1] - along[1] * chord[0];
-    if length <= 1e-6 {
-        return None;
-    }
-    if across.abs() <= STRAIGHT * length {
-        let ahead = along[0] * chord[0] + along[1] * chord[1] > 0.0;
-        return ahead.then_some(Tangential::Line);
-    }
-    // The centre lies on the normal (−t₂, t₁) of the start, at the signed radius |c|²/(2 n·c).
-    let radius = length * length / (2.0 * across);
-    let centre = [start[0] - radius * along[1], start[1] + radius * along[0]];
-    Some(Tangential::Circle { centre, turn: across > 0.0 })
 }

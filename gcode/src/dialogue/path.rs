@@ -5,6 +5,7 @@ use super::functions::{Effect, effect};
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
 use super::words::{BlockFeed, PathWords, Per};
+use crate::arc::direction;
 use crate::modal::{CutterCompensation, FeedMode};
 use crate::position::Position;
 use crate::split::is_splittable;
@@ -229,16 +230,8 @@ impl Interpreter<'_> {
     fn follow(&mut self, step: &Step, kind: &MoveKind, start: &Position) {
         self.polar = step.polar;
         self.tangent = match (kind, self.in_plane(start), self.in_plane(&step.end)) {
-            (MoveKind::Arc(arc), ..) => {
-                let (sin, cos) = (arc.start_angle + arc.sweep).sin_cos();
-                let turn = arc.sweep.signum();
-                Some([-sin * turn, cos * turn])
-            }
-            (MoveKind::Line, Some(from), Some(to)) if step.words.is_known() && step.words.stray.is_none() => {
-                let along = [to[0] - from[0], to[1] - from[1]];
-                let length = along[0].hypot(along[1]);
-                (length > 1e-6).then(|| along.map(|part| part / length))
-            }
+            (MoveKind::Arc(arc), ..) => Some(arc.end_direction()),
+            (MoveKind::Line, Some(from), Some(to)) if step.words.is_known() && step.words.stray.is_none() => direction(from, to),
             _ => None,
         };
     }

@@ -14,6 +14,10 @@ pub(super) enum Motion {
     Thread,
     RigidTap,
     Probe,
+    /// CIP of SINUMERIK: a circle through an intermediate point.
+    CircleThroughPoint,
+    /// CT of SINUMERIK: a circle that continues the element before it.
+    TangentialCircle,
     /// A path that is not interpreted.
     Curve,
 }
@@ -26,7 +30,8 @@ impl Motion {
             Self::Line => Some(1),
             Self::ArcClockwise => Some(2),
             Self::ArcCounterClockwise => Some(3),
-            Self::Thread | Self::RigidTap | Self::Probe | Self::Curve => None,
+            Self::Thread | Self::RigidTap | Self::Probe => None,
+            Self::CircleThroughPoint | Self::TangentialCircle | Self::Curve => None,
         }
     }
 }
@@ -39,6 +44,17 @@ pub(super) enum PathCode {
     Continuous,
 }
 
+/// What the coordinates of a pole are measured from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PoleFrom {
+    /// G110: the last programmed position.
+    Position,
+    /// G111: the zero of the workpiece.
+    Zero,
+    /// G112: the last pole.
+    Pole,
+}
+
 /// Codes that use the axis words of the block and hold for that block alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OneShot {
@@ -49,8 +65,10 @@ pub(super) enum OneShot {
     SetPosition,
     MacroCall,
     ToolOffset,
-    /// Limits and poles of SINUMERIK: no motion.
+    /// Limits of SINUMERIK: no motion.
     Data,
+    /// A pole of SINUMERIK.
+    Pole(PoleFrom),
     /// Holes on a circle, an arc or a line at which the active cycle works.
     HolePattern,
     /// A pocket along a path that the control computes.

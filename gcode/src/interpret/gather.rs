@@ -82,8 +82,15 @@ impl Gathered {
         match name {
             Name::None | Name::Absolute | Name::Incremental => {}
             Name::Curve => self.g.push(code(Code::Motion(Motion::Curve))),
+            Name::CircleThroughPoint => self.g.push(code(Code::Motion(Motion::CircleThroughPoint))),
+            Name::TangentialCircle => self.g.push(code(Code::Motion(Motion::TangentialCircle))),
             Name::MachineFrame => self.g.push(code(Code::MachineCoordinates)),
-            name => self.named.push((index, name)),
+            name => {
+                if name.is_coordinate() && name != Name::Geometry && self.name(name).is_some() {
+                    self.duplicate = self.duplicate.or(Some(index));
+                }
+                self.named.push((index, name));
+            }
         }
     }
 
@@ -126,9 +133,19 @@ impl Gathered {
         self.index(letter).is_some()
     }
 
-    /// Index of the first name of a position that is not interpreted.
+    /// Index of the first part of a position that has a name.
     pub fn geometry(&self) -> Option<usize> {
-        self.named.iter().find(|(_, name)| *name == Name::Geometry).map(|(index, _)| *index)
+        self.named.iter().find(|(_, name)| name.is_coordinate()).map(|(index, _)| *index)
+    }
+
+    /// Index of the first word with this name.
+    pub fn name(&self, wanted: Name) -> Option<usize> {
+        self.named.iter().find(|(_, name)| *name == wanted).map(|(index, _)| *index)
+    }
+
+    /// Whether a code of the block selects machine coordinates.
+    pub fn is_in_machine_frame(&self) -> bool {
+        self.g.iter().any(|g| g.code == Code::MachineCoordinates)
     }
 
     /// Value of the word with this letter.

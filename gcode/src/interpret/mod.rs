@@ -3,6 +3,7 @@
 mod arc_faults;
 mod arc_move;
 mod calls;
+mod circles;
 mod codes;
 mod doubts;
 mod feed_move;
@@ -10,6 +11,8 @@ mod frames;
 mod gather;
 mod motion;
 mod parts;
+mod polar;
+mod pole;
 pub(crate) mod report;
 mod sections;
 mod settings;
@@ -263,6 +266,10 @@ impl Interpreter<'_> {
                     taken = true;
                 }
                 Code::OneShot(OneShot::Data) => taken = true,
+                Code::OneShot(OneShot::Pole(from)) => {
+                    self.set_pole(words, from);
+                    taken = true;
+                }
                 Code::OneShot(OneShot::HolePattern) => {
                     self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
                     taken = true;

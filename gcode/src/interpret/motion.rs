@@ -68,10 +68,18 @@ impl Interpreter<'_> {
         }
         let explicit_motion = explicit.is_some();
         self.in_corner = self.joins_corner(words);
+        if self.polar_move(words, motion, explicit_motion) {
+            return;
+        }
         match motion {
             Motion::Rapid => self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine.is_some(), explicit_motion),
             Motion::Probe => self.travel(words, MoveKind::Probe, Fixed::Probing, true, explicit_motion),
-            Motion::Curve => self.curve(words, explicit_motion),
+            Motion::CircleThroughPoint => self.circle_through_point(words, explicit_motion),
+            Motion::TangentialCircle => self.tangential_circle(words, explicit_motion),
+            Motion::Curve => {
+                let is_unread = words.geometry().is_some() || words.unknown.is_some();
+                self.curve(words, is_unread, explicit_motion);
+            }
             Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
             // A rigid tap returns to its start.
             Motion::RigidTap => self.push_fixed(MoveKind::Thread, self.position, Fixed::Threading, explicit_motion),
@@ -161,7 +169,7 @@ impl Interpreter<'_> {
         self.moves.push(Move { feed: Some(feed), feed_word, explicit_motion, ..step });
     }
 
-    fn shiftable(&self, words: &Gathered, start: Position, machine: bool) -> Shiftable {
+    pub fn shiftable(&self, words: &Gathered, start: Position, machine: bool) -> Shiftable {
         let rotary_known = (3..6).all(|axis| !words.has(AXIS_LETTERS[axis]) || start.knows(axis));
         let compensated = [self.cutter_before, self.modal.cutter].iter().any(|cutter| *cutter != CutterCompensation::Off);
         if machine {

@@ -31,7 +31,7 @@ impl Interpreter<'_> {
             }
         }
         // The F and S of a dwell and of a limit are not modal.
-        let own = |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::Data));
+        let own = |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::Data | OneShot::Pole(_)));
         if !words.g.iter().any(|g| own(g.code)) {
             self.read_feed(words);
             self.read_spindle_and_tool(words);

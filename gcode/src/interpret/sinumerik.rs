@@ -10,7 +10,24 @@ use crate::dialect::Dialect;
 use crate::modal::{Distance, FeedMode};
 use crate::position::AXIS_LETTERS;
 use crate::sinumerik::names::{Name, Section};
+use crate::sinumerik::scan::{is_dimension, name};
 use crate::toolpath::{Feed, Fixed, Move, MoveKind, Shiftable};
+
+/// Letters with a meaning of their own in every block.
+const FREE: &[u8] = b"NSTDFH";
+
+/// Whether a block has words by which it is not understood. `allowed`: letters that its motion takes.
+pub(super) fn has_unread(words: &Gathered, allowed: impl Fn(u8) -> bool) -> bool {
+    words.duplicate.is_some()
+        || words.unknown.is_some()
+        || words.bad_g.is_some()
+        || (b'A'..=b'Z').any(|letter| words.has(letter) && !allowed(letter))
+}
+
+/// Whether a letter has a meaning in every move: an axis, the feed, the tool.
+pub(super) fn is_of_every_move(letter: u8) -> bool {
+    FREE.contains(&letter) || AXIS_LETTERS.contains(&letter)
+}
 
 impl Interpreter<'_> {
     pub fn is_sinumerik(&self) -> bool {
@@ -71,7 +88,10 @@ impl Interpreter<'_> {
                 Name::AddTranslate => self.translate(words, index, true),
                 Name::Replace | Name::Add => self.transform(words, index, name == Name::Replace),
                 Name::Opens(_) | Name::Closes(_) => {}
-                Name::Cycle => self.forget_all(),
+                Name::Cycle => {
+                    self.polar.lose();
+                    self.forget_all();
+                }
                 _ => continue,
             }
             taken = true;
@@ -104,7 +124,7 @@ impl Interpreter<'_> {
     /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame.
     fn transform(&mut self, words: &Gathered, index: usize, replaces: bool) {
         let has_words = words.any(b"XYZABCUVW").is_some() || words.unknown.is_some();
-        let has_names = words.named.iter().any(|(_, name)| matches!(name, Name::Angle | Name::Geometry));
+        let has_names = words.named.iter().any(|(_, name)| *name == Name::Angle || name.is_coordinate());
         if replaces {
             for axis in 0..6 {
                 self.unsettled[axis] |= self.shifts.local[axis] != 0.0;
@@ -155,6 +175,23 @@ impl Interpreter<'_> {
         }
     }
 
+    /// The function that states how the value of a word is meant, such as AC; empty if there is none.
+    pub fn dimension(&self, index: usize) -> &[u8] {
+        let of = name(self.program.text(self.program.words()[index].value_span()), 0);
+        if is_dimension(of) { of } else { b"" }
+    }
+
+    /// Whether a coordinate with a name is absolute or incremental: `I1=AC(…)`, `I1=IC(…)`, or neither and as the mode says. `None` for other
+    /// functions such as DC( ).
+    pub fn distance_of_name(&self, index: usize) -> Option<Distance> {
+        match self.dimension(index).to_ascii_uppercase().as_slice() {
+            b"AC" => Some(Distance::Absolute),
+            b"IC" => Some(Distance::Incremental),
+            of if !of.is_empty() => None,
+            _ => Some(self.modal.distance),
+        }
+    }
+
     /// Why a feed move of this block is left alone, and what is reported; `None` if it is interpreted.
     pub fn reads_not(&self, words: &Gathered, is_arc: bool) -> Option<(Fixed, &'static str)> {
         let [first, second, normal] = self.modal.plane.axes();
@@ -162,14 +199,9 @@ impl Interpreter<'_> {
         let allowed = |letter: u8| match letter {
             b'I' | b'J' | b'K' => is_arc && (letter != centre || words.number(self.program, letter) == Some(0.0)),
             b'R' => is_arc,
-            b'N' | b'S' | b'T' | b'D' | b'F' | b'H' => true,
-            _ => AXIS_LETTERS.contains(&letter),
+            _ => is_of_every_move(letter),
         };
-        let is_unread = words.duplicate.is_some()
-            || words.unknown.is_some()
-            || words.bad_g.is_some()
-            || words.geometry().is_some()
-            || (b'A'..=b'Z').any(|letter| words.has(letter) && !allowed(letter));
+        let is_unread = words.geometry().is_some() || has_unread(words, allowed);
         let per_turn = self.modal.feed_mode == FeedMode::PerRevolution && self.modal.spindle_rpm.is_none();
         if self.sections.is_open() {
             Some((Fixed::NotUnderstood, ""))
@@ -193,30 +225,39 @@ impl Interpreter<'_> {
         if !message.is_empty() {
             self.report.warning(self.span(at), message, None);
         }
-        if fixed == Fixed::NotUnderstood && (!message.is_empty() || is_unread) {
+        // In a section too the end is not that of the axis words alone.
+        let is_unread = is_unread || !message.is_empty();
+        if (fixed == Fixed::NotUnderstood && is_unread) || words.geometry().is_some() {
             self.forget_all();
         }
         self.keep_code_of_last_arc(words.optional, explicit_motion);
-        if words.g.iter().any(|g| g.code == Code::MachineCoordinates) || (self.optional_motion && !explicit_motion) {
+        if words.is_in_machine_frame() || (self.optional_motion && !explicit_motion) {
             self.lose_named(words, start);
         }
-        let feed = match self.feed {
-            FeedWord::Value { mm, .. } if self.modal.feed_mode == FeedMode::PerMinute => Some(Feed::Linear { mm_s: mm / 60.0 }),
-            _ => None,
-        };
+        let feed = self.known_feed(words);
         let step = self.step(MoveKind::Line, start, Shiftable::No(fixed));
         self.moves.push(Move { feed, explicit_motion, ..step });
     }
 
-    /// A spline, a tangential circle or another path that the control computes from its neighbours: the move before keeps its direction.
-    pub fn curve(&mut self, words: &Gathered, explicit_motion: bool) {
+    /// The feed of a move that is left alone, where it is known.
+    pub fn known_feed(&self, words: &Gathered) -> Option<Feed> {
+        let FeedWord::Value { written, mm } = self.feed else { return None };
+        let mm_s = match self.modal.feed_mode {
+            FeedMode::InverseTime => {
+                return (words.has(b'F') && written > 0.0).then(|| Feed::Duration { seconds: 60.0 / written });
+            }
+            FeedMode::PerMinute => mm / 60.0,
+            FeedMode::PerRevolution => mm * self.modal.spindle_rpm? / 60.0,
+        };
+        (mm_s > 0.0).then_some(Feed::Linear { mm_s })
+    }
+
+    /// A spline or another path that the control computes from its neighbours: the move before keeps its direction.
+    /// `is_unread`: whether it has words that are not read.
+    pub fn curve(&mut self, words: &Gathered, is_unread: bool, explicit_motion: bool) {
         self.fix_last_move();
         let at = words.explicit_motion().map_or(0, |(index, _)| index);
-        let why = if words.geometry().is_some() || words.unknown.is_some() {
-            "a path that is not interpreted: it is left alone"
-        } else {
-            ""
-        };
+        let why = if is_unread { "a path that is not interpreted: it is left alone" } else { "" };
         self.opaque_move(words, (Fixed::NotUnderstood, why), at, explicit_motion);
     }
 
@@ -241,7 +282,7 @@ impl Interpreter<'_> {
     }
 
     /// The control computes something from the move before: it is left alone.
-    fn fix_last_move(&mut self) {
+    pub fn fix_last_move(&mut self) {
         let last = self.moves.iter_mut().rfind(|step| !matches!(step.kind, MoveKind::Dwell { .. }));
         if let Some(last) = last.filter(|last| last.shiftable == Shiftable::Yes) {
             last.shiftable = Shiftable::No(Fixed::Adjoining);

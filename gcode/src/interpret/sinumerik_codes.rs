@@ -2,7 +2,7 @@
 //!
 //! Source: SINUMERIK "NC programming", "Tables", "G commands" (groups 1 to 64), and the chapters of the commands.
 
-use super::codes::{Code, Motion, OneShot, PathCode};
+use super::codes::{Code, Motion, OneShot, PathCode, PoleFrom};
 use crate::modal::{CutterCompensation, Distance, FeedMode, Plane, Units, WorkOffset};
 use crate::sinumerik::names::Section;
 
@@ -25,8 +25,11 @@ pub(super) fn classify_sinumerik(tenths: u16) -> Code {
         17 => Plane(self::Plane::Xy),
         18 => Plane(self::Plane::Zx),
         19 => Plane(self::Plane::Yz),
-        // Limits of the working area and of the spindle; poles.
-        25 | 26 | 110..=112 => OneShot(self::OneShot::Data),
+        // Limits of the working area and of the spindle.
+        25 | 26 => OneShot(self::OneShot::Data),
+        110 => OneShot(self::OneShot::Pole(PoleFrom::Position)),
+        111 => OneShot(self::OneShot::Pole(PoleFrom::Zero)),
+        112 => OneShot(self::OneShot::Pole(PoleFrom::Pole)),
         40 => Cutter(CutterCompensation::Off),
         41 => Cutter(CutterCompensation::Left),
         42 => Cutter(CutterCompensation::Right),

@@ -3,6 +3,7 @@
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
+use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;
 use super::shifts::Shifts;
@@ -58,6 +59,8 @@ pub(super) struct Interpreter<'a> {
     pub cutter_before: CutterCompensation,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
+    /// SINUMERIK: pole and polar coordinates.
+    pub polar: Polar,
     /// The present move begins or ends in a corner that the control rounds or chamfers; how many moves from here on do; on SINUMERIK all may.
     pub in_corner: bool,
     pub corner_moves: u8,
@@ -148,6 +151,7 @@ impl<'a> Interpreter<'a> {
             tool_offset_stated: false,
             cutter_before: modal.cutter,
             unsettled: [false; 6],
+            polar: Polar::default(),
             in_corner: false,
             corner_moves: 0,
             rounds_corners: false,

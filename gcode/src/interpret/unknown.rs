@@ -116,7 +116,9 @@ impl Interpreter<'_> {
     pub fn free_exponent(&self, words: &Gathered) -> Option<usize> {
         let takes = |code: Code| match code {
             Code::OneShot(of) => matches!(of, OneShot::MacroCall | OneShot::Pocket),
-            Code::Motion(motion) => matches!(motion, Motion::Thread | Motion::RigidTap | Motion::Probe | Motion::Curve),
+            Code::Motion(motion) => {
+                !matches!(motion, Motion::Rapid | Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise)
+            }
             Code::Silent | Code::Unknown | Code::Cycle(_) | Code::ModalMacroOn => true,
             _ => false,
         };
@@ -131,8 +133,12 @@ impl Interpreter<'_> {
     /// U, V and W move an axis parallel to X, Y or Z, or are increments of X, Y, Z (Fanuc, G code system A).
     /// Which of them is not known, so the coordinate is not known afterwards. Beside a dwell U is its time, beside a macro call an argument.
     pub fn note_parallel_axes(&mut self, words: &Gathered) {
-        let takes_u =
-            |code: Code| matches!(code, Code::OneShot(OneShot::Dwell | OneShot::MacroCall | OneShot::Data) | Code::ModalMacroOn);
+        let takes_u = |code: Code| {
+            matches!(
+                code,
+                Code::OneShot(OneShot::Dwell | OneShot::MacroCall | OneShot::Data | OneShot::Pole(_)) | Code::ModalMacroOn
+            )
+        };
         if words.g.iter().any(|g| takes_u(g.code)) {
             return;
         }
@@ -149,7 +155,7 @@ impl Interpreter<'_> {
         let changes = |code: &Code| match code {
             Code::Distance(distance) => *distance != self.modal.distance,
             Code::Motion(_)
-            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall | OneShot::Data)
+            | Code::OneShot(OneShot::Dwell | OneShot::Home | OneShot::MacroCall | OneShot::Data | OneShot::Pole(_))
             | Code::Silent
             | Code::ExactStopHere
             | Code::MachineCoordinates
@@ -172,6 +178,7 @@ impl Interpreter<'_> {
     }
 
     pub fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {
+        self.polar.lose();
         if self.sections.open(cause) {
             let why = match cause {
                 Cause::Transform(_) => "coordinates are not those of the path",

@@ -3,7 +3,7 @@
 //! Source: SINUMERIK "NC programming", "Structure and contents of an NC program", "Rules for block format", "Value assignments".
 
 use super::names::{Name, meaning};
-use super::scan::{assigns, bracket_end, expression_end, name, number, statement_end, string_end};
+use super::scan::{assigns, bracket_end, expression_end, is_dimension, name, number, statement_end, string_end};
 use crate::number::{is_blank, skip_blanks};
 use crate::word::{Word, WordKind, offset, plain};
 
@@ -98,7 +98,10 @@ impl Reader<'_> {
                 return self.plain(WordKind::Unknown, past + 1, Name::None);
             };
             let value = skip_blanks(line, past + 1);
-            return if digits == 0 { self.axis_value(letter, value, end) } else { self.extended(letter, value, end) };
+            return match &line[at + 1..at + 1 + digits] {
+                [] => self.axis_value(letter, value, end),
+                number => self.extended(letter, number, value, end),
+            };
         }
         if digits == 0 && letter == b'R' && line.get(past) == Some(&b'[') {
             return self.variable(bracket_end(line, past));
@@ -120,14 +123,14 @@ impl Reader<'_> {
             b"AC" => Name::Absolute,
             b"IC" => Name::Incremental,
             // The direction of a modulo axis, and positions from a table, are not interpreted.
-            b"DC" | b"ACP" | b"ACN" | b"CAC" | b"CIC" | b"CDC" | b"CACP" | b"CACN" => Name::Geometry,
+            of if is_dimension(of) => Name::Geometry,
             _ => Name::None,
         };
         self.valued(letter, value, end, name)
     }
 
     /// An address with a number: R1=5 assigns, S1=1000 turns a spindle, A3=0 is part of an orientation.
-    fn extended(&mut self, letter: u8, value: usize, end: usize) -> Word {
+    fn extended(&mut self, letter: u8, number: &[u8], value: usize, end: usize) -> Word {
         match letter {
             b'R' => self.plain(WordKind::Assignment, end, Name::None),
             b'T' | b'D' => self.valued(letter, value, end, Name::None),
@@ -139,6 +142,7 @@ impl Reader<'_> {
                 let known = word.number().is_some_and(|number| SPINDLE_M.contains(&number));
                 if known { word } else { Word { kind: WordKind::Unknown, name: Name::None, ..word } }
             }
+            b'I'..=b'K' if number == b"1" => self.valued(0, value, end, Name::Intermediate(letter - b'I')),
             _ => self.valued(0, value, end, Name::Geometry),
         }
     }

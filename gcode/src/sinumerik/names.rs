@@ -56,8 +56,14 @@ pub(crate) enum Name {
     Angle,
     /// SUPA: machine coordinates in this block.
     MachineFrame,
-    /// A modal path that is not interpreted: CIP, CT, splines, POLY, involutes.
+    /// A modal path that is not interpreted: splines, POLY, involutes.
     Curve,
+    /// CIP: a circle through an intermediate point.
+    CircleThroughPoint,
+    /// CT: a circle that continues the element before it.
+    TangentialCircle,
+    /// I1, J1, K1: coordinate of the intermediate point of CIP along X, Y, Z (0, 1, 2).
+    Intermediate(u8),
     /// Part of this move is computed by the control, or holds for its block alone: FB, FRC.
     OwnBlock,
     /// The control computes the corner to the next move: RND, CHF, CHR.
@@ -70,10 +76,21 @@ pub(crate) enum Name {
     Closes(Section),
     /// A cycle that moves and leaves path and frame as they were.
     Cycle,
-    /// Part of a position that is not interpreted: AP, RP, ANG, A3, I1, X1.
+    /// AP: polar angle.
+    PolarAngle,
+    /// RP: polar radius.
+    PolarRadius,
+    /// Part of a position that is not interpreted: ANG, A3, X1.
     Geometry,
     /// Speed of a spindle with a number: S1.
     Spindle,
+}
+
+impl Name {
+    /// Whether the word is part of a position, and no letter states that.
+    pub(crate) fn is_coordinate(self) -> bool {
+        matches!(self, Self::Geometry | Self::Intermediate(_) | Self::PolarAngle | Self::PolarRadius)
+    }
 }
 
 /// Names without effect on path and frame: messages, dynamics, feedforward, exact-stop and compensation behaviour, coordination of channels and
@@ -178,11 +195,9 @@ const SILENT_TOO: [&str; 12] =
 const COMPRESSORS: [&str; 5] = ["COMPCAD", "COMPCURV", "COMPON", "COMPSURF", "CYCLE832"];
 const REPLACING: [&str; 5] = ["CROTS", "MIRROR", "ROT", "ROTS", "SCALE"];
 const ADDING: [&str; 4] = ["AMIRROR", "AROT", "AROTS", "ASCALE"];
-const CURVES: [&str; 8] = ["ASPLINE", "BSPLINE", "CIP", "CSPLINE", "CT", "INVCCW", "INVCW", "POLY"];
-const POSITIONS: [&str; 18] = [
-    "ANG", "AP", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA",
-    "PW", "RP",
-];
+const CURVES: [&str; 6] = ["ASPLINE", "BSPLINE", "CSPLINE", "INVCCW", "INVCW", "POLY"];
+const POSITIONS: [&str; 16] =
+    ["ANG", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA", "PW"];
 const TRANSFORMATIONS: [&str; 6] = ["TRAANG", "TRACON", "TRACYL", "TRAFOON", "TRANSMIT", "TRAORI"];
 const TOOL_FRAMES: [&str; 8] = ["TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROT", "TOROTX", "TOROTY", "TOROTZ"];
 /// Cycles of drilling, milling and turning ("Programming technology functions (cycles)"). Measuring cycles (961 and above) may change offsets.
@@ -200,6 +215,10 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "ATRANS" => Name::AddTranslate,
         "SUPA" => Name::MachineFrame,
         "TURN" => Name::Turn,
+        "AP" => Name::PolarAngle,
+        "RP" => Name::PolarRadius,
+        "CIP" => Name::CircleThroughPoint,
+        "CT" => Name::TangentialCircle,
         "RPL" => Name::Angle,
         "FB" | "FRC" => Name::OwnBlock,
         "RND" | "CHF" | "CHR" => Name::Corner,

@@ -18,6 +18,13 @@ pub(crate) fn name(line: &[u8], at: usize) -> &[u8] {
     &rest[..rest.iter().position(|byte| !is_name_byte(*byte)).unwrap_or(rest.len())]
 }
 
+/// Whether a name states how the value in its parentheses is meant: absolute, incremental, by the shortest way, from a table ("Absolute and
+/// incremental dimensions", "Coded positions").
+pub(crate) fn is_dimension(name: &[u8]) -> bool {
+    let known: [&[u8]; 10] = [b"AC", b"IC", b"DC", b"ACP", b"ACN", b"CAC", b"CIC", b"CDC", b"CACP", b"CACN"];
+    known.iter().any(|known| name.eq_ignore_ascii_case(known))
+}
+
 /// End and value of the number at `at`: sign, digits, point, exponent `EX`. Blanks end it.
 pub(crate) fn number(line: &[u8], at: usize) -> Option<(usize, f64)> {
     let rest = line.get(at..)?;

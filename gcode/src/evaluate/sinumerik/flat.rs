@@ -9,6 +9,7 @@ use crate::evaluate::value::Value;
 use crate::format::format_number;
 use crate::program::Program;
 use crate::sinumerik::names::Name;
+use crate::sinumerik::scan::{is_dimension, name};
 use crate::word::{Word, WordKind};
 
 impl Flatten for Run<'_> {
@@ -36,7 +37,7 @@ impl Flatten for Run<'_> {
     }
 }
 
-/// A word with the value of its expression: `X=R1` is written as `X=5.`, `X=IC(R1)` as `X=IC(5.)`.
+/// A word with the value of its expression: `X=R1` is written as `X=5.`, `X=IC(R1)` as `X=IC(5.)`, `I1=IC(R1)` as `I1=IC(5.)`.
 fn valued(program: &Program, word: &Word) -> Result<Vec<u8>, &'static str> {
     let value = program.text(word.value_span());
     let Some(number) = word.number() else {
@@ -46,11 +47,11 @@ fn valued(program: &Program, word: &Word) -> Result<Vec<u8>, &'static str> {
     };
     let address = &program.text(word.span)[..(word.value_start - word.span.start) as usize];
     let text = Run::value(word.letter, number);
-    let text = match word.name {
-        Name::Absolute => format!("AC({text})"),
-        Name::Incremental => format!("IC({text})"),
-        _ => text,
-    };
+    let of = name(value, 0);
+    let is_kept = matches!(word.name, Name::Absolute | Name::Incremental) || (word.name.is_coordinate() && is_dimension(of));
+    if is_kept {
+        return Ok([address.trim_ascii(), of, b"(", text.as_bytes(), b")"].concat());
+    }
     Ok([address.trim_ascii(), text.as_bytes()].concat())
 }
 
