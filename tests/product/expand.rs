@@ -48,7 +48,7 @@ fn feed_moves_that_run_several_times_are_compensated_in_an_expanded_program() {
 fn what_runs_in_another_file_is_simulated_where_it_is_found() {
     let folder = folder_with("G21 G90 G0 X0 Y0 Z0\nM98 P12\nG1 X0 Y0\nM30\n");
     let words = ["simulate", "part.ngc", "--dialect", "fanuc", "-o", "log.csv", "--expand"];
-    assert!(folder.fails(1, &words).contains("no feed was given"));
+    assert!(folder.fails(1, &words).contains("an effect on path or frame that is not known"));
     folder.write("O0012.nc", "O12\nG1 X20 F1000\nY5\nM99\n");
     assert!(folder.prints(&words).contains("part.ngc (expanded) on the machine"));
 }
