@@ -93,7 +93,9 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
             Fixed::Unsplittable => {
                 "in blocks that several lines cannot replace: words that act before and after the motion, calls, jumps"
             }
-            Fixed::Adjoining => "whose ends the control needs for what it computes itself (,R ,C RND CHF APPR DEP CT CC)",
+            Fixed::Adjoining => {
+                "whose ends the control needs for what it computes itself (,R ,C RND CHF APPR DEP CIP CT CC, poles and polar coordinates)"
+            }
             Fixed::Threading => "that follow the spindle or a probe",
             Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
             Fixed::RunTime => "that depend on what only the running program knows",
