@@ -32,7 +32,7 @@ pub struct Common {
     /// Print warnings and errors only
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Print every step of long work in a line of its own, with the time since its start
+    /// Print every step of long work in a line of its own, with the time since its start, and every warning of a program
     #[arg(short, long, global = true)]
     pub verbose: bool,
 }

@@ -1,5 +1,6 @@
 //! Errors and warnings about a program, displayed with the line and a caret under the word.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use crate::program::Program;
@@ -9,6 +10,9 @@ use crate::word::Span;
 const SHOWN_BYTES: usize = 120;
 /// Bytes displayed before the caret if the line is longer than that.
 const SHOWN_BEFORE: usize = 60;
+
+/// Lines and ranges of lines that a merged message names before it counts the others.
+const RANGES_NAMED: usize = 5;
 
 /// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,10 +91,69 @@ impl Diagnostic {
     }
 }
 
+/// Texts of at most `most` diagnostics, as [`Diagnostic::render`] displays them. Those that differ by their place alone are one, at the first of
+/// the places and with the lines of all. Also returns how many diagnostics are left out.
+pub fn render_merged(diagnostics: &[Diagnostic], program: &Program, file_name: &str, most: usize) -> (Vec<String>, usize) {
+    let mut groups: Vec<Vec<&Diagnostic>> = Vec::new();
+    let mut known = HashMap::new();
+    for diagnostic in diagnostics {
+        let key = (diagnostic.severity, &diagnostic.message, &diagnostic.help);
+        let group = *known.entry(key).or_insert(groups.len());
+        if group == groups.len() {
+            groups.push(Vec::new());
+        }
+        groups[group].push(diagnostic);
+    }
+    let text = |group: &Vec<&Diagnostic>| {
+        let first = group[0];
+        let lines = lines(group.iter().map(|of| of.line).collect());
+        let message = lines.map_or_else(|| first.message.clone(), |lines| format!("{} ({lines})", first.message));
+        Diagnostic { message, ..first.clone() }.render(program, file_name)
+    };
+    let left_out = groups.iter().skip(most).map(Vec::len).sum();
+    (groups.iter().take(most).map(text).collect(), left_out)
+}
+
+/// Lines in words: `lines 12, 15-40 and 87 more`; `None` for a single one.
+fn lines(mut of: Vec<usize>) -> Option<String> {
+    of.sort_unstable();
+    of.dedup();
+    let ranges: Vec<&[usize]> = of.chunk_by(|before, after| before + 1 == *after).collect();
+    let named: Vec<String> = ranges
+        .iter()
+        .take(RANGES_NAMED)
+        .map(|range| match range {
+            [first, .., last] => format!("{first}-{last}"),
+            _ => range[0].to_string(),
+        })
+        .collect();
+    let others: usize = ranges.iter().skip(RANGES_NAMED).map(|range| range.len()).sum();
+    let more = if others > 0 { format!(" and {others} more") } else { String::new() };
+    (of.len() > 1).then(|| format!("lines {}{more}", named.join(", ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::parse;
+
+    #[test]
+    fn diagnostics_of_the_same_text_are_one_with_their_lines() {
+        let program = parse("G1 X1\n".repeat(200));
+        let on = |line: usize, message: &str| {
+            let span = program.block_words(line - 1)[0].span;
+            Diagnostic::new(&program, Severity::Warning, span, message)
+        };
+        let mut found: Vec<Diagnostic> = [12, 12].into_iter().chain(15..=40).map(|line| on(line, "same")).collect();
+        found.push(on(50, "other"));
+        found.push(on(51, "same").with_help("do"));
+        let (texts, left_out) = render_merged(&found, &program, "a.nc", 2);
+        assert_eq!((texts.len(), left_out), (2, 1));
+        assert!(texts[0].starts_with("warning: same (lines 12, 15-40)\n  --> a.nc:12:1\n"), "{}", texts[0]);
+        assert!(texts[1].starts_with("warning: other\n"), "{}", texts[1]);
+        assert_eq!(lines((1..100).step_by(2).collect()).as_deref(), Some("lines 1, 3, 5, 7, 9 and 45 more"));
+        assert_eq!(lines(vec![7, 7]), None);
+    }
 
     #[test]
     fn a_caret_stands_under_the_word() {

@@ -59,7 +59,7 @@ pub use acting::is_motion_word;
 pub use arc::{Arc, ArcTolerance};
 pub use cycle::Cycle;
 pub use decimal_point::{ANGLE_INCREMENT, is_integer_program, length_increment, oversized_point, undecided_point};
-pub use diagnostic::{Diagnostic, Severity};
+pub use diagnostic::{Diagnostic, Severity, render_merged};
 pub use dialect::{ArcCentres, DecimalPoint, Dialect, Macros, Options};
 pub use dialogue::renumber;
 pub use edit::{Edits, edit, edit_blocks};

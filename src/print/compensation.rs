@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use gcode::{Dialect, Language, Options, Program};
+use gcode::{Diagnostic, Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
 use motion::contour::ContourSummary;
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
@@ -73,12 +73,25 @@ pub fn control_fidelity(control: &ControlFidelity) -> String {
     known
 }
 
-/// The forecast with and without compensation, what a run is expected to come to, and what is left alone.
-pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>) {
+/// Warnings of a program that are printed without `--verbose`.
+const WARNINGS: usize = 20;
+
+/// The warnings of a program: `all`, or those of the same text in one and at most [`WARNINGS`].
+pub fn show_warnings(printer: &Printer, warnings: &[Diagnostic], (program, name): (&Program, &str), all: bool) {
+    if all {
+        return warnings.iter().for_each(|warning| printer.line(warning.render(program, name)));
+    }
+    let (texts, left_out) = gcode::render_merged(warnings, program, name, WARNINGS);
+    texts.iter().for_each(|text| printer.line(text));
+    if left_out > 0 {
+        printer.line(format!("warning: {left_out} more warnings; --verbose shows all"));
+    }
+}
+
+/// The forecast with and without compensation, what a run is expected to come to, and what is left alone; with `all` every warning.
+pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>, all: bool) {
     if let Some(part) = input.part() {
-        for warning in &part.toolpath.warnings {
-            printer.line(warning.render(&part.program, &part.name));
-        }
+        show_warnings(printer, &part.toolpath.warnings, (&part.program, &part.name), all);
     }
     for warning in warnings(input.part(), outcome) {
         printer.line(format!("warning: {warning}"));

@@ -72,6 +72,34 @@ fn less_and_more_is_printed() {
 }
 
 #[test]
+fn warnings_of_the_same_text_are_one_and_the_others_are_counted() {
+    let folder = Folder::with_model();
+    let mut program = String::from("O1\nG21 G90 G17\nG0 X0. Y0. Z0.\nG1 X50. F1800\n");
+    // Each section has its own last line; the L of forty moves is the same.
+    (0..30).for_each(|_| program.push_str("G16\nG1 X5. Y30.\nG15\n"));
+    program.push_str("G0 X0. Y0. Z0.\n");
+    (0..40).for_each(|k| program.push_str(&format!("G1 X{}. Y{}. L2\n", 50 * (k % 2), k)));
+    program.push_str("M30\n");
+    folder.write("part.nc", program);
+    let words = |more: &[&'static str]| {
+        let own = ["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc", "--effort", "fast", "--decimal-point", "unit"];
+        [&own[..], more].concat()
+    };
+    let count = |printed: &str| printed.lines().filter(|line| line.starts_with("warning")).count();
+    let usual = text(&with(&folder, &[], &words(&[])).stdout);
+    assert!(usual.contains("\nwarning: 50 more warnings; --verbose shows all\n"), "{usual}");
+    let quiet = text(&with(&folder, &[], &words(&["--quiet"])).stderr);
+    assert!(quiet.lines().all(|line| line.starts_with("warning")) && count(&quiet) == count(&usual), "{quiet}");
+    let verbose = text(&with(&folder, &[], &words(&["--verbose"])).stdout);
+    assert_eq!(count(&verbose) - count(&usual), 70 - 21, "{verbose}");
+    assert!(!verbose.contains("more warnings"));
+    // Without the sections all moves stand in one warning.
+    folder.write("part.nc", folder.read("part.nc").replace("G16\n", "").replace("G15\n", ""));
+    let merged = text(&with(&folder, &[], &words(&[])).stdout);
+    assert!(merged.contains("is left as it is (lines 36-75)\n"), "{merged}");
+}
+
+#[test]
 fn shells_and_man_know_every_command() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {

@@ -1,11 +1,13 @@
-//! Collects diagnostics up to a cap.
+//! Collects diagnostics up to a largest number.
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::program::Program;
 use crate::word::Span;
 
-/// Maximum number of errors, and of warnings.
-const CAP: usize = 20;
+/// Maximum number of errors: reading stops there.
+const MOST_ERRORS: usize = 20;
+/// Maximum number of warnings, about 3 MB.
+const MOST_WARNINGS: usize = 10_000;
 
 /// The diagnostics of one interpretation.
 #[derive(Debug)]
@@ -30,12 +32,21 @@ impl<'a> Report<'a> {
 
     pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.errors += 1;
-        self.push(Severity::Error, self.errors, span, message.into(), help);
+        if self.errors <= MOST_ERRORS {
+            self.push(Severity::Error, span, message.into(), help);
+        }
     }
 
     pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
         self.warnings += 1;
-        self.push(Severity::Warning, self.warnings, span, message.into(), help);
+        match self.warnings {
+            ..=MOST_WARNINGS => self.push(Severity::Warning, span, message.into(), help),
+            count if count == MOST_WARNINGS + 1 => {
+                let message = format!("from this line on warnings are not listed: there are more than {MOST_WARNINGS}");
+                self.push(Severity::Warning, span, message, None);
+            }
+            _ => {}
+        }
     }
 
     /// Number of diagnostics so far.
@@ -58,10 +69,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    fn push(&mut self, severity: Severity, count: usize, span: Span, message: String, help: Option<&str>) {
-        if count > CAP {
-            return;
-        }
+    fn push(&mut self, severity: Severity, span: Span, message: String, help: Option<&str>) {
         let mut diagnostic = Diagnostic::new(self.program, severity, span, message);
         diagnostic.help = help.map(str::to_owned);
         self.diagnostics.push(diagnostic);
@@ -69,7 +77,7 @@ impl<'a> Report<'a> {
 
     /// Whether the error cap is reached, so that reading can stop.
     pub fn is_full(&self) -> bool {
-        self.errors >= CAP
+        self.errors >= MOST_ERRORS
     }
 
     pub fn has_errors(&self) -> bool {

@@ -45,12 +45,17 @@ pub(super) fn with_warnings(error: Error, toolpath: &Toolpath, program: &Program
     Error::Program { text: render(&diagnostics, program, name), diagnostics }
 }
 
+/// Warnings that are listed beside errors.
+const WARNINGS: usize = 20;
+
 /// Text of the faults of a program, errors first, each with its line and a caret under the word. The first fault has no
-/// `error:` label, so that the caller can print its own.
+/// `error:` label, so that the caller can print its own. Warnings of the same text are one.
 #[must_use]
 pub fn render(diagnostics: &[Diagnostic], program: &Program, name: &str) -> String {
-    let (errors, others): (Vec<&Diagnostic>, Vec<_>) = diagnostics.iter().partition(|diagnostic| diagnostic.is_error());
-    let texts: Vec<String> = errors.into_iter().chain(others).map(|diagnostic| diagnostic.render(program, name)).collect();
-    let text = texts.join("\n");
+    let (errors, warnings): (Vec<Diagnostic>, Vec<_>) = diagnostics.iter().cloned().partition(Diagnostic::is_error);
+    let (warnings, left_out) = gcode::render_merged(&warnings, program, name, WARNINGS);
+    let more = (left_out > 0).then(|| format!("warning: {left_out} more warnings"));
+    let errors = errors.iter().map(|error| error.render(program, name));
+    let text = errors.chain(warnings).chain(more).collect::<Vec<String>>().join("\n");
     text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
 }

@@ -57,9 +57,7 @@ impl Compensate {
 
     fn show_joined(&self, long: &LongProgram, joined: &Joined<'_>, printer: &Printer) -> Result<()> {
         let whole = long.whole();
-        for warning in long.warnings() {
-            printer.line(warning.render(&whole.program, &whole.name));
-        }
+        print::show_warnings(printer, long.warnings(), (&whole.program, &whole.name), self.common.verbose);
         if !joined.is_placed {
             printer.line("note: the work offset is not known: terms that depend on position are left out, and travel is compared with the extent of the part alone. Give --work-offset X,Y,Z");
         }

@@ -164,7 +164,7 @@ impl Compensate {
             printer.line(print::control_fidelity(control));
         }
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
-        print::show(&printer, &input, &outcome, expected.as_ref());
+        print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
 
         let output = outcome.write(&input, &format, &self.out)?;
         self.show_output(&output, &outcome, &printer);
