@@ -152,3 +152,17 @@ fn a_flat_program_keeps_how_values_are_meant() {
     assert_eq!(flat.matches("I1=IC(5.) J1=AC(5.)").count(), 2, "{flat}");
     assert!(flat.contains("AP=IC(5.)"), "{flat}");
 }
+
+#[test]
+fn two_paths_in_one_block_contradict_each_other() {
+    let refused = |block: &str| {
+        let text = format!("{START}{block}");
+        let error = interpret(&Dialect::Sinumerik.read(parse(&*text)), &Dialect::Sinumerik.into()).expect_err(&text);
+        error.to_string()
+    };
+    for (block, second) in
+        [("CIP CT X5 Y5 I1=1 J1=2", "CT"), ("CT ASPLINE X5", "ASPLINE"), ("BSPLINE CSPLINE X5", "CSPLINE"), ("G1 CIP X5", "CIP")]
+    {
+        assert!(refused(block).contains(&format!("{second} contradicts")), "{block}: {}", refused(block));
+    }
+}

@@ -18,6 +18,16 @@ pub(super) struct GWord {
     pub code: Code,
 }
 
+/// Number of a code that has a name instead; it is in no message.
+const NAMED: u16 = u16::MAX;
+
+impl GWord {
+    /// Whether the code has a name instead of a number.
+    pub fn is_named(&self) -> bool {
+        self.tenths == NAMED
+    }
+}
+
 /// Words of a block by letter. The buffers are reused for every block.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
@@ -77,8 +87,7 @@ impl Gathered {
     }
 
     fn note_name(&mut self, index: usize, name: Name) {
-        // The number is in no message.
-        let code = |code: Code| GWord { index, tenths: u16::MAX, code };
+        let code = |code: Code| GWord { index, tenths: NAMED, code };
         match name {
             Name::None | Name::Absolute | Name::Incremental => {}
             Name::Curve => self.g.push(code(Code::Motion(Motion::Curve))),

@@ -200,10 +200,10 @@ impl Interpreter<'_> {
     fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
         let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
         let mut motions = words.g.iter().filter(|g| is_motion(g.code));
+        let text = |index: usize| String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase();
         if let (Some(first), Some(second)) = (motions.next(), motions.next())
-            && first.tenths != second.tenths
+            && (first.tenths != second.tenths || (first.is_named() && text(first.index) != text(second.index)))
         {
-            let text = |index: usize| String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase();
             let message = format!("{} contradicts {} in the same block", text(second.index), text(first.index));
             self.report.error(self.span(second.index), message, Some("one motion code a block"));
             return true;
