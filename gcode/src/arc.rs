@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::modal::Plane;
+use crate::plane::Plane;
+use crate::rotation::Rotation;
 
 /// End points closer than this, in mm, coincide: the arc is a full circle.
 const SAME_POINT_MM: f64 = 1e-9;
@@ -121,6 +122,13 @@ impl Arc {
         let radius = self.radius_start_mm + (self.radius_end_mm - self.radius_start_mm) * fraction;
         let (sin, cos) = (self.start_angle + self.sweep * fraction).sin_cos();
         [self.centre_mm[0] + radius * cos, self.centre_mm[1] + radius * sin]
+    }
+
+    /// The arc in the work frame, from turned coordinates. `None` where it lies in another plane than they are turned in.
+    pub(crate) fn in_work(&self, rotation: &Rotation) -> Option<Self> {
+        let centre_mm = rotation.point_in_work(self.centre_mm);
+        let start_angle = self.start_angle + rotation.angle_rad();
+        (self.plane == rotation.plane()).then_some(Self { centre_mm, start_angle, ..*self })
     }
 
     /// Unit vector of motion at the end, in the plane's two axes.

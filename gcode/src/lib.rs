@@ -19,8 +19,8 @@
 //! ```
 //!
 //! # Frames and known coordinates
-//! Positions are mm and rad in the active work coordinate system before G52 and G92.
-//! [`Modal::shift`] converts them to programmed coordinates. A coordinate is *known* after an
+//! Positions are mm and rad in the active work coordinate system before G52, G92 and a known rotation.
+//! [`Toolpath::programmed`] converts them to programmed coordinates. A coordinate is *known* after an
 //! absolute word. It becomes unknown after G28, G53, a probing move, a subprogram call, a change of
 //! the active work offset (G54 to G55, G10 L2) and, under LinuxCNC, Z after G43. A tool change
 //! keeps the position. A linear axis that the program never names counts as known, at 0. Moves from
@@ -46,8 +46,10 @@ mod lexer;
 mod modal;
 mod number;
 mod passive;
+mod plane;
 mod position;
 mod program;
+mod rotation;
 mod sections;
 mod signs;
 mod sinumerik;
@@ -68,9 +70,11 @@ pub use evaluate::{Files, evaluate, expand};
 pub use foreign::{Foreign, recognise};
 pub use format::{append_number, format_angle, format_coordinate, format_number};
 pub use interpret::{Reader, Resume, interpret, interpret_part};
-pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, Plane, ReturnLevel, ToolLength, Units, WorkOffset};
+pub use modal::{CutterCompensation, Distance, FeedMode, Modal, PathMode, ReturnLevel, ToolLength, Units, WorkOffset};
 pub use passive::PassiveCodes;
+pub use plane::Plane;
 pub use position::{Axis, Position};
 pub use program::{Block, Language, Program, parse, parse_in};
+pub use rotation::Rotation;
 pub use toolpath::{Feed, Fixed, Move, MoveKind, MoveWords, Shiftable, Toolpath};
 pub use word::{Span, Word, WordKind};

@@ -1,5 +1,8 @@
 //! Modal state under which a replacement move must be written.
 
+pub use crate::plane::Plane;
+use crate::rotation::Rotation;
+
 /// Units of length words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Units {
@@ -37,28 +40,6 @@ pub enum FeedMode {
     PerMinute,
     /// G95: length units per spindle revolution.
     PerRevolution,
-}
-
-/// Plane of arcs. Its normal is the tool axis of cycles and length offsets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Plane {
-    /// G17.
-    Xy,
-    /// G18; counter-clockwise turns Z towards X.
-    Zx,
-    /// G19.
-    Yz,
-}
-
-impl Plane {
-    /// Axis indices (0 = X): first and second in the plane, then the normal, right-handed.
-    pub fn axes(self) -> [usize; 3] {
-        match self {
-            Plane::Xy => [0, 1, 2],
-            Plane::Zx => [2, 0, 1],
-            Plane::Yz => [1, 2, 0],
-        }
-    }
 }
 
 /// Active work coordinate system.
@@ -147,8 +128,10 @@ pub struct Modal {
     /// G98, G99.
     pub return_level: ReturnLevel,
     /// Sum of G52 and G92, or of TRANS and ATRANS, by axis (mm; rad for A, B, C). Programmed absolute coordinate = position
-    /// − shift.
+    /// − shift, without a rotation.
     pub shift: [f64; 6],
+    /// Known rotation of the coordinates. Its turned coordinates are programmed ones + shift.
+    pub rotation: Option<Rotation>,
     /// Spindle speed, rev/min, if it is a number.
     pub spindle_rpm: Option<f64>,
     /// Last T.
@@ -171,6 +154,7 @@ impl Modal {
             path: PathMode::Default,
             return_level: ReturnLevel::Initial,
             shift: [0.0; 6],
+            rotation: None,
             spindle_rpm: None,
             tool: None,
         }

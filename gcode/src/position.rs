@@ -81,4 +81,11 @@ impl Position {
     pub(crate) fn forget(&mut self, axis: usize) {
         self.known &= !(1 << axis);
     }
+    /// Knows two coordinates or none of them.
+    pub(crate) fn keep_pair(&mut self, first: usize, second: usize) {
+        if !(self.knows(first) && self.knows(second)) {
+            self.forget(first);
+            self.forget(second);
+        }
+    }
 }

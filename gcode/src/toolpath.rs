@@ -6,6 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::modal::{Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
+use crate::rotation::Rotation;
 
 /// Programmed feed of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +107,7 @@ pub struct Move {
     pub modal: u32,
     /// Kind of the move.
     pub kind: MoveKind,
-    /// Start position, in the work frame before G52 and G92, so that these leave no jump in the
+    /// Start position, in the work frame before G52, G92 and known rotations, so that these leave no jump in the
     /// path.
     pub start: Position,
     /// End position, in the same frame.
@@ -143,6 +144,21 @@ impl Move {
     /// Whether the move is a line or an arc.
     pub fn is_feed(&self) -> bool {
         matches!(self.kind, MoveKind::Line | MoveKind::Arc(_))
+    }
+
+    /// The move in the work frame, from turned coordinates. An arc in another plane than they are turned in is taken as the line to its end, and
+    /// left alone.
+    pub(crate) fn in_work(self, rotation: &Rotation) -> Self {
+        let (start, end) = (rotation.in_work(self.start), rotation.in_work(self.end));
+        let (kind, shiftable) = match self.kind {
+            MoveKind::Arc(arc) => match (arc.in_work(rotation), self.shiftable) {
+                (Some(arc), shiftable) => (MoveKind::Arc(arc), shiftable),
+                (None, Shiftable::Yes) => (MoveKind::Line, Shiftable::No(Fixed::NotUnderstood)),
+                (None, shiftable) => (MoveKind::Line, shiftable),
+            },
+            kind => (kind, self.shiftable),
+        };
+        Self { kind, start, end, shiftable, ..self }
     }
 
     /// Path length of X, Y, Z in mm for lines and arcs (for rapids the distance), otherwise `None`.
@@ -220,13 +236,20 @@ impl Toolpath {
         &self.modals[of.modal as usize]
     }
 
-    /// Value to write for axis `axis` (0 = X) so that the move ends at `position` (mm, rad): the
-    /// absolute coordinate, or under G91 the distance from `start`, both in mm or rad.
-    pub fn programmed(&self, of: &Move, axis: usize, start: f64, position: f64) -> Option<f64> {
-        let modal = self.modals.get(of.modal as usize)?;
-        match modal.distance {
-            Distance::Absolute => Some(position - modal.shift.get(axis)?),
-            Distance::Incremental => Some(position - start),
+    /// Values to write for X, Y, Z, A, B, C so that the move ends at `position` (mm, rad): absolute coordinates, or under G91 the distances from
+    /// `start`, both in mm or rad.
+    ///
+    /// # Panics
+    /// As [`Toolpath::modal`].
+    pub fn programmed(&self, of: &Move, start: [f64; 6], position: [f64; 6]) -> [f64; 6] {
+        let Modal { distance, shift, rotation, .. } = self.modal(of);
+        let difference = |from: [f64; 6], to: [f64; 6]| std::array::from_fn(|axis| to[axis] - from[axis]);
+        match distance {
+            Distance::Absolute => difference(*shift, rotation.map_or(position, |rotation| rotation.unturned(position))),
+            Distance::Incremental => {
+                let distance = difference(start, position);
+                rotation.map_or(distance, |rotation| rotation.displacement_unturned(distance))
+            }
         }
     }
 }

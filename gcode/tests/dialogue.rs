@@ -139,7 +139,7 @@ fn a_datum_shift_moves_the_frame_and_places_are_stated_again() {
         "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+100\nCYCL DEF 7.2 IY+5\nL X+0 Y+0 Z+0 FMAX\nL X+10 F600\nCYCL DEF 7.0\nCYCL DEF 7.1 #4\nL X+0 Y+0 Z+0 FMAX\nL X+1",
     );
     assert!(close(path.moves[2].end.nominal_mm(), [110.0, 5.0, 0.0]));
-    assert_eq!(path.programmed(&path.moves[2], 0, 0.0, 110.0), Some(10.0));
+    assert_eq!(path.programmed(&path.moves[2], [0.0; 6], [110.0; 6])[0], 10.0);
     assert_eq!(fixed(&path.moves[2..]), [None, Some(Fixed::Rapid), Some(Fixed::NotUnderstood)]);
 }
 
@@ -151,7 +151,8 @@ fn what_is_not_interpreted_leaves_the_moves_after_it_alone() {
     for (between, why) in [
         ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X", unknown),
         ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\nCYCL DEF 8.0\nCYCL DEF 8.1", None),
-        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+35", unknown),
+        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+35", None),
+        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 IROT+35", unknown),
         ("CYCL DEF 10.1 ROT+35\nCYCL DEF 10.1 ROT+0", None),
         ("CYCL DEF 11.1 SCL 0.99", unknown),
         ("CYCL DEF 11.1 SCL0.99", unknown),

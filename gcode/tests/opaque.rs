@@ -37,7 +37,8 @@ fn is_left_alone(dialect: Dialect, on: &str, body: &str, off: &str) {
 fn turned_scaled_and_polar_moves_are_left_alone() {
     let body = "G1 X20. Y5. F300\nG2 X30. Y5. R5.\nG3 X40. Y5. I5. J0\nG91 G1 X1.\nG90 G0 X1. Y1.\n";
     for (on, off) in [
-        ("G68 X0 Y0 R30.", "G69"),
+        ("G68 R30.", "G69"),
+        ("G68 X0 Y0 R30. I0 J0 K1.", "G69"),
         ("G68.2 X0 Y0 Z0 I30. J20. K0", "G69"),
         ("G68.2 P1 X0 Y0 Z0 I30. J20. K0", "G69"),
         ("G68.5 X0 Y0 Z0 I0 J1. K0 R45.", "G69"),
@@ -66,7 +67,7 @@ fn words_of_the_mode_need_no_meaning_outside_it() {
     is_left_alone(Dialect::Fanuc, "G12.1", "G41 G1 X20. C10. D1 F300\nC0 ,R2.\nG3 X10. C5. K5. Q2.\nG40 X30.\n", "G13.1");
     is_left_alone(Dialect::Fanuc, "G16", "G1 X20. Y30. P5\nG91 Y30. X1. X2.\nG90\n", "G15");
     // A loop in a section is not edited.
-    is_left_alone(Dialect::Fanuc, "G68 X0 Y0 R30.", "#1=0\nWHILE[#1LT3]DO1\nG1 X#1\n#1=#1+1\nEND1\n", "G69");
+    is_left_alone(Dialect::Fanuc, "G68 R30.", "#1=0\nWHILE[#1LT3]DO1\nG1 X#1\n#1=#1+1\nEND1\n", "G69");
 }
 
 #[test]

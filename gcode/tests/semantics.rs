@@ -125,7 +125,7 @@ fn shifts_leave_no_jump() {
         close(step.start.xyz_mm().expect("known"), [10.0, 5.0, 0.0]);
         close(step.end.xyz_mm().expect("known"), [20.0, 5.0, 0.0]);
         assert_eq!(path.modal(&step).shift[..2], [10.0, 5.0]);
-        assert_eq!(path.programmed(&step, 0, 10.0, 20.0), Some(10.0));
+        assert_eq!(path.programmed(&step, [10.0; 6], [20.0; 6])[0], 10.0);
     }
     let back = read("G21 G0 X10 Y5 Z0\nG92 X0\nG92.2\nG1 X12 F100\nG92.3\nX3\nG92.1\nX10\n");
     let ends: Vec<_> = back.moves[1..].iter().map(|m| m.end.axis(Axis::X)).collect();

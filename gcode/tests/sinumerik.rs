@@ -125,8 +125,8 @@ fn a_programmable_offset_leaves_no_jump() {
 #[test]
 fn sections_end_with_their_own_codes() {
     for (opens, closes) in [
-        ("ROT RPL=30", "ROT"),
-        ("AROT Z30", "TRANS"),
+        ("ROT X30", "ROT"),
+        ("AROT X30", "TRANS"),
         ("SCALE X2", "TRANS X5"),
         ("AMIRROR X0", "MIRROR"),
         ("CYCLE800(1,\"TISCH\",0,57,0,0,0,0,0,0,0,0,0,1)", "CYCLE800()"),

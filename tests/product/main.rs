@@ -30,6 +30,7 @@ mod recorded;
 mod refine;
 mod report;
 mod reproduce;
+mod rotated;
 mod rows;
 mod sinumerik;
 mod story;

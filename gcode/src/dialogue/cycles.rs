@@ -16,6 +16,9 @@ impl Interpreter<'_> {
         let (number, part) = text.split_once('.').unwrap_or((&text, ""));
         let effect = number.parse().map_or(CycleEffect::Unknown, cycle_effect);
         let has_values = !part.is_empty() && part != "0";
+        if !matches!(effect, CycleEffect::OnCall | CycleEffect::Dwell | CycleEffect::Tolerance | CycleEffect::Transform(_)) {
+            self.lose_rotation("this cycle");
+        }
         match effect {
             CycleEffect::OnCall => {}
             CycleEffect::Dwell if has_values => {
@@ -24,6 +27,8 @@ impl Interpreter<'_> {
             }
             CycleEffect::Tolerance if part == "1" => self.set_tolerance(block),
             CycleEffect::Shift => self.shift(block, has_values),
+            CycleEffect::Transform(Cause::Rotation) if has_values => self.rotate(block),
+            CycleEffect::Transform(Cause::Rotation) => {}
             CycleEffect::Transform(cause) => self.transform(block, cause, has_values),
             CycleEffect::Preset => {
                 self.lose_place();
@@ -85,18 +90,17 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Mirror image, rotation, scaling: on, or off again.
+    /// Mirror image, scaling: on, or off again.
     fn transform(&mut self, block: &Block<'_>, cause: Cause, has_values: bool) {
         let off = match cause {
             Cause::Mirror => has_values && block.words.len() == 3,
-            Cause::Rotation => block.value("ROT") == Some(0.0),
             Cause::Scaling => block.value("SCL") == Some(1.0),
             _ => false,
         };
         if off {
             self.close(cause);
         } else if has_values {
-            self.open(cause, self.span_of_block(), "mirror image, rotation and scaling are not interpreted", None);
+            self.open(cause, self.span_of_block(), "mirror image and scaling are not interpreted", None);
             self.lose_place();
         }
     }
@@ -104,6 +108,9 @@ impl Interpreter<'_> {
     /// PLANE, FUNCTION TCPM, TRANS DATUM. Returns whether the block is one of these.
     pub fn frame(&mut self, block: &Block<'_>) -> bool {
         let starts = |names: &[&str]| block.begins(names);
+        if starts(&["PLANE"]) || starts(&["TRANS"]) || starts(&["FUNCTION", "RESET", "TCPM"]) {
+            self.lose_rotation("another frame");
+        }
         if starts(&["PLANE", "RESET"]) {
             self.lose_place();
             self.close(Cause::Plane);

@@ -13,6 +13,7 @@ pub(crate) mod lexer;
 mod parameters;
 mod path;
 mod renumber;
+mod rotations;
 mod sections;
 mod state;
 mod statements;
@@ -46,7 +47,9 @@ pub(crate) fn interpret(program: &Program, options: &Options) -> Result<Toolpath
         let block = Block::of(program, index);
         let is_skipped = block.is_optional && options.block_delete == Some(true);
         if !block.words.is_empty() && !is_skipped {
+            state.note_optional(&block);
             state.execute(&block, continues(program, index));
+            state.pair_turned();
         }
         if state.ended || state.report.is_full() {
             break;

@@ -128,7 +128,11 @@ impl Interpreter<'_> {
                 Effect::End => self.ended = true,
                 Effect::CycleCall => self.call_cycle(),
                 Effect::Closes(cause) => self.close(*cause),
-                Effect::Frame | Effect::Retract => self.lose_place(),
+                Effect::Frame => {
+                    self.lose_rotation("M143");
+                    self.lose_place();
+                }
+                Effect::Retract => self.lose_place(),
                 _ => {}
             }
         }

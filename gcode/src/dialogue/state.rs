@@ -9,7 +9,7 @@ use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
 use crate::toolpath::{Fixed, Move, Shiftable};
-use crate::word::Span;
+use crate::word::{Span, Word};
 
 /// The modal F.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +55,8 @@ pub(super) struct Interpreter<'a> {
     /// Whether the next lines behind `~` are those of CYCL DEF 247.
     pub continued_preset: bool,
     pub ended: bool,
+    /// Whether the program names A, B or C anywhere.
+    pub names_rotary: bool,
     pub moves: Vec<Move>,
     pub modals: Vec<Modal>,
     /// Moves whose ends a move depends on beside its own start: that before a tangent, or that of a pole.
@@ -87,6 +89,7 @@ impl<'a> Interpreter<'a> {
             start_is_computed: false,
             continued_preset: false,
             ended: false,
+            names_rotary: program.words().iter().any(|word| is_rotary(program, word)),
             moves: Vec::new(),
             modals: Vec::new(),
             needs: Vec::new(),
@@ -100,6 +103,9 @@ impl<'a> Interpreter<'a> {
 
     /// Opens a section, with a warning where it is new.
     pub fn open(&mut self, cause: Cause, span: Span, what: &str, help: Option<&str>) {
+        if cause != Cause::Rotation {
+            self.lose_rotation("another function");
+        }
         if self.sections.open(cause) {
             let until = if cause == Cause::Lasting { "up to the program's end" } else { "until it is cancelled" };
             self.report.warning(span, format!("{what}; the moves after it are left alone {until}"), help);
@@ -128,6 +134,7 @@ impl<'a> Interpreter<'a> {
 
     /// Adds a move. What a fixed move depends on becomes fixed too.
     pub fn push(&mut self, step: Move, needs: [Option<usize>; 2]) {
+        let step = self.modal.rotation.map_or(step, |rotation| step.in_work(&rotation));
         self.moves.push(step);
         self.needs.push(needs);
         if step.shiftable != Shiftable::Yes {
@@ -158,4 +165,10 @@ impl<'a> Interpreter<'a> {
         }
         (self.modals.len() - 1) as u32
     }
+}
+
+/// Whether a word is a coordinate of a rotary axis.
+fn is_rotary(program: &Program, word: &Word) -> bool {
+    let name = program.text(Span { start: word.span.start, end: word.value_start }).to_ascii_uppercase();
+    word.value_start < word.span.end && matches!(name.as_slice(), [b'A'..=b'C'] | [b'I', b'A'..=b'C'])
 }

@@ -27,6 +27,17 @@ const SILENT: [&[&str]; 12] = [
 const SILENT_FN: [u32; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 26, 28];
 
 impl Interpreter<'_> {
+    /// A block that a switch may skip and that changes frame or tool leaves everything after it alone.
+    pub fn note_optional(&mut self, block: &Block<'_>) {
+        let changes = [&["CYCL", "DEF"][..], &["PLANE"], &["FUNCTION"], &["TRANS"], &["TOOL", "CALL"], &["CC"]];
+        let is_optional = block.is_optional && self.options.block_delete.is_none();
+        if is_optional && changes.iter().any(|names| block.begins(names)) {
+            let what = "a frame, a tool or a pole in a block that a switch may skip";
+            self.open(Cause::Lasting, self.span_of_block(), what, Some("take the block out, or its slash"));
+            self.lose_place();
+        }
+    }
+
     /// Executes a block. `continued`: it belongs to the block before it.
     pub fn execute(&mut self, block: &Block<'_>, continued: bool) {
         if let Some(function) = function_of(block) {
@@ -95,6 +106,9 @@ impl Interpreter<'_> {
         }
         for (name, plane) in [("Z", Plane::Xy), ("Y", Plane::Zx), ("X", Plane::Yz)] {
             if block.has(name) {
+                if plane != self.modal.plane {
+                    self.lose_rotation("another plane");
+                }
                 self.modal.plane = plane;
             }
         }

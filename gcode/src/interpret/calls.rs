@@ -41,6 +41,10 @@ impl Interpreter<'_> {
         if self.options.macros == Macros::Keep {
             return self.report.warning(span, format!("{what} is taken to be the same afterwards"), None);
         }
+        if self.modal.rotation.is_some() {
+            let first = self.program.word_range(self.block).start;
+            self.lose_rotation(first, "a subprogram that is not found", "put its file beside the program");
+        }
         let until = if self.is_sinumerik() {
             self.sections.open(Cause::Lasting);
             "the program ends"

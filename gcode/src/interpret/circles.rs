@@ -153,6 +153,10 @@ impl Interpreter<'_> {
         let plane = self.modal.plane;
         let [first, second, _] = plane.axes();
         let last = self.moves.iter().rfind(|step| !matches!(step.kind, MoveKind::Dwell { .. }))?;
+        // Moves are recorded in the work frame.
+        if self.modal.rotation.is_some() {
+            return None;
+        }
         let is_certain = match last.shiftable {
             Shiftable::Yes => true,
             Shiftable::No(fixed) => matches!(fixed, Fixed::Adjoining | Fixed::Unsplittable | Fixed::CutterCompensation),

@@ -23,6 +23,11 @@ pub(super) enum Motion {
 }
 
 impl Motion {
+    /// Whether it moves along its path in the programmed frame, and nothing but the program decides where it ends.
+    pub(super) fn is_of_frame(self) -> bool {
+        !matches!(self, Self::Thread | Self::RigidTap | Self::Probe)
+    }
+
     /// The number of the code, for G0 to G3.
     pub(super) fn number(self) -> Option<u8> {
         match self {

@@ -1,6 +1,7 @@
 //! Offsets of program zero, data input, homing and dwell: blocks whose axis words are not targets.
 //!
-//! Positions are in the work frame *before* G52 and G92, so these leave no jump in the path. If G92
+//! Positions are in the work frame *before* G52 and G92, so these leave no jump in the path. Under a known rotation they are turned coordinates until a
+//! move is recorded. If G92
 //! is given at an unknown position, that position redefines the frame.
 
 use super::codes::Motion;
@@ -193,7 +194,7 @@ impl Interpreter<'_> {
 
     /// A move without a feed that ends at the present position.
     pub fn step(&mut self, kind: MoveKind, start: Position, shiftable: Shiftable) -> Move {
-        Move {
+        let step = Move {
             block: self.block as u32,
             modal: self.modal_index(),
             kind,
@@ -205,7 +206,8 @@ impl Interpreter<'_> {
             explicit_motion: false,
             shiftable,
             after_shared: self.take_shared(),
-        }
+        };
+        self.modal.rotation.map_or(step, |rotation| step.in_work(&rotation))
     }
 
     /// End of a move to the axis words of the block. Incremental words are applied `repeats` times.

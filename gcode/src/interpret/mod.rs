@@ -14,6 +14,7 @@ mod parts;
 mod polar;
 mod pole;
 pub(crate) mod report;
+mod rotations;
 mod sections;
 mod settings;
 mod shifts;
@@ -122,6 +123,7 @@ impl Interpreter<'_> {
         words.optional = skips || step.ran == Ran::Perhaps;
         self.shared_since |= step.ran != Ran::Once && !words.is_empty;
         self.read_block(words);
+        self.pair_turned();
         let stops = self.ended || self.report.is_full();
         if stops {
             self.warn_after_end();

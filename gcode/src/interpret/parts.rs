@@ -168,7 +168,7 @@ mod tests {
     use crate::{Dialect, interpret, parse};
 
     const PROGRAM: &str = "%\nG21 G90 G17\nG0 X0 Y0 Z5\nG1 Z0 F300\nX10 F600\nG3 X20 Y10 I0 J10\nG1 X5\nG91\nX-2 Y1\nX-2 Y1\nG90\n\
-        G81 X0 Y0 Z-3 R1\nX4\nG80\nG0 Z5\nG1 Z0\nG2 X0 Y0 R40\nM30\n%\nG1 X99\n";
+        G81 X0 Y0 Z-3 R1\nX4\nG80\nG68 X1 Y2 R30.\nG0 X0 Y0 Z5\nG1 Z0\nX9\nG2 X19 R5\nG1 X0\nG69\nG0 X5 Y2\nG1 Z0\nG2 X0 Y0 R40\nM30\n%\nG1 X99\n";
 
     #[test]
     fn parts_hold_the_moves_of_the_whole_program_wherever_it_is_cut() {

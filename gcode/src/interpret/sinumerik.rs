@@ -104,6 +104,7 @@ impl Interpreter<'_> {
         let before = self.shifts.local;
         if !adds {
             self.shifts.local = [0.0; 6];
+            self.turn(None);
             self.close_named(Section::Frame);
         }
         for axis in self.named(words) {
@@ -121,7 +122,7 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame.
+    /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame. A known rotation in the plane is followed.
     fn transform(&mut self, words: &Gathered, index: usize, replaces: bool) {
         let has_words = words.any(b"XYZABCUVW").is_some() || words.unknown.is_some();
         let has_names = words.named.iter().any(|(_, name)| *name == Name::Angle || name.is_coordinate());
@@ -130,15 +131,20 @@ impl Interpreter<'_> {
                 self.unsettled[axis] |= self.shifts.local[axis] != 0.0;
             }
             self.shifts.local = [0.0; 6];
+            self.turn(None);
             self.close_named(Section::Frame);
             self.update_shift();
         }
         if has_words || has_names {
-            self.open_frame(index);
+            match self.frame_rotation(words, index) {
+                Some(rotation) => self.turn(Some(rotation)),
+                None => self.open_frame(index),
+            }
         }
     }
 
     fn open_frame(&mut self, index: usize) {
+        self.turn(None);
         self.open_section(index, "this frame", Cause::Named(Section::Frame), Some("TRANS ends it"));
         self.forget_all();
     }

@@ -81,6 +81,8 @@ pub(super) struct Whole {
     pub is_guessed: bool,
     /// Whether the program names a work offset anywhere.
     pub states_work_offset: bool,
+    /// Whether the program names A, B or C anywhere.
+    pub names_rotary: bool,
 }
 
 impl Whole {
@@ -90,6 +92,7 @@ impl Whole {
             idle: idle_axes(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             states_work_offset: program.words().iter().any(is_offset),
+            names_rotary: program.words().iter().any(|word| matches!(word.letter, b'A'..=b'C')),
         }
     }
 }

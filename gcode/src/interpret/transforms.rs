@@ -1,4 +1,4 @@
-//! Modes under which programmed coordinates are not those of the path: rotation, scaling, mirror images, polar coordinates, mapping onto a
+//! Modes under which programmed coordinates are not those of the path: rotation that is not known, scaling, mirror images, polar coordinates, mapping onto a
 //! cylinder. A modal macro counts as one, since it moves the tool after each block. Moves in such a mode are left alone.
 
 use super::codes::{Code, written};
@@ -22,7 +22,9 @@ impl Interpreter<'_> {
             _ => return,
         };
         let cause = Cause::Transform(g.tenths);
-        if opens {
+        if opens && let Some(rotation) = self.stated_rotation(words, g) {
+            self.turn(Some(rotation));
+        } else if opens {
             if g.tenths == MIRROR_ON {
                 self.mirrored |= axes(words);
             }
@@ -35,6 +37,7 @@ impl Interpreter<'_> {
 
     /// Ends the sections that a code (in tenths) cancels. Returns whether there were any.
     pub fn end_sections(&mut self, words: &Gathered, off: u16) -> bool {
+        let turned_back = self.end_rotation(off);
         let has_macro = self.sections.any(|cause| matches!(cause, Cause::Transform(660 | 661)));
         let mut ended = self.sections.close_by(off);
         if has_macro && ended && off == 670 {
@@ -48,7 +51,7 @@ impl Interpreter<'_> {
         if ended {
             self.forget_all();
         }
-        ended
+        ended || turned_back
     }
 
     /// Whether the block ends the mapping onto a cylinder: `G7.1 C0`, `G107` without words, or a radius or diameter of zero.

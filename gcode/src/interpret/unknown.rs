@@ -19,6 +19,7 @@ const TO_END: &str = "up to the program's end";
 impl Interpreter<'_> {
     /// Opens and ends sections by the codes of a block, before the block is executed.
     pub fn note_unknown(&mut self, words: &Gathered) {
+        self.guard_rotation(words);
         for g in &words.g {
             let ended = self.end_sections(words, g.tenths);
             self.note_transform(words, g);

@@ -169,19 +169,22 @@ impl<'a> Writer<'a> {
 
     /// Writes the words of the axes that move, at least one.
     fn append_coordinates(&mut self, text: &mut String, step: &Move, target: &Element) -> Result<()> {
-        let (toolpath, units) = (&self.part.toolpath, self.part.toolpath.modal(step).units);
+        let (toolpath, modal) = (&self.part.toolpath, self.part.toolpath.modal(step));
+        let (units, start) = (modal.units, self.written);
         let mut moves = false;
         let own = self.decimals(units);
-        let end = coordinates(&step.end);
+        // In program words, which a rotation turns.
+        let words = |point: Vec6| Vec6::from(toolpath.programmed(step, start.into(), point.into()));
+        let (wanted, present, end) = (words(target.point), words(start), words(coordinates(&step.end)));
+        let mut displacement = Vec6::zeros();
         // A line without an axis word is not a move.
         let last = self.axes.iter().rev().find(|axis| **axis < 3).or(self.axes.last()).copied();
         for (index, &axis) in self.axes.iter().enumerate() {
-            let at = self.written[axis];
-            let Some(value) = toolpath.programmed(step, axis, at, target.point[axis]) else { continue };
+            let (at, value) = (start[axis], wanted[axis]);
             let before_word = text.len();
             let letter = ['X', 'Y', 'Z', 'A', 'B', 'C'][axis];
             // An end that is not shifted keeps all decimals of the program: the next move may be left alone.
-            let decimals = if (target.point[axis] - end[axis]).abs() < UNSHIFTED { own.max(PROGRAM_DECIMALS) } else { own };
+            let decimals = if (value - end[axis]).abs() < UNSHIFTED { own.max(PROGRAM_DECIMALS) } else { own };
             // The value as the control reads it, so that incremental programs do not accumulate rounding errors.
             let read = match axis {
                 0..3 if self.counts => append_increments(text, letter, value / units.mm(), length_increment(units))? * units.mm(),
@@ -189,16 +192,20 @@ impl<'a> Writer<'a> {
                 0..3 => self.notation.append_coordinate(text, letter, value / units.mm(), decimals)? * units.mm(),
                 _ => self.notation.append_coordinate(text, letter, value.to_degrees(), decimals)?.to_radians(),
             };
-            let reached = at + (read - toolpath.programmed(step, axis, at, at).unwrap_or_default());
+            let by = read - present[axis];
+            // Turned back and forth, a coordinate that stays differs by its rounding.
+            let is_changed = if modal.rotation.is_some() { by.abs() > UNSHIFTED } else { (at + by - at).abs() > 0.0 };
             let last_chance = !moves && Some(axis) == last;
             let stated = index == 0 && self.settings.encoding != TimeEncoding::Keep;
-            if (reached - at).abs() > 0.0 || stated || last_chance {
-                self.written[axis] = reached;
+            if is_changed || stated || last_chance {
+                displacement[axis] = by;
                 moves = true;
             } else {
                 text.truncate(before_word);
             }
         }
+        let moved = modal.rotation.map_or(displacement, |rotation| rotation.displacement(displacement.into()).into());
+        self.written += moved;
         Ok(())
     }
 
@@ -206,12 +213,16 @@ impl<'a> Writer<'a> {
     fn append_centre(&self, text: &mut String, step: &Move, arc: &ElementArc, start: Vec6) -> Result<()> {
         let modal = self.part.toolpath.modal(step);
         let [first, second, _] = arc.plane.axes();
-        for (axis, centre) in [(first, arc.centre[0]), (second, arc.centre[1])] {
-            let zero = match modal.arc_distance {
-                Distance::Incremental => start[axis],
-                Distance::Absolute => modal.shift[axis],
-            };
-            let (letter, value) = (['I', 'J', 'K'][axis], (centre - zero) / modal.units.mm());
+        let mut centre = start;
+        [centre[first], centre[second]] = arc.centre;
+        let words = match (modal.arc_distance, modal.rotation) {
+            (Distance::Incremental, None) => centre - start,
+            (Distance::Incremental, Some(rotation)) => rotation.displacement_unturned((centre - start).into()).into(),
+            (Distance::Absolute, None) => centre - Vec6::from(modal.shift),
+            (Distance::Absolute, Some(rotation)) => Vec6::from(rotation.unturned(centre.into())) - Vec6::from(modal.shift),
+        };
+        for axis in [first, second] {
+            let (letter, value) = (['I', 'J', 'K'][axis], words[axis] / modal.units.mm());
             if self.counts {
                 append_increments(text, letter, value, length_increment(modal.units))?;
             } else {

@@ -1,0 +1,136 @@
+//! Rotation of programmed coordinates in a main plane.
+
+use crate::plane::Plane;
+use crate::position::Position;
+
+/// A rotation of the coordinates in a plane: G68, ROT and AROT, CYCL DEF 10. Turned coordinates are programmed ones plus their shift; a point of the
+/// work frame is `R(angle)·turned + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation {
+    plane: Plane,
+    /// Sum of the programmed angles, from the plane's first axis to its second.
+    angle_deg: f64,
+    offset_mm: [f64; 2],
+}
+
+impl Rotation {
+    /// A rotation about a point of the plane, mm.
+    pub(crate) fn about(plane: Plane, centre_mm: [f64; 2], angle_deg: f64) -> Self {
+        let turned = turned(centre_mm, angle_deg);
+        Self { plane, angle_deg, offset_mm: [0, 1].map(|axis| centre_mm[axis] - turned[axis]) }
+    }
+
+    /// A further rotation of the turned coordinates about a point of these, mm.
+    pub(crate) fn then(&self, centre_mm: [f64; 2], angle_deg: f64) -> Self {
+        let further = Self::about(self.plane, centre_mm, angle_deg);
+        Self { plane: self.plane, angle_deg: self.angle_deg + angle_deg, offset_mm: self.point_in_work(further.offset_mm) }
+    }
+
+    /// The plane that is turned.
+    pub fn plane(&self) -> Plane {
+        self.plane
+    }
+
+    /// Angle, rad.
+    pub fn angle_rad(&self) -> f64 {
+        self.angle_deg.to_radians()
+    }
+
+    /// A point in the plane's axes, mm, in the work frame.
+    pub(crate) fn point_in_work(&self, point: [f64; 2]) -> [f64; 2] {
+        let turned = turned(point, self.angle_deg);
+        [0, 1].map(|axis| turned[axis] + self.offset_mm[axis])
+    }
+
+    /// Coordinates (X, Y, Z, A, B, C) of a point of the work frame, mm and rad, before the rotation.
+    pub fn unturned(&self, work: [f64; 6]) -> [f64; 6] {
+        let [first, second, _] = self.plane.axes();
+        let from = [work[first] - self.offset_mm[0], work[second] - self.offset_mm[1]];
+        let mut out = work;
+        [out[first], out[second]] = turned(from, -self.angle_deg);
+        out
+    }
+
+    /// Displacement in the work frame of one of turned coordinates.
+    pub fn displacement(&self, of: [f64; 6]) -> [f64; 6] {
+        let [first, second, _] = self.plane.axes();
+        let mut out = of;
+        [out[first], out[second]] = turned([of[first], of[second]], self.angle_deg);
+        out
+    }
+
+    /// Displacement of turned coordinates that leads to one in the work frame.
+    pub fn displacement_unturned(&self, of: [f64; 6]) -> [f64; 6] {
+        Self { angle_deg: -self.angle_deg, ..*self }.displacement(of)
+    }
+
+    /// A position in the work frame. Without one of the two turned coordinates neither is known there.
+    pub(crate) fn in_work(&self, turned: Position) -> Position {
+        let [first, second, _] = self.plane.axes();
+        let mut out = turned;
+        [out.nominal[first], out.nominal[second]] = self.point_in_work([turned.nominal[first], turned.nominal[second]]);
+        out.keep_pair(first, second);
+        out
+    }
+
+    /// Turned coordinates of a position of the work frame.
+    pub(crate) fn out_of_work(&self, work: Position) -> Position {
+        let [first, second, _] = self.plane.axes();
+        let mut out = Position { nominal: self.unturned(work.nominal), ..work };
+        out.keep_pair(first, second);
+        out
+    }
+}
+
+/// A vector turned by an angle. Multiples of 90° are exact.
+fn turned([x, y]: [f64; 2], angle_deg: f64) -> [f64; 2] {
+    let (sin, cos) = match angle_deg.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => angle_deg.to_radians().sin_cos(),
+    };
+    [cos * x - sin * y, sin * x + cos * y]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: [f64; 2], b: [f64; 2]) -> bool {
+        (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12
+    }
+
+    #[test]
+    fn the_centre_stays_and_the_first_axis_turns_towards_the_second() {
+        let quarter = Rotation::about(Plane::Xy, [10.0, 5.0], 90.0);
+        assert_eq!(quarter.point_in_work([10.0, 5.0]), [10.0, 5.0]);
+        assert_eq!(quarter.point_in_work([12.0, 5.0]), [10.0, 7.0]);
+        // Z is the first axis of G18.
+        let turned = Rotation::about(Plane::Zx, [0.0; 2], 90.0).displacement([0.0, 3.0, 1.0, 0.5, 0.0, 0.0]);
+        assert_eq!(turned, [1.0, 3.0, 0.0, 0.5, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_further_rotation_is_one_of_turned_coordinates() {
+        let (first, centre) = (Rotation::about(Plane::Xy, [3.0, -2.0], 25.0), [7.0, 1.0]);
+        let both = first.then(centre, -70.0);
+        let further = Rotation::about(Plane::Xy, centre, -70.0);
+        for point in [[0.0, 0.0], [4.0, 9.0], centre] {
+            assert!(near(both.point_in_work(point), first.point_in_work(further.point_in_work(point))));
+        }
+    }
+
+    #[test]
+    fn points_and_displacements_are_turned_back() {
+        let rotation = Rotation::about(Plane::Yz, [1.0, 2.0], 33.0);
+        let turned = Position { nominal: [5.0, 6.0, 7.0, 0.1, 0.2, 0.3], known: 0b111111 };
+        let back = rotation.out_of_work(rotation.in_work(turned));
+        assert!(back.nominal.iter().zip(turned.nominal).all(|(a, b)| (a - b).abs() < 1e-12) && back.known == turned.known);
+        let half = Position { known: 0b000011, ..turned };
+        assert_eq!(rotation.in_work(half).known, 0b000001, "X is not turned, Y needs Z");
+        let there = rotation.displacement_unturned(rotation.displacement(turned.nominal));
+        assert!(there.iter().zip(turned.nominal).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}

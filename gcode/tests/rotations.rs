@@ -1,0 +1,344 @@
+//! Known rotations: the moves in them are those of the same program written out without rotation. What is uncertain is left alone.
+
+use gcode::{Dialect, Fixed, Move, MoveKind, Shiftable, Toolpath, interpret, parse};
+
+/// Largest difference of a point, mm.
+const NEAR_MM: f64 = 1e-9;
+
+const YES: Shiftable = Shiftable::Yes;
+
+fn read(dialect: Dialect, text: &str) -> Toolpath {
+    interpret(&dialect.read(parse(text)), &dialect.into()).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn feeds(path: &Toolpath) -> Vec<Shiftable> {
+    path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect()
+}
+
+/// Turns a point of a plane about a centre.
+fn turned(centre: [f64; 2], angle_deg: f64, point: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = (angle_deg / 180.0 * std::f64::consts::PI).sin_cos();
+    let from = [point[0] - centre[0], point[1] - centre[1]];
+    [centre[0] + cos * from[0] - sin * from[1], centre[1] + sin * from[0] + cos * from[1]]
+}
+
+/// The feed moves of two programs have the same paths, feeds and reasons.
+fn are_alike(turned: &Toolpath, plain: &Toolpath, what: &str) {
+    let of = |path: &Toolpath| -> Vec<Move> { path.moves.iter().filter(|step| step.is_feed()).copied().collect() };
+    let (turned, plain) = (of(turned), of(plain));
+    assert_eq!(turned.len(), plain.len(), "{what}");
+    for (index, (a, b)) in turned.iter().zip(&plain).enumerate() {
+        assert_eq!((a.shiftable, a.start.xyz_mm().is_some()), (b.shiftable, b.start.xyz_mm().is_some()), "{what}: move {index}");
+        for share in [0.0, 0.3, 0.7, 1.0] {
+            let off: f64 = a.point_mm(share).iter().zip(b.point_mm(share)).map(|(a, b)| (a - b) * (a - b)).sum();
+            assert!(off.sqrt() < NEAR_MM, "{what}: move {index} at {share}: {:?} {:?}", a.point_mm(share), b.point_mm(share));
+        }
+        assert_eq!(a.feed, b.feed, "{what}: move {index}");
+    }
+}
+
+/// A contour in a plane with the letters of its axes, written in coordinates turned by `turn`; `vector` turns a distance.
+fn contour(letters: [&str; 5], turn: impl Fn([f64; 2]) -> [f64; 2]) -> String {
+    let [first, second, normal, i, j] = letters;
+    let vector = |by: [f64; 2]| {
+        let (from, to) = (turn([0.0; 2]), turn(by));
+        [to[0] - from[0], to[1] - from[1]]
+    };
+    let at = |point: [f64; 2]| {
+        let [a, b] = turn(point);
+        format!("{first}{a:.12} {second}{b:.12}")
+    };
+    let by = |point: [f64; 2]| {
+        let [a, b] = vector(point);
+        format!("{first}{a:.12} {second}{b:.12}")
+    };
+    let centre = |point: [f64; 2]| {
+        let [a, b] = vector(point);
+        format!("{i}{a:.12} {j}{b:.12}")
+    };
+    [
+        format!("G0 {}", at([2.0, 1.0])),
+        format!("G0 {normal}5."),
+        format!("G1 {normal}-1. F300."),
+        format!("G1 {} F600.", at([20.0, 1.0])),
+        format!("G3 {} {}", at([30.0, 11.0]), centre([0.0, 10.0])),
+        format!("G2 {} R4.", at([34.0, 15.0])),
+        format!("G2 {} {normal}-2.", centre([6.0, 1.0])),
+        format!("G1 {} {normal}-1.5", at([2.0, 15.0])),
+        "G91".to_owned(),
+        format!("G1 {}", by([3.0, -4.0])),
+        format!("G3 {} {}", by([0.0, -6.0]), centre([0.0, -3.0])),
+        "G90".to_owned(),
+        format!("G1 {}", at([2.0, 1.0])),
+        format!("G0 {normal}5."),
+        String::new(),
+    ]
+    .join("\n")
+}
+
+const XY: [&str; 5] = ["X", "Y", "Z", "I", "J"];
+const ZX: [&str; 5] = ["Z", "X", "Y", "K", "I"];
+const YZ: [&str; 5] = ["Y", "Z", "X", "J", "K"];
+const AFTER: &str = "G0 X1. Y2. Z5.\nG1 Z-1. F500.\nX9. Y3.\nM30\n";
+
+#[test]
+fn g68_is_the_program_written_out_without_it() {
+    let plain = |point: [f64; 2]| point;
+    for (plane, letters) in [("G17", XY), ("G18", ZX), ("G19", YZ)] {
+        for (centre, angle) in [([0.0, 0.0], 90.0), ([5.0, -3.0], 37.0), ([-40.25, 7.0], -123.456), ([1.0, 1.0], 0.0)] {
+            let head = format!("G21 G90 {plane} G54\nG0 X0 Y0 Z5.\n");
+            let on = format!("G68 {}{:.3} {}{:.3} R{angle:.3}\n", letters[0], centre[0], letters[1], centre[1]);
+            let path = read(Dialect::Fanuc, &format!("{head}{on}{}G69\n{AFTER}", contour(letters, plain)));
+            // Without the rotation the first rapid of the rest may begin where it ends.
+            let text = format!("{head}{}{AFTER}", contour(letters, |point| turned(centre, angle, point)));
+            are_alike(&path, &read(Dialect::Fanuc, &text), &on);
+            assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", feeds(&path));
+            assert!(path.warnings.is_empty(), "{:?}", path.warnings);
+        }
+    }
+}
+
+#[test]
+fn rotations_of_sinumerik_add_up_about_the_zero_of_the_frame() {
+    let head = "G710 G90 G17 G54\nG0 X0 Y0 Z5\n";
+    let sinumerik = |text: &str| text.replace("R4.", "CR=4.");
+    let plain = sinumerik(&contour(XY, |point| point));
+    let tail = format!("TRANS\n{AFTER}");
+    let about_zero = |angle: f64| move |point: [f64; 2]| turned([0.0; 2], angle, point);
+    let shifted = |by: [f64; 2], point: [f64; 2]| [point[0] + by[0], point[1] + by[1]];
+    let place = |point: [f64; 2]| shifted([10.0, 5.0], about_zero(30.0)(point));
+    type Place<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
+    let cases: [(&str, Place<'_>); 8] = [
+        ("ROT RPL=37", &about_zero(37.0)),
+        ("ROT Z37", &about_zero(37.0)),
+        ("N10 AROT RPL=-37 ; turned", &about_zero(-37.0)),
+        ("TRANS X10 Y5\nROT RPL=30", &about_zero(30.0)),
+        ("TRANS X10 Y5\nAROT RPL=30", &place),
+        ("TRANS X10 Y5\nAROT RPL=10\nAROT Z20", &place),
+        ("TRANS X10 Y5\nAROT RPL=30\nATRANS X3 Y-2", &|point| place(shifted([3.0, -2.0], point))),
+        ("TRANS X10 Y5\nAROT RPL=30\nATRANS X3 Y-2\nAROT RPL=45", &|point| place(shifted([3.0, -2.0], about_zero(45.0)(point)))),
+    ];
+    for (on, turn) in cases {
+        let path = read(Dialect::Sinumerik, &format!("{head}{on}\n{plain}{tail}"));
+        are_alike(&path, &read(Dialect::Sinumerik, &format!("{head}{}{AFTER}", sinumerik(&contour(XY, turn)))), on);
+        assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", path.warnings);
+    }
+    // Absolute centres and an end of the rotation without TRANS.
+    let path = read(Dialect::Sinumerik, &format!("{head}ROT RPL=90\nG0 X10 Y0 Z0\nG3 X0 Y10 I=AC(0) J=AC(0) F500\nROT\n{AFTER}"));
+    let MoveKind::Arc(arc) = path.moves[2].kind else { panic!("an arc") };
+    assert!(arc.centre_mm[0].hypot(arc.centre_mm[1]) < NEAR_MM);
+    assert!(path.moves[2].end.nominal_mm()[0] + 10.0 < NEAR_MM && path.moves.last().unwrap().shiftable == YES);
+}
+
+#[test]
+fn cycle_10_turns_the_working_plane_about_the_datum() {
+    let write = |on: &str, off: &str, turn: &dyn Fn([f64; 2]) -> [f64; 2]| {
+        let at = |point: [f64; 2]| {
+            let [x, y] = turn(point);
+            format!("X{x:+.12} Y{y:+.12}")
+        };
+        let by = |point: [f64; 2]| {
+            let (from, to) = (turn([0.0; 2]), turn(point));
+            format!("IX{:+.12} IY{:+.12}", to[0] - from[0], to[1] - from[1])
+        };
+        let blocks = [
+            format!("L {} Z+5 R0 FMAX", at([0.0, 0.0])),
+            "L Z-1 F300".to_owned(),
+            format!("L {} F600", at([20.0, 0.0])),
+            format!("CC {}", at([20.0, 10.0])),
+            format!("C {} DR+", at([30.0, 10.0])),
+            format!("CR {} R+5 DR-", at([34.0, 14.0])),
+            format!("L {}", by([-3.0, 8.0])),
+            format!("CT {}", at([20.0, 40.0])),
+            format!("L {}", at([0.0, 40.0])),
+        ];
+        format!(
+            "0 BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F600\nL X+0 Y+0 Z+5 FMAX\n{on}{}\n{off}L X+1 Y+2 Z+5 FMAX\nL Z-1\nL X+9\nEND PGM A MM\n",
+            blocks.join("\n")
+        )
+    };
+    let read = |text: &str| interpret(&parse(text), &Dialect::Fanuc.into()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let plain = |point: [f64; 2]| point;
+    let off = "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\n";
+    let on = "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+37\n";
+    are_alike(&read(&write(on, off, &plain)), &read(&write("", "", &|point| turned([0.0; 2], 37.0, point))), on);
+    let shift = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+12\nCYCL DEF 7.2 Y-8\n";
+    let back = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\n";
+    let shifted = |point: [f64; 2]| [point[0] + 12.0, point[1] - 8.0];
+    // An angle replaces the one before.
+    let on = format!("{shift}CYCL DEF 10.1 ROT+5\nL X+0 Y+0 FMAX\n{on}");
+    let path = read(&write(&on, &format!("{off}{back}"), &plain));
+    are_alike(&path, &read(&write("", "", &|point| shifted(turned([0.0; 2], 37.0, point)))), &on);
+    assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{:?}", path.warnings);
+}
+
+#[test]
+fn after_a_rotation_begins_or_ends_one_block_states_both_coordinates() {
+    const UNKNOWN: Shiftable = Shiftable::No(Fixed::UnknownStart);
+    let head = "G21 G90 G17\nG0 X0 Y0 Z0\n";
+    for (body, wanted) in [
+        ("G68 X0 Y0 R30.\nG1 X5. F100.\nY5.\nX1.\n", &[UNKNOWN; 3][..]),
+        ("G68 X0 Y0 R30.\nG1 X5. Y5. F100.\nX1.\n", &[UNKNOWN, YES]),
+        ("G68 X0 Y0 R30.\nG91 G1 X5. Y5. F100.\nX1.\n", &[UNKNOWN; 2]),
+        ("G68 X0 Y0 R30.\nG0 X5. Y5.\nG69\nG1 X1. F100.\nY1.\nX3.\n", &[UNKNOWN, UNKNOWN, YES]),
+        // A machine axis that moves alone changes both.
+        ("G68 X0 Y0 R30.\nG0 X5. Y5.\nG53 G0 X0.\nG1 X1. F100.\nX2.\n", &[UNKNOWN; 2]),
+        ("G68 X0 Y0 R30.\nG0 X5. Y5.\nG91 G28 Y0.\nG90 G1 Y1. F100.\nX2.\n", &[UNKNOWN; 2]),
+        ("G68 X0 Y0 R30.\nG0 X5. Y5.\nG53 G0 Z0.\nG0 Z1.\nG1 X1. F100.\n", &[YES]),
+    ] {
+        assert_eq!(feeds(&read(Dialect::Fanuc, &format!("{head}{body}M30\n"))), wanted, "{body}");
+    }
+}
+
+#[test]
+fn loops_are_left_alone_in_a_rotation_and_followed_where_they_are_written_out() {
+    let head = "O1\nG21 G90 G17\nG0 X0 Y0 Z0\n";
+    let inside =
+        format!("{head}G68 X0 Y0 R30.\nG0 X5. Y5.\n#1=0\nWHILE[#1LT3]DO1\nG1 X[10.+#1] F100.\n#1=#1+1\nEND1\nG69\n{AFTER}");
+    let around =
+        format!("{head}#1=1\nWHILE[#1LT4]DO1\nG68 X0 Y0 R[#1*30.]\nG0 X5. Y5.\nG1 X9. F100.\nG69\n#1=#1+1\nEND1\n{AFTER}");
+    for (text, moves) in [(inside, 3), (around, 3)] {
+        let path = read(Dialect::Fanuc, &text);
+        let found = feeds(&path);
+        assert!(
+            found[..moves].iter().all(|shiftable| *shiftable != YES) && found[found.len() - 2..] == [YES, YES],
+            "{text}: {found:?}"
+        );
+        let flat = gcode::expand(&parse(text), &Dialect::Fanuc.into(), &|_| None).unwrap();
+        let path = read(Dialect::Fanuc, std::str::from_utf8(&flat).unwrap());
+        assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{:?}", path.warnings);
+    }
+}
+
+#[test]
+fn a_cycle_ends_where_it_drills() {
+    let path = read(
+        Dialect::Fanuc,
+        "G21 G90 G17\nG0 X0 Y0 Z5.\nG68 X0 Y0 R90.\nG81 X10. Y0. Z-5. R2. F100.\nX20.\nG80\nG1 X30. F500.\nM30\n",
+    );
+    let ends: Vec<[f64; 3]> = path.moves.iter().map(|step| step.end.nominal_mm()).collect();
+    assert_eq!(ends[1..], [[0.0, 10.0, 5.0], [0.0, 20.0, 5.0], [0.0, 30.0, 5.0]]);
+    assert_eq!(feeds(&path), [YES]);
+}
+
+/// Whatever is not certain leaves the moves alone up to the end of the rotation, or of the program.
+#[test]
+fn uncertain_rotations_of_fanuc_are_left_alone() {
+    let head = "G21 G90 G17 G54\nG0 X0 Y0 Z0\n";
+    for body in [
+        "G68 R30.\n",
+        "G68 X0 R30.\n",
+        "G68 X0 Y0\n",
+        "G68 X0 Y0 R30\n",
+        "G68 X0 Y0 R400.\n",
+        "G68 X0 Y0 Z0 R30.\n",
+        "G68 X0 Y0 R30. I0 J0 K1.\n",
+        "G68 X0 Z0 R30.\n",
+        "G68 X0 Y0 R#500\n",
+        "G68 X0 Y0 R30. M8\n",
+        "G68 X0 Y0 R30. F100.\n",
+        "G0 G68 X0 Y0 R30.\n",
+        "G91 G68 X0 Y0 R30.\nG90\n",
+        "G91\nG68 X0 Y0 R30.\nG90\n",
+        "G52 X5.\nG68 X0 Y0 R30.\n",
+        "G92 X5.\nG68 X0 Y0 R30.\n",
+        "G81 X0 Y0 Z-1. R1. F100.\nG68 X0 Y0 R30.\nG80\n",
+        "G41 D1 G1 X1. F100.\nG68 X0 Y0 R30.\nG40\n",
+        "G51 X0 Y0 P2000\nG68 X0 Y0 R30.\nG50\n",
+        "G51.1 X0\nG68 X0 Y0 R30.\nG50.1 X0\n",
+        "G16\nG68 X0 Y0 R30.\nG15\n",
+        "G68 X0 Y0 R30.\nG16\nG15\n",
+        "G68 X0 Y0 R30.\nG51.1 X0\nG50.1 X0\n",
+        "G68 X0 Y0 R30.\nG68 X0 Y0 R40.\n",
+        "G68 X0 Y0 R30.\nG52 X5.\n",
+        "G68 X0 Y0 R30.\nG55\n",
+        "G68 X0 Y0 R30.\nG54\n",
+        "G68 X0 Y0 R30.\nG18\n",
+        "G68 X0 Y0 R30.\nG20\n",
+        "G68 X0 Y0 R30.\nG10 L2 P1 X0 Y0\n",
+        "G68 X0 Y0 R30.\nG43.4 H1\n",
+        "G68 X0 Y0 R30.\nG31 X1. F100.\n",
+        "/G68 X0 Y0 R30.\n",
+        "G68 X0 Y0 R30.\n/G52 X5.\n",
+        "G68 X0 Y0 R30.\nM98 P77\nG90 G54 G17\n",
+        "G65 P77\nG68 X0 Y0 R30.\nG90 G54 G17\n",
+    ] {
+        let path = read(Dialect::Fanuc, &format!("{head}{body}G0 X5. Y5. Z5.\nG1 Z0 F100.\nX9.\nG2 X19. R5.\nG0 Z5.\nM30\n"));
+        let last = feeds(&path);
+        assert!(last[last.len() - 3..].iter().all(|shiftable| *shiftable != YES), "{body}: {last:?}");
+        assert!(!path.warnings.is_empty(), "{body}");
+    }
+    // Behind the end of the rotation the moves are read again.
+    let text = format!("{head}G68 X0 Y0 R30.\nG52 X5.\nG52 X0\nG69\n{AFTER}");
+    assert_eq!(feeds(&read(Dialect::Fanuc, &text)), [YES; 2]);
+    // A rotary axis may carry the part.
+    let rotary = read(Dialect::Fanuc, &format!("{head}G68 X0 Y0 R30.\nG0 X5. Y5. Z5.\nG1 X9. F100.\nG69\nG0 A90.\nM30\n"));
+    assert!(feeds(&rotary).iter().all(|shiftable| *shiftable != YES));
+}
+
+#[test]
+fn uncertain_rotations_of_sinumerik_are_left_alone() {
+    for body in [
+        "ROT X30",
+        "ROT X30 Z20",
+        "ROT RPL=R9",
+        "ROT RPL=30 X5",
+        "ROT RPL=400",
+        "ROTS X10 Y20",
+        "G18\nROT Z30",
+        "ROT RPL=30\nG18",
+        "ROT RPL=30\nG55",
+        "ROT RPL=30\nSCALE X2\nAROT RPL=5",
+        "ROT RPL=30\nASCALE X2",
+        "ROT RPL=30\nAMIRROR X0",
+        "MIRROR X0\nAROT RPL=30",
+        "ROT RPL=30\nG58 X5",
+        "ROT RPL=30\nCYCLE800(1,\"A\",0,57,0,0,0,0,0,0,0,0,0,1)",
+        "ROT RPL=30\nTRAORI",
+        "/ROT RPL=30",
+        "ROT RPL=30\n$P_PFRAME=CTRANS(X,5)",
+        "ROT RPL=30\nNOSUCH",
+        "G41 D1 G1 X1 F100\nROT RPL=30\nG40",
+    ] {
+        let text = format!("G710 G90 G17 G54\nG0 X0 Y0 Z0\n{body}\nG0 X5 Y5 Z5\nG1 Z0 F100\nX9\nG0 Z5\nM30\n");
+        let path = read(Dialect::Sinumerik, &text);
+        let last = feeds(&path);
+        assert!(last[last.len() - 2..].iter().all(|shiftable| *shiftable != YES), "{body}: {last:?}");
+        assert!(!path.warnings.is_empty(), "{body}");
+    }
+}
+
+#[test]
+fn uncertain_rotations_of_dialogue_are_left_alone() {
+    for body in [
+        "CYCL DEF 10.1 IROT+30",
+        "CYCL DEF 10.1 ROT+Q1",
+        "CYCL DEF 10.1 ROT+30 X+5",
+        "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+30",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 8.1 X",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 8.1 X\nCYCL DEF 8.1",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 11.1 SCL2",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 7.1 X+5",
+        "CYCL DEF 10.1 ROT+30\nTRANS DATUM AXIS X+5",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 247 DATUM SETTING ~\n  Q339=+2 ;DATUM NUMBER",
+        "CYCL DEF 10.1 ROT+30\nTOOL CALL 2 Y S100",
+        "CYCL DEF 10.1 ROT+30\nPLANE RESET STAY",
+        "CYCL DEF 10.1 ROT+30\nL M143",
+        "L X+5 RL F100\nCYCL DEF 10.1 ROT+30\nL X+6 R0",
+        "/CYCL DEF 10.1 ROT+30",
+        "/CYCL DEF 7.1 X+30",
+        "CYCL DEF 10.1 ROT+30\n/CYCL DEF 10.1 ROT+0",
+    ] {
+        let text = format!(
+            "0 BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F600\nL X+0 Y+0 Z+0 FMAX\n{body}\nL X+1 Y+1 Z+0 FMAX\nL X+5 F100\nL Y+7\nEND PGM A MM\n"
+        );
+        let path = interpret(&parse(&*text), &Dialect::Fanuc.into()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let last = feeds(&path);
+        assert!(last[last.len() - 2..].iter().all(|shiftable| *shiftable != YES), "{body}: {last:?}");
+        assert!(!path.warnings.is_empty(), "{body}");
+    }
+    // With a rotary axis anywhere.
+    let text = "0 BEGIN PGM A MM\nL X+0 Y+0 Z+0 F600\nCYCL DEF 10.1 ROT+30\nL X+1 Y+1 Z+0\nL X+5\nCYCL DEF 10.1 ROT+0\nL B+5\nEND PGM A MM\n";
+    let path = interpret(&parse(text), &Dialect::Fanuc.into()).unwrap();
+    assert_ne!(feeds(&path)[2], YES);
+}
