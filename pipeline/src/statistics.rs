@@ -63,6 +63,8 @@ pub struct Figures {
 pub struct OrientationSummary {
     /// Root mean square.
     pub rms_rad: f64,
+    /// Arithmetic mean.
+    pub mean_rad: f64,
     /// Largest error.
     pub max_rad: f64,
     /// 95th percentile.
@@ -76,10 +78,12 @@ impl Figures {
         let over = |of: &dyn Fn(&Self) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
         let mut mean = *runs.first()?;
         mean.tip.rms_mm = over(&|run| run.tip.rms_mm);
+        mean.tip.mean_mm = over(&|run| run.tip.mean_mm);
         mean.tip.max_mm = over(&|run| run.tip.max_mm);
         mean.tip.p95_mm = over(&|run| run.tip.p95_mm);
         if let Some(orientation) = &mut mean.orientation {
             orientation.rms_rad = over(&|run| run.orientation.map_or(0.0, |o| o.rms_rad));
+            orientation.mean_rad = over(&|run| run.orientation.map_or(0.0, |o| o.mean_rad));
             orientation.max_rad = over(&|run| run.orientation.map_or(0.0, |o| o.max_rad));
             orientation.p95_rad = over(&|run| run.orientation.map_or(0.0, |o| o.p95_rad));
         }
@@ -184,7 +188,12 @@ pub fn orientation(
 
 fn summary_of_angles(angles_rad: &[f64]) -> Result<OrientationSummary> {
     let figures = summary_of(angles_rad, None).ok_or(Error::NoSamples)?;
-    Ok(OrientationSummary { rms_rad: figures.rms_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm })
+    Ok(OrientationSummary {
+        rms_rad: figures.rms_mm,
+        mean_rad: figures.mean_mm,
+        max_rad: figures.max_mm,
+        p95_rad: figures.p95_mm,
+    })
 }
 
 /// RMS, MAX and 95th percentile of the tip's contour error, mm; of a program over its feed moves only.

@@ -12,6 +12,7 @@ const BINS: usize = 4900;
 #[derive(Debug, Clone)]
 pub(crate) struct Tally {
     count: u64,
+    sum: f64,
     square: f64,
     max_mm: f64,
     max_at: usize,
@@ -20,7 +21,7 @@ pub(crate) struct Tally {
 
 impl Default for Tally {
     fn default() -> Self {
-        Self { count: 0, square: 0.0, max_mm: 0.0, max_at: 0, bins: vec![0; BINS] }
+        Self { count: 0, sum: 0.0, square: 0.0, max_mm: 0.0, max_at: 0, bins: vec![0; BINS] }
     }
 }
 
@@ -28,6 +29,7 @@ impl Tally {
     /// Adds the error of the sample with this index, mm.
     pub(crate) fn note(&mut self, sample: usize, error_mm: f64) {
         self.count += 1;
+        self.sum += error_mm;
         self.square += error_mm * error_mm;
         if error_mm > self.max_mm {
             (self.max_mm, self.max_at) = (error_mm, sample);
@@ -42,6 +44,7 @@ impl Tally {
             (self.max_mm, self.max_at) = (other.max_mm, first + other.max_at);
         }
         self.count += other.count;
+        self.sum += other.sum;
         self.square += other.square;
         self.bins.iter_mut().zip(&other.bins).for_each(|(bin, more)| *bin += more);
     }
@@ -58,8 +61,8 @@ impl Tally {
         // Within a bin samples are taken to lie evenly.
         let within = (wanted - below) as f64 / f64::from(*count).max(1.0);
         let p95_mm = (LEAST_MM * RATIO.powf(bin as f64 + within)).min(self.max_mm);
-        let rms_mm = (self.square / self.count as f64).sqrt();
-        (self.count > 0).then_some(ContourSummary { rms_mm, max_mm: self.max_mm, p95_mm, max_at: self.max_at })
+        let (rms_mm, mean_mm) = ((self.square / self.count as f64).sqrt(), self.sum / self.count as f64);
+        (self.count > 0).then_some(ContourSummary { rms_mm, mean_mm, max_mm: self.max_mm, p95_mm, max_at: self.max_at })
     }
 }
 
@@ -82,6 +85,7 @@ mod tests {
         assert!(
             (found.rms_mm / wanted.rms_mm - 1.0).abs() < 1e-12 && found.max_mm == wanted.max_mm && found.max_at == wanted.max_at
         );
+        assert!((found.mean_mm / wanted.mean_mm - 1.0).abs() < 1e-12);
         assert!((found.p95_mm / wanted.p95_mm - 1.0).abs() < 0.006, "{} {}", found.p95_mm, wanted.p95_mm);
         assert!(Tally::default().summary().is_none());
     }

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use super::{Curve, Nurbs, OnSaddle, RoundedPolygon, jet::Jet};
+use super::{Curve, Nurbs, OnSaddle, RoundedPolygon, RuledSurface, jet::Jet};
 use crate::{MotionError, Vec3};
 
 /// A curve given by formulas for its three coordinates.
@@ -84,7 +84,7 @@ pub const CIRCLE: Formula =
     Formula { name: "circle", domain: (0.0, 2.0 * PI), coordinates: |u| polar(Jet::constant(20.0), u, Jet::constant(0.0)) };
 
 /// Every curve known to [`by_name`], random ones excluded.
-pub const NAMES: [&str; 11] = [
+pub const NAMES: [&str; 12] = [
     "crown",
     "spiral",
     "flower",
@@ -96,6 +96,7 @@ pub const NAMES: [&str; 11] = [
     "eight",
     "saddle",
     "saddle-butterfly",
+    "s-piece",
 ];
 
 /// Families known to [`by_name`] in addition to [`NAMES`], with the meaning of `N`.
@@ -152,6 +153,7 @@ pub fn by_name(name: &str) -> Result<Arc<dyn Curve>, MotionError> {
         "eight" => return Ok(Arc::new(eight()?)),
         "saddle" => return Ok(Arc::new(saddle())),
         "saddle-butterfly" => return Ok(Arc::new(saddle_butterfly()?)),
+        "s-piece" => return Ok(Arc::new(s_piece()?)),
         _ => {}
     }
     match of_family(name) {
@@ -282,6 +284,37 @@ pub fn saddle_butterfly() -> Result<OnSaddle<Nurbs>, MotionError> {
     /// Half the width of that box, mm.
     const HALF_WIDTH: f64 = 48.580959;
     Ok(OnSaddle(butterfly_about(CENTRE, 40.0 / HALF_WIDTH)?))
+}
+
+/// A flank of an S-shaped test piece, after ISO 10791-7 and GB/T 39967: a ruled surface between two
+/// cubic B-splines, which bends to both sides and leans inwards and outwards in turn. The standards
+/// define the kind of surface; their control points are not public. These are our own: 225 mm long,
+/// 40 mm high, radii from 20 mm, 9° to 16° off the vertical, leaning along the path where it leans to
+/// neither side, so that no pole lies on it. The flank is that of the tool's axis: the tool's radius is
+/// taken into account already.
+///
+/// # Errors
+/// None for this table. Every NURBS is checked, hence the result type.
+pub fn s_piece() -> Result<RuledSurface, MotionError> {
+    const HEIGHT_MM: f64 = 40.0;
+    #[rustfmt::skip]
+    const LOWER: [(f64, f64); 14] = [
+        (62.0, 18.0), (62.0, 34.0), (46.0, 46.0), (24.0, 46.0), (4.0, 38.0), (-2.0, 22.0), (0.0, 8.0),
+        (0.0, -8.0), (2.0, -22.0), (-4.0, -38.0), (-24.0, -46.0), (-46.0, -46.0), (-62.0, -34.0), (-62.0, -18.0),
+    ];
+    #[rustfmt::skip]
+    const UPPER: [(f64, f64); 14] = [
+        (71.2, 24.3), (66.6, 43.9), (42.4, 55.7), (16.5, 51.6), (-4.2, 37.5), (-6.0, 16.1), (-0.7, 1.6),
+        (1.5, -14.2), (4.4, -28.7), (-5.1, -46.1), (-28.9, -53.9), (-54.5, -51.9), (-72.9, -32.9), (-71.2, -11.7),
+    ];
+    let edge = |points: &[(f64, f64)], z: f64| {
+        let points: Vec<Vec3> = points.iter().map(|(x, y)| Vec3::new(*x, *y, z)).collect();
+        let spans = points.len() - 3;
+        // Clamped, with knots at equal distances between the ends.
+        let knots: Vec<f64> = (0..points.len() + 4).map(|k| k.saturating_sub(3).min(spans) as f64 / spans as f64).collect();
+        Nurbs::new(3, &points, &vec![1.0; points.len()], &knots)
+    };
+    Ok(RuledSurface { lower: edge(&LOWER, 0.0)?, upper: edge(&UPPER, HEIGHT_MM)? })
 }
 
 #[cfg(test)]

@@ -5,12 +5,14 @@ mod jet;
 pub mod library;
 mod nurbs;
 mod polygon;
+mod ruled;
 mod saddle;
 
 pub use basic::{Arc, Bezier, Line};
 pub use jet::Jet;
 pub use nurbs::Nurbs;
 pub use polygon::RoundedPolygon;
+pub use ruled::RuledSurface;
 pub use saddle::OnSaddle;
 
 use crate::Vec3;

@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn a_forecast_that_gains_in_max_and_loses_in_rms_is_refused_and_the_other_way_round() {
         let figures = |rms_mm: f64, max_mm: f64| {
-            let tip = ContourSummary { rms_mm, max_mm, p95_mm: max_mm, max_at: 0 };
+            let tip = ContourSummary { rms_mm, mean_mm: rms_mm, max_mm, p95_mm: max_mm, max_at: 0 };
             Figures { tip, orientation: None }
         };
         let reference = motion::Trajectory::new(0.002, motion::Axis::xyz(), vec![vec![0.0; 3]; 3]).unwrap();

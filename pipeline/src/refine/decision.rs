@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     fn figures(rms_mm: f64, max_mm: f64) -> Figures {
-        Figures { tip: ContourSummary { rms_mm, max_mm, p95_mm: max_mm, max_at: 0 }, orientation: None }
+        Figures { tip: ContourSummary { rms_mm, mean_mm: rms_mm, max_mm, p95_mm: max_mm, max_at: 0 }, orientation: None }
     }
 
     fn runs(of: &[(f64, f64)]) -> Vec<Figures> {

@@ -71,6 +71,7 @@ impl Reproduce {
                 ),
                 Entry::um("the same, at the same instant", Printed::None, at_instant, INSTANT),
             ],
+            pictures: Vec::new(),
         };
         let rows = json!([
             { "name": "contour error by the radius", "printed": null, "measured": { "max_um": largest * 1e3 } },

@@ -139,6 +139,7 @@ fn section(setting: &Setting, rate_hz: u32, rows: &[TableRow]) -> Section {
         title: format!("Table I: contour-error estimators on the flower, {rate_hz} Hz, {}", setting.name),
         note: String::new(),
         entries: entries.collect(),
+        pictures: Vec::new(),
     }
 }
 

@@ -21,6 +21,9 @@ use crate::read;
 
 /// Distance of the program's points, mm, among which corners are looked for.
 const SPACING_MM: f64 = 0.1;
+/// Distances of points for which the number of corners is shown, mm: that of Paper B's samples at 1000 mm/min and 500 Hz; where the ratio of the
+/// outer bends, of 3.86 mm radius, just meets the threshold (by a search in steps of 0.00004 mm); and above, while the ellipse has none yet.
+const SPACINGS_MM: [f64; 4] = [1000.0 / 60.0 / 500.0, 0.10588, 0.12, 0.2];
 /// Learning runs, as printed.
 const RUNS: usize = 4;
 /// MAX of the first run and of the converged one, µm, and time, s, where the paper prints them.
@@ -48,7 +51,7 @@ struct Row {
 impl Reproduce {
     pub(super) fn feed(&self, printer: &Printer) -> Result<Found> {
         let spec = read::machine(&self.machine.machine)?;
-        let (corners, ellipse) = (corner_ranges("five-petals")?, corner_ranges("ellipse")?);
+        let (corners, ellipse) = (corner_ranges("five-petals", SPACING_MM)?, corner_ranges("ellipse", SPACING_MM)?);
         let logs = record(&spec, self.seconds(), TRAVEL_MM, self.common.seed)?;
         let settings = TrainSettings::of(read::recipe("staged")?, self.common.seed);
         let bundle = train(&logs, Some(&spec), &settings, SILENT)?.bundle;
@@ -78,13 +81,20 @@ impl Reproduce {
                 seconds: desired.trajectory().duration_s(),
             });
         }
+        let counts = SPACINGS_MM.map(|spacing_mm| -> Result<_> {
+            let count = |curve| corner_ranges(curve, spacing_mm).map(|corners| corners.len());
+            Ok((spacing_mm, count("five-petals")?, count("ellipse")?))
+        });
+        let counts = counts.into_iter().collect::<Result<Vec<_>>>()?;
         let tables = vec![show(printer, &rows, corners.len(), ellipse.len())];
-        Ok(Found { tables, sections: sections(&rows, corners.len(), ellipse.len()) })
+        let mut sections = sections(&rows, corners.len(), ellipse.len());
+        sections[0].entries.extend(counts.iter().flat_map(of_spacing));
+        Ok(Found { tables, sections })
     }
 }
 
-/// Parameter ranges of a curve's corners.
-fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
+/// Parameter ranges of a curve's corners among points at this distance.
+fn corner_ranges(name: &str, spacing_mm: f64) -> Result<Vec<(f64, f64)>> {
     let curve = library::by_name(name)?;
     let (from, to) = curve.domain();
     // Points evenly along the curve: fine steps, of which every one that completes a spacing is taken.
@@ -96,7 +106,7 @@ fn corner_ranges(name: &str) -> Result<Vec<(f64, f64)>> {
         let point = curve.point(at(i));
         way += (point - last).norm();
         last = point;
-        if way >= SPACING_MM {
+        if way >= spacing_mm {
             parameters.push(at(i));
             points.push(point);
             way = 0.0;
@@ -137,8 +147,18 @@ const MACHINE: &str = "Another machine. The errors of its drives at the tight in
 const CYCLE: &str =
     "The paper does not print its control's acceleration; Paper A, on a like machine, prints 1000 mm/min². Ours is 800 mm/s².";
 const OURS: &str = "Not in the paper.";
-const CORNERS: &str = "The five inner bends are found. The ratio of the five outer ones meets the threshold with points 0.107 mm apart, so that some of them \
-                       are found there; the paper does not print the distance of its points.";
+const CORNERS: &str = "The five inner bends are found. Whether the five outer ones are follows from the distance of the points, which the paper does not print.";
+const SPACINGS: &str = "The paper's eight are found where the ratio of the outer bends just meets the threshold, so that some of them are found and others not. \
+                        With closer points only the inner bends are corners; with wider ones all ten are, one of them in two parts at the start and end of the path.";
+
+/// Corners of flower and ellipse among points at one distance.
+fn of_spacing((spacing_mm, flower, ellipse): &(f64, usize, usize)) -> [Entry; 2] {
+    let of = |curve: &str, printed, count: usize| {
+        let what = format!("{curve}, points {spacing_mm:.4} mm apart");
+        Entry::of(what, "", Some(printed), count as f64, SPACINGS)
+    };
+    [of("flower", 8.0, *flower), of("fourth-order ellipse", 0.0, *ellipse)]
+}
 
 fn sections(rows: &[Row], corners: usize, ellipse: usize) -> Vec<Section> {
     let count = |what: &str, printed: f64, measured: usize, why| Entry::of(what, "", Some(printed), measured as f64, why);
@@ -165,12 +185,14 @@ fn sections(rows: &[Row], corners: usize, ellipse: usize) -> Vec<Section> {
             title: "Figure 13: corners found by the curve-to-chord ratio".into(),
             note: format!("Ratio below {PAPER_B_RATIO} over four points to either side, points every {SPACING_MM} mm."),
             entries: found,
+            pictures: Vec::new(),
         },
         Section {
             paper: 'B',
             title: "Table I and section IV-A: feeds of path and corners, mm/min (and figures 9, 10, 12, 14 and 15)".into(),
             note: format!("Spatial ILC, Q = 0.8, {RUNS} updates, references that keep their time."),
             entries: entries.collect(),
+            pictures: Vec::new(),
         },
     ]
 }
@@ -178,7 +200,7 @@ fn sections(rows: &[Row], corners: usize, ellipse: usize) -> Vec<Section> {
 fn show(printer: &Printer, rows: &[Row], corners: usize, ellipse: usize) -> Value {
     printer.line(format!(
         "Paper B, table I: flower r = 25 + 15 cos 5t, curve-to-chord ratio below {PAPER_B_RATIO} (k = 4, points every {SPACING_MM} mm): \
-         {corners} corners (printed: 8; the five inner ones, and with points 0.107 mm apart some of the five outer ones too, whose ratio then is \
+         {corners} corners (printed: 8; the five inner ones, and with points 0.1059 mm apart some of the five outer ones too, whose ratio then is \
          the threshold), on the fourth-order ellipse {ellipse}; spatial ILC, Q = 0.8, {RUNS} runs"
     ));
     let lines: Vec<Vec<String>> = rows

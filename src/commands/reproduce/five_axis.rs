@@ -10,7 +10,7 @@ use machine::{Machine, MachineError, MachineSpec, SimulatedMachine};
 use models::Bundle;
 use motion::contour::MovingWindow;
 use pipeline::compare::floor;
-use pipeline::control::{MOVE_POINTS, Pairing, curve_program, learn_program, run_program};
+use pipeline::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program, learn_program, run_program};
 use pipeline::excitation::{TRAVEL_MM, record};
 use pipeline::model_based_ilc::Settings;
 use pipeline::statistics::Figures;
@@ -22,6 +22,7 @@ use training::Recipe;
 
 use super::Reproduce;
 use super::found::{Entry, Found, Section};
+use super::s_piece::{self, SPiece};
 use crate::output::{Printer, table};
 use crate::read;
 
@@ -138,7 +139,22 @@ impl Reproduce {
                 rows.extend(found.means().map(row));
             }
         }
-        Ok(Found { tables: show(printer, &rows, setup.period_s), sections: sections(&rows) })
+        let mut found = Found { tables: show(printer, &rows, setup.period_s), sections: sections(&rows) };
+        found.extend(self.s_piece(&spec, &trained.bundle, &setup)?.show(printer));
+        Ok(found)
+    }
+
+    /// The S-shaped test piece, as a program, on the machine of the first seed.
+    fn s_piece(&self, spec: &MachineSpec, bundle: &Bundle, setup: &Setup) -> Result<SPiece> {
+        let program = Input::from(curve_program("s-piece", s_piece::FEED_MM_MIN / 60.0, SPACING_MM, setup)?);
+        let found = self.program_runs(spec, bundle, &program, s_piece::RUNS)?;
+        let of = |wanted: &str| found.iter().find(|(method, ..)| *method == wanted).map(|(.., run)| run);
+        let ilc = found.iter().filter(|(method, ..)| ![UNCOMPENSATED, FIRST_RUN].contains(method));
+        let best = ilc.min_by(|a, b| a.2.figures.cost_mm().total_cmp(&b.2.figures.cost_mm()));
+        let (Some(uncompensated), Some((law, _, best_ilc)), Some(first_run)) = (of(UNCOMPENSATED), best, of(FIRST_RUN)) else {
+            anyhow::bail!("no run of the S-shaped test piece");
+        };
+        SPiece::new(program.program()?, uncompensated, (law, best_ilc), first_run)
     }
 
     /// One machine a seed.
@@ -175,12 +191,27 @@ impl Reproduce {
     }
 
     fn on_programs(&self, spec: &MachineSpec, bundle: &Bundle, program: &Input, runs: usize) -> Result<Methods> {
+        let mut found = Methods::default();
+        for (method, runs, run) in self.program_runs(spec, bundle, program, runs)? {
+            found.push(method, runs, run.figures);
+        }
+        Ok(found)
+    }
+
+    /// The last run of every method, with its name and learning runs, on the machine of every seed.
+    fn program_runs(
+        &self,
+        spec: &MachineSpec,
+        bundle: &Bundle,
+        program: &Input,
+        runs: usize,
+    ) -> Result<Vec<(&'static str, usize, ProgramRun)>> {
         let part = program.program()?;
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
         let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..Settings::default() };
         let first_run = model_based_ilc(program, bundle, &settings, SILENT)?.reference;
-        let mut found = Methods::default();
+        let mut found = Vec::new();
         for machine in self.machines(spec) {
             let mut machine = machine?;
             let laws = [
@@ -191,15 +222,12 @@ impl Reproduce {
                 (OWN, tracking(None), Pairing::Place),
                 (OWN_FILTERED, tracking(low_pass), Pairing::Place),
             ];
-            found.push(UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory())?.figures);
+            found.push((UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory())?));
             for (method, mut law, pairing) in laws {
-                if let Some(last) =
-                    learn_program(part, &mut machine, law.as_mut(), pairing, runs, &CorrectionLimits::default())?.last()
-                {
-                    found.push(method, runs, last.figures);
-                }
+                let learned = learn_program(part, &mut machine, law.as_mut(), pairing, runs, &CorrectionLimits::default())?;
+                found.extend(learned.into_iter().next_back().map(|last| (method, runs, last)));
             }
-            found.push(FIRST_RUN, 0, run_program(part, &mut machine, &first_run)?.figures);
+            found.push((FIRST_RUN, 0, run_program(part, &mut machine, &first_run)?));
         }
         Ok(found)
     }
@@ -251,6 +279,7 @@ fn sections(rows: &[Row]) -> Vec<Section> {
                 .trim()
                 .into(),
             entries: rows.iter().flat_map(Row::entries).collect(),
+            pictures: Vec::new(),
         }
     };
     rows.chunk_by(|a, b| (a.table, a.given) == (b.table, b.given)).map(section).collect()

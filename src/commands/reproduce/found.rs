@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use super::picture::Picture;
+
 /// Figures of a table of the papers.
 #[derive(Debug, Default)]
 pub(super) struct Found {
@@ -34,6 +36,8 @@ pub(super) struct Section {
     /// Settings and reading.
     pub note: String,
     pub entries: Vec<Entry>,
+    /// Shown below the entries.
+    pub pictures: Vec<Picture>,
 }
 
 /// A printed value beside the measured one.

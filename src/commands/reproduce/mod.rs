@@ -1,16 +1,22 @@
 //! `precomp reproduce`: the papers' tables, printed beside what this build measures.
 
 mod circle;
+mod corner;
+mod errors_over_time;
 mod estimators;
 mod feed;
 mod five_axis;
 mod found;
 mod missing;
+mod overshoot;
 mod page;
 mod paper_d;
+mod picture;
 mod pre_compensation;
 mod prediction;
 mod raster;
+mod s_piece;
+mod shapes;
 mod spatial;
 mod testbed;
 mod trained;
@@ -48,8 +54,8 @@ pub struct Reproduce {
     /// All tables and figures
     #[arg(long, conflicts_with = "tables")]
     all: bool,
-    /// Write the printed values beside the measured ones as a page in Markdown
-    #[arg(long, value_name = "FILE.md")]
+    /// Write the printed values beside the measured ones as a page in Markdown, and its pictures in the folder FILE-figures
+    #[arg(long, alias = "report", value_name = "FILE.md")]
     page: Option<PathBuf>,
     /// Small networks (64 units) instead of Paper D's (3 × 128 units, up to 1000 epochs)
     #[arg(long)]
@@ -76,8 +82,10 @@ enum TableName {
     Spatial,
     /// Paper B, table I: slower corners, found by the curve-to-chord ratio
     Feed,
-    /// Paper C, tables I to III: five axes, spatial and tracking-error ILC, and the compensated first run
+    /// Paper C, tables I to III and the S-shaped test piece: five axes, spatial and tracking-error ILC, and the compensated first run
     FiveAxis,
+    /// Paper D, figure 3: tracking error of a circular test at a reversal and at a start
+    Overshoot,
     /// Paper D, table I: contour-error estimators on the flower
     #[value(name = "table-1")]
     Table1,
@@ -95,7 +103,7 @@ enum TableName {
     Table5,
     /// Paper E, figures 4 to 8, on its testbed: norm-optimal ILC of a raster scan, deadbeat, S against R
     Testbed,
-    /// Paper E, figures 4, 5 and 8, on the simulated drives, which stand in for its experiment
+    /// Paper E, figures 4, 5, 7 and 8, on the simulated drives, which stand in for its experiment
     Raster,
 }
 
@@ -104,7 +112,11 @@ const SECONDS: f64 = 120.0;
 
 impl Reproduce {
     pub fn files(&self) -> Files {
-        Files::of(self.common.json.as_deref()).reads_machine(&*self.machine.machine).writes("--page", self.page.as_deref())
+        let figures = self.page.as_deref().map(page::figures);
+        Files::of(self.common.json.as_deref())
+            .reads_machine(&*self.machine.machine)
+            .writes("--page", self.page.as_deref())
+            .writes_in("--page", figures.as_deref())
     }
 
     pub fn run(&self) -> Result<()> {
@@ -121,7 +133,12 @@ impl Reproduce {
         let seconds = started.elapsed().as_secs_f64();
         let mut outputs = Outputs::default();
         if let Some(path) = &self.page {
-            outputs.add(path, page::page(&found.sections, &self.command(), seconds, &self.left_out()));
+            let folder = page::figures(path);
+            let name = folder.file_name().unwrap_or_default().to_string_lossy();
+            outputs.add(path, page::page(&found.sections, &self.command(), seconds, &self.left_out(), &name));
+            for picture in found.sections.iter().flat_map(|section| &section.pictures) {
+                outputs.add(&folder.join(format!("{}.svg", picture.file)), picture.svg.as_str());
+            }
             printer.line(format!("page in {}", path.display()));
         }
         printer.line(format!("all took {}", page::duration(seconds)));
@@ -134,6 +151,7 @@ impl Reproduce {
             TableName::Spatial => self.spatial(printer),
             TableName::Feed => self.feed(printer),
             TableName::FiveAxis => self.five_axis(printer),
+            TableName::Overshoot => self.overshoot(printer),
             TableName::Table1 => self.table_1(printer),
             TableName::Table2 => self.table_2(printer),
             TableName::Table3 => self.table_3(printer),

@@ -1,6 +1,9 @@
 //! The page of all tables and figures, in Markdown.
 
+use std::path::{Path, PathBuf};
+
 use super::found::{Entry, Printed, Section};
+use super::picture::Picture;
 
 /// Title of each paper's chapter.
 const PAPERS: [(char, &str); 5] = [
@@ -11,8 +14,8 @@ const PAPERS: [(char, &str); 5] = [
     ('E', "Paper E: norm-optimal and cross-coupled ILC"),
 ];
 
-/// The page: `command` made it, in `seconds`, without the tables `left_out`.
-pub(super) fn page(sections: &[Section], command: &str, seconds: f64, left_out: &[String]) -> String {
+/// The page: `command` made it, in `seconds`, without the tables `left_out`. Its pictures lie in `folder` beside it.
+pub(super) fn page(sections: &[Section], command: &str, seconds: f64, left_out: &[String], folder: &str) -> String {
     let mut text = format!(
         "# The papers' results, printed and measured\n\n\
          Written by `{command}` in {}. The simulated machine stands in for the papers' machines: orders and ratios are to be\n\
@@ -28,12 +31,18 @@ pub(super) fn page(sections: &[Section], command: &str, seconds: f64, left_out: 
         if sections.peek().is_some() {
             text += &format!("\n## {title}\n");
         }
-        sections.for_each(|section| text += &shown(section));
+        sections.for_each(|section| text += &shown(section, folder));
     }
     text
 }
 
-fn shown(section: &Section) -> String {
+/// Folder of the pictures of a page.
+pub(super) fn figures(page: &Path) -> PathBuf {
+    let stem = page.file_stem().unwrap_or_default().to_string_lossy();
+    page.with_file_name(format!("{stem}-figures"))
+}
+
+fn shown(section: &Section, folder: &str) -> String {
     let mut text = format!("\n### {}\n\n", section.title);
     if !section.note.is_empty() {
         text += &format!("{}\n\n", section.note);
@@ -64,6 +73,9 @@ fn shown(section: &Section) -> String {
     }
     for (index, reason) in reasons.iter().enumerate() {
         text += &format!("{}. {reason}\n", index + 1);
+    }
+    for Picture { file, caption, .. } in &section.pictures {
+        text += &format!("\n![{caption}]({folder}/{file}.svg)\n\n*{caption}*\n");
     }
     text
 }
@@ -109,8 +121,9 @@ mod tests {
                 entry("b", Printed::Words("diverges".into()), Some(12345.6)),
                 entry("c", Printed::None, None),
             ],
+            pictures: vec![Picture { file: "d-figure-1", caption: "Figure 1: a.".into(), svg: String::new() }],
         };
-        let text = page(&[section], "precomp reproduce", 200.4, &["table-1".into()]);
+        let text = page(&[section], "precomp reproduce", 200.4, &["table-1".into()], "page-figures");
         for line in [
             "in 3 min 20 s.",
             "Not on this page: `reproduce table-1`.",
@@ -118,6 +131,7 @@ mod tests {
             "| b | µm | diverges | 12346 |  | 1 |",
             "| c | µm | – | not reproduced |  | 1 |",
             "1. Another machine.",
+            "![Figure 1: a.](page-figures/d-figure-1.svg)",
         ] {
             assert!(text.contains(line), "{line}: {text}");
         }

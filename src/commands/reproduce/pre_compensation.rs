@@ -67,7 +67,13 @@ impl Reproduce {
             }
         }
         show(printer, &rows);
-        Ok(Found { tables: vec![json(&rows)], sections: vec![self.section(&rows)?] })
+        let mut section = self.section(&rows)?;
+        if let (Some(path), Some(result)) = (paths.last(), by_lstm.last()) {
+            let bundle = self.model(Axes::All, self.network("lstm"), FeatureSet::Iii, self.common.seed)?;
+            let ilc = result.runs.iter().find(|run| run.name == Ilc::Spatial.name());
+            section.pictures = self.figures_14_and_15(&spec, &bundle, path, ilc)?;
+        }
+        Ok(Found { tables: vec![json(&rows)], sections: vec![section] })
     }
 
     fn section(&self, rows: &[Row]) -> Result<Section> {
@@ -82,7 +88,7 @@ impl Reproduce {
         });
         let note = format!("{} Table VI is the paper's random NURBS, here `nurbs-1`, with converged ILC.", self.paper_d_note()?);
         let title = "Tables V and VI: contour error without and with pre-compensation, and of ILC (and figures 14 and 15)".into();
-        Ok(Section { paper: 'D', title, note, entries: entries.collect() })
+        Ok(Section { paper: 'D', title, note, entries: entries.collect(), pictures: Vec::new() })
     }
 }
 

@@ -11,6 +11,7 @@ use pipeline::{Input, Setup};
 use serde_json::{Value, json};
 
 use super::Reproduce;
+use super::errors_over_time::figure_13;
 use super::found::{Entry, Found, Section};
 use super::paper_d::only;
 use super::trained::Axes;
@@ -26,6 +27,12 @@ struct Row {
     printed: Option<Figures>,
     measured: Figures,
     why: &'static str,
+}
+
+/// Tracking error of the X axis on the butterfly, and predicted minus measured; mm.
+struct ButterflyRun {
+    measured: Vec<f64>,
+    missed: Vec<f64>,
 }
 
 const BUTTERFLY: &str = "Another machine and another butterfly: the paper prints neither feed nor control points. The simulated friction changes \
@@ -49,12 +56,19 @@ impl Reproduce {
                 Ok(Row { name: format!("LSTM, {name}"), printed: Some(printed), measured, why: BUTTERFLY })
             })
             .collect::<Result<Vec<_>>>()?;
-        self.show(
-            printer,
-            "II",
-            "X axis of the butterfly, tracking error predicted from three sets of features (and figure 13)",
-            &rows,
-        )
+        let title = "X axis of the butterfly, tracking error predicted from three sets of features (and figure 13)";
+        let mut found = self.show(printer, "II", title, &rows)?;
+        let mut missed = Vec::new();
+        let mut measured = Vec::new();
+        for (name, features, _) in printed {
+            let run = self.butterfly_run(self.network("lstm"), features, self.common.seed)?;
+            missed.push((name.to_owned(), run.missed));
+            measured = run.measured;
+        }
+        let spec = read::machine(&self.machine.machine)?;
+        let picture = figure_13(Setup::new(&spec, None)?.period_s, &measured, &missed);
+        found.sections[0].pictures.push(picture);
+        Ok(found)
     }
 
     pub(super) fn table_3(&self, printer: &Printer) -> Result<Found> {
@@ -111,17 +125,22 @@ impl Reproduce {
 
     /// Prediction error of the X axis of the butterfly: mean RMS and MAX over the seeds.
     fn butterfly_x(&self, predictor: &str, features: FeatureSet) -> Result<Figures> {
-        let spec = read::machine(&self.machine.machine)?;
         let mut mean = (0.0, 0.0);
         for seed in self.seeds_used() {
-            let bundle = self.model(Axes::X, predictor, features, seed)?;
-            let path = Input::curve("butterfly", 80.0, &Setup::new(&spec, None)?)?;
-            let actual = SimulatedMachine::new(&spec, seed.wrapping_add(500))?.run(path.trajectory())?;
-            let run = only(&Log::new("butterfly", path.trajectory().clone(), actual)?, 0)?;
-            let (rms, max) = rms_max(&misses(&bundle, &run)?[0]);
+            let (rms, max) = rms_max(&self.butterfly_run(predictor, features, seed)?.missed);
             mean = (mean.0 + rms / self.seeds as f64, mean.1 + max / self.seeds as f64);
         }
         Ok(mean)
+    }
+
+    fn butterfly_run(&self, predictor: &str, features: FeatureSet, seed: u64) -> Result<ButterflyRun> {
+        let spec = read::machine(&self.machine.machine)?;
+        let bundle = self.model(Axes::X, predictor, features, seed)?;
+        let path = Input::curve("butterfly", 80.0, &Setup::new(&spec, None)?)?;
+        let actual = SimulatedMachine::new(&spec, seed.wrapping_add(500))?.run(path.trajectory())?;
+        let run = only(&Log::new("butterfly", path.trajectory().clone(), actual)?, 0)?;
+        let measured = run.reference.tracking_error(&run.actual)?.swap_remove(0);
+        Ok(ButterflyRun { measured, missed: misses(&bundle, &run)?.swap_remove(0) })
     }
 
     /// Prediction errors of x, y, z and of the contour error, on one curve.
@@ -165,6 +184,7 @@ impl Reproduce {
             title: format!("Table {number}: {what}"),
             note: self.paper_d_note()?,
             entries: entries.collect(),
+            pictures: Vec::new(),
         };
         let rows: Vec<Value> = rows
             .iter()

@@ -1,4 +1,4 @@
-//! Paper E on the simulated drives, which stand in for its experiment (figures 4, 5 and 8): norm-optimal ILC of a raster scan, from single axes
+//! Paper E on the simulated drives, which stand in for its experiment (figures 4, 5, 7 and 8): norm-optimal ILC of a raster scan, from single axes
 //! (`a = 0`) to the contour alone (`a = 1`).
 
 use std::sync::Arc;
@@ -13,6 +13,7 @@ use pipeline::{Setup, statistics};
 use serde_json::{Value, json};
 
 use super::Reproduce;
+use super::corner::{self, Corner, Shown};
 use super::found::{Entry, Found, Printed, Section};
 use crate::output::{Printer, table};
 use crate::read;
@@ -20,16 +21,23 @@ use crate::read;
 /// Samples of the scan, as in the paper.
 pub(super) const SAMPLES: usize = 1050;
 /// Rest before and after the scan, samples.
-pub(super) const REST: usize = 5;
+const REST: usize = 5;
 /// Length of a line, distance of two, and step of a sample, mm. With the rests, five lines and four turns make the paper's number of samples.
-pub(super) const LINE_MM: f64 = 10.0;
-pub(super) const SPACING_MM: f64 = 0.5;
-pub(super) const STEP_MM: f64 = 0.05;
+const LINE_MM: f64 = 10.0;
+const SPACING_MM: f64 = 0.5;
+const STEP_MM: f64 = 0.05;
 /// Shares of the contour error.
 pub(super) const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Learning runs; the figures are means over the last ones.
 pub(super) const RUNS: usize = 12;
 const CONVERGED: usize = 4;
+/// What figure 7 is made on.
+const CORNER: Shown = Shown { figure: 7, machine: "experiment: the simulated drives", file: "e-figure-7" };
+
+/// Sample of the first corner of the scan.
+pub(super) fn first_corner() -> usize {
+    REST + (LINE_MM / STEP_MM).round() as usize
+}
 
 /// Converged figures of one weighting; mm.
 pub(super) struct Row {
@@ -70,21 +78,30 @@ impl Reproduce {
         let spec = read::machine(&self.machine.machine)?;
         let setup = Setup::new(&spec, None)?;
         let desired = raster(setup.period_s, &spec.motion_axes(), setup.kinematics)?;
-        let mut rows = Vec::new();
+        let (mut rows, mut corners) = (Vec::new(), Vec::new());
         for a in SHARES {
             let mut row = Row::new(a);
             for seed in self.seeds_used() {
-                self.scan(&spec, &desired, seed, &mut row)?;
+                let last = self.scan(&spec, &desired, seed, &mut row)?;
+                if seed == self.common.seed && (a == 0.0 || a == 1.0) {
+                    corners.push(Corner::new(a, first_corner(), &across(desired.trajectory(), &last)?, &last));
+                }
             }
             rows.push(row);
         }
-        let tables = vec![show(printer, "on the simulated drives", 27, &rows)];
+        let path = desired.trajectory();
+        let tables = vec![
+            show(printer, "on the simulated drives", 27, &rows),
+            corner::show(printer, CORNER, path, first_corner(), &corners),
+        ];
         let title = "Figures 4, 5 and 8, experiment: the scan on the simulated drives";
         let note = format!("{} Means of the last {CONVERGED} of {RUNS} runs with noise and friction.", note(setup.period_s));
-        Ok(Found { tables, sections: vec![section(title, note, 27.0, &rows, DRIVES)] })
+        let sections = vec![section(title, note, 27.0, &rows, DRIVES), corner::section(CORNER, path, first_corner(), &corners)];
+        Ok(Found { tables, sections })
     }
 
-    fn scan(&self, spec: &MachineSpec, desired: &DesiredPath, seed: u64, row: &mut Row) -> Result<()> {
+    /// Learns the scan with the share of `row`, to which it adds the figures, and returns the last run.
+    fn scan(&self, spec: &MachineSpec, desired: &DesiredPath, seed: u64, row: &mut Row) -> Result<Trajectory> {
         let mut machine = SimulatedMachine::new(spec, seed)?;
         let responses = ImpulseResponse::probe(&mut machine, desired.trajectory(), PROBE, RESPONSE_S)?;
         let mut law = norm_optimal(row.a, responses)?;
@@ -92,7 +109,8 @@ impl Reproduce {
         row.permitted = Some(row.permitted.unwrap_or_default() + weight * law.permitted_model_error(desired)?);
         let stop = StopRule::after(RUNS);
         let learned = learn(&mut machine, &mut law, desired, None, &CorrectionLimits::default(), &stop, &mut |_, _| 0.0)?;
-        row.add(desired, learned.iterations.iter().map(|round| (&round.reference, &round.actual)), weight)
+        row.add(desired, learned.iterations.iter().map(|round| (&round.reference, &round.actual)), weight)?;
+        Ok(learned.last().map_or(desired.trajectory(), |last| &last.actual).clone())
     }
 }
 
@@ -127,7 +145,7 @@ pub(super) fn section(title: &str, note: String, gain: f64, rows: &[Row], why: &
             "Not in the paper, which measures across the path's direction at the same instant; here the distance in space.";
         entries.push(Entry::of("distance to the path RMS, a = 1 against a = 0", "%", Printed::None, change, space));
     }
-    Section { paper: 'E', title: title.into(), note, entries }
+    Section { paper: 'E', title: title.into(), note, entries, pictures: Vec::new() }
 }
 
 /// Root mean square difference of two runs over the axes and samples, mm.

@@ -11,14 +11,15 @@ use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::contour::{ContourError, summary_by_length};
 use motion::curves::Line;
 use motion::{DesiredPath, Piece, ToolPath, Trajectory, Vec3};
-use pipeline::control::{Pairing, curve_program_in_steps, in_step, learn_program};
+use pipeline::control::{Pairing, ProgramRun, curve_program_in_steps, in_step, learn_program};
+use pipeline::part::Part;
 use pipeline::statistics::{contour_errors, contour_errors_along, counts};
 use pipeline::units::um;
 use pipeline::{Input, Setup};
 use serde_json::{Value, json};
 
-use super::Reproduce;
 use super::found::{Entry, Found, Printed, Section};
+use super::{Reproduce, shapes};
 use crate::output::{Printer, table};
 use crate::read;
 
@@ -36,6 +37,9 @@ const PRINTED: [(&str, f64, [f64; 4]); 4] = [
     ("ellipse", 1.5, [6.002, 3.7387, 0.9820, 0.2686]),
     ("five-petals", 0.8, [25.0, 3.82, 5.0, 0.290]),
 ];
+/// Curve, gain, file and numbers of the figures that show references.
+const SHAPES: [(&str, f64, &str, &str); 2] =
+    [("ellipse", 0.8, "a-figures-13-14", "13 and 14"), ("five-petals", 0.8, "a-figures-15-16", "15 and 16")];
 /// Runs with a feed that is planned anew.
 const REPLANNED_RUNS: usize = 3;
 
@@ -63,13 +67,19 @@ struct Row {
 impl Reproduce {
     pub(super) fn spatial(&self, printer: &Printer) -> Result<Found> {
         let spec = read::machine(&self.machine.machine)?;
-        let mut rows = Vec::new();
+        let (mut rows, mut pictures) = (Vec::new(), Vec::new());
         for given in [Given::Programs, Given::Samples] {
             for (curve, gains, updates) in CURVES {
                 for &gain in gains {
                     let printed = PRINTED.iter().find(|(of, at, _)| (*of, *at) == (curve, gain)).map(|(.., figures)| *figures);
                     let runs = match given {
-                        Given::Programs => self.learned_on_programs(&spec, curve, gain, updates)?,
+                        Given::Programs => {
+                            let (part, runs) = self.learned_on_programs(&spec, curve, gain, updates)?;
+                            if let Some((.., file, numbers)) = SHAPES.iter().find(|(of, at, ..)| (*of, *at) == (curve, gain)) {
+                                pictures.push(shapes::picture(file, numbers, &part, &runs)?);
+                            }
+                            runs.iter().map(|run| figures_of_program(&part, run)).collect::<Result<_>>()?
+                        }
                         Given::Samples => self.learned_on_samples(&spec, curve, gain, updates)?,
                     };
                     let name = format!("{curve}, spatial, Q = {gain}");
@@ -88,7 +98,9 @@ impl Reproduce {
             let name = format!("ellipse, every sample a line, paired by time, {name}");
             rows.push(Row { given: Given::Programs, name, printed, diverges: false, runs });
         }
-        Ok(Found { tables: vec![show(printer, &rows)], sections: sections(&rows) })
+        let mut sections = sections(&rows);
+        sections[0].pictures = pictures;
+        Ok(Found { tables: vec![show(printer, &rows)], sections })
     }
 
     fn learned_on_samples(&self, spec: &MachineSpec, curve: &str, gain: f64, updates: usize) -> Result<Runs> {
@@ -101,21 +113,12 @@ impl Reproduce {
         learned.iterations.iter().map(|round| figures(desired, &round.actual)).collect()
     }
 
-    fn learned_on_programs(&self, spec: &MachineSpec, curve: &str, gain: f64, updates: usize) -> Result<Runs> {
+    fn learned_on_programs(&self, spec: &MachineSpec, curve: &str, gain: f64, updates: usize) -> Result<(Part, Vec<ProgramRun>)> {
         let part = curve_program_in_steps(curve, FEED_MM_S, STEP, &Setup::new(spec, None)?)?;
-        let desired = &part.plan.desired;
         let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
         let runs = learn_program(&part, &mut machine, &mut law, Pairing::Place, updates, &CorrectionLimits::default())?;
-        let figures = runs.iter().map(|run| {
-            let (errors, positions) = contour_errors_along(desired, &run.run.command, &run.run.actual)?;
-            let tips = desired.tips_of(&run.run.actual)?;
-            // The rapid to the first point does not count.
-            let feeds = |k: &usize| counts(Some(&part), positions[*k].round() as usize);
-            let (errors, tips): (Vec<_>, Vec<_>) = (0..tips.len()).filter(feeds).map(|k| (errors[k], tips[k])).unzip();
-            by_length(&errors, &tips)
-        });
-        figures.collect()
+        Ok((part, runs))
     }
 
     /// Each run's reference is a program through the shifted points, whose time the control plans itself.
@@ -133,6 +136,16 @@ impl Reproduce {
         }
         Ok(runs)
     }
+}
+
+/// RMS over the path's length and MAX of the feed moves; the rapid to the first point does not count.
+fn figures_of_program(part: &Part, run: &ProgramRun) -> Result<(f64, f64)> {
+    let desired = &part.plan.desired;
+    let (errors, positions) = contour_errors_along(desired, &run.run.command, &run.run.actual)?;
+    let tips = desired.tips_of(&run.run.actual)?;
+    let feeds = |k: &usize| counts(Some(part), positions[*k].round() as usize);
+    let (errors, tips): (Vec<_>, Vec<_>) = (0..tips.len()).filter(feeds).map(|k| (errors[k], tips[k])).unzip();
+    by_length(&errors, &tips)
 }
 
 fn figures(desired: &DesiredPath, actual: &Trajectory) -> Result<(f64, f64)> {
@@ -193,11 +206,12 @@ fn sections(rows: &[Row]) -> Vec<Section> {
         title: title.into(),
         note: note.into(),
         entries: rows.iter().filter(|row| row.given == given).flat_map(entries).collect(),
+        pictures: Vec::new(),
     };
     vec![
         section(
             Given::Programs,
-            "Section IV-B, figures 8 to 12 and 17 to 19: programs of G01 lines",
+            "Section IV-B, figures 8 to 19: programs of G01 lines",
             "1000 mm/min, points every 0.005 in the curve's parameter, RMS over the path's length, as printed. The acceleration is the machine's: \
              the 1000 mm/min² of the paper would take a minute to reach the feed.",
         ),

@@ -7,17 +7,17 @@ use compensation::laws::{NormOptimalIlc, NormOptimalSettings};
 use compensation::{CompensationLaw, ImpulseResponse};
 use machine::{Machine, Testbed};
 use motion::{Cartesian, DesiredPath, Trajectory};
-use pipeline::units::um;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Reproduce;
+use super::corner::{self, Corner, Shown};
 use super::found::{Entry, Found, Printed, Section};
-use super::raster::{LINE_MM, REST, RUNS, Row, SAMPLES, SHARES, STEP_MM, across, note, raster, rms, section, show};
+use super::raster::{RUNS, Row, SAMPLES, SHARES, across, first_corner, note, raster, rms, section, show};
 use crate::output::{Printer, table};
 
-/// Samples before and after the first corner that figures 6 and 7 are read from.
-const AROUND: usize = 60;
+/// What figure 6 is made on.
+const CORNER: Shown = Shown { figure: 6, machine: "simulation: the testbed", file: "e-figure-6" };
 /// Noise of a run where the rules of section III-D are shown, mm.
 const NOISE_MM: f64 = 1e-3;
 /// Runs over which the fluctuation by noise is taken, after those that learn.
@@ -45,11 +45,11 @@ impl Reproduce {
         let corners: Vec<Corner> = corners.into_iter().filter(|corner| corner.a == 0.0 || corner.a == 1.0).collect();
         let rules = self.rules(&desired)?;
         let mut tables = vec![show(printer, "on its testbed", 28, &rows)];
-        tables.push(show_corners(printer, &desired, &corners));
+        tables.push(corner::show(printer, CORNER, desired.trajectory(), first_corner(), &corners));
         tables.push(show_rules(printer, &rules));
         let sections = vec![
             section("Figures 4, 5 and 8, simulation: the scan on the testbed", scan_note(), 28.0, &rows, TESTBED),
-            corner_section(&corners),
+            corner::section(CORNER, desired.trajectory(), first_corner(), &corners),
             rule_section(rules),
         ];
         Ok(Found { tables, sections })
@@ -94,7 +94,7 @@ impl Reproduce {
 /// Updates after which the error no longer changes.
 const SETTLED: usize = 12;
 
-const TESTBED: &str = "The paper prints the orders of plant and controller (eq. 19-20) but no coefficients, and the scan as a picture without sizes. The gain \\
+const TESTBED: &str = "The paper prints the orders of plant and controller (eq. 19-20) but no coefficients, and the scan as a picture without sizes. The gain \
                        follows from how far the turns lie above the bandwidth, here 30 Hz.";
 const DEADBEAT: &str = "With the testbed's own responses as model the first update reaches the optimum.";
 const OF_R: &str = "The settled error is that of eq. 12, which has no R.";
@@ -115,7 +115,7 @@ fn scanned(seed: u64, a: f64, desired: &DesiredPath) -> Result<(Row, Corner)> {
     let mut row = Row::new(a);
     row.add(desired, runs.iter().map(|(reference, actual)| (reference, actual)), 1.0)?;
     let actual = runs.last().map_or(desired.trajectory(), |(_, actual)| actual);
-    Ok((row, Corner::new(a, desired, actual)?))
+    Ok((row, Corner::new(a, first_corner(), &across(desired.trajectory(), actual)?, actual)))
 }
 
 /// RMS change of the reference from run to run once learning has settled, on a testbed with noise; mm.
@@ -145,74 +145,6 @@ fn iterate(machine: &mut Testbed, mut law: NormOptimalIlc, desired: &DesiredPath
     Ok(runs)
 }
 
-/// Contour error (eq. 1) around the first corner, RMS, mm.
-struct Corner {
-    a: f64,
-    before: f64,
-    after: f64,
-    /// Actual positions, mm.
-    trace: Vec<Vec<f64>>,
-}
-
-/// Samples around the first corner.
-fn around() -> std::ops::Range<usize> {
-    let corner = REST + (LINE_MM / STEP_MM).round() as usize;
-    corner - AROUND..corner + AROUND
-}
-
-impl Corner {
-    fn new(a: f64, desired: &DesiredPath, actual: &Trajectory) -> Result<Self> {
-        let errors = across(desired.trajectory(), actual)?;
-        let rms = |errors: &[f64]| (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
-        let (before, after) = errors[around()].split_at(AROUND);
-        Ok(Self { a, before: rms(before), after: rms(after), trace: trace(actual) })
-    }
-}
-
-fn trace(run: &Trajectory) -> Vec<Vec<f64>> {
-    run.columns().iter().map(|column| column[around()].to_vec()).collect()
-}
-
-fn show_corners(printer: &Printer, desired: &DesiredPath, corners: &[Corner]) -> Value {
-    printer.line(format!("Paper E, figures 6 and 7: the first corner, {AROUND} samples before and after"));
-    let lines: Vec<Vec<String>> =
-        corners.iter().map(|corner| vec![format!("{}", corner.a), um(corner.before), um(corner.after)]).collect();
-    printer.line(table(&["a", "before, RMS µm", "after, RMS µm"], &lines));
-    let rows: Vec<Value> = corners
-        .iter()
-        .map(|corner| {
-            json!({
-                "a": corner.a, "before_rms_um": corner.before * 1e3, "after_rms_um": corner.after * 1e3,
-                "x_mm": corner.trace[0], "y_mm": corner.trace[1],
-            })
-        })
-        .collect();
-    let wanted = trace(desired.trajectory());
-    json!({ "paper": "E", "table": "figures 6, 7", "rows": rows, "desired": { "x_mm": wanted[0], "y_mm": wanted[1] } })
-}
-
-fn corner_section(corners: &[Corner]) -> Section {
-    const CURVES: &str = "The paper shows the traces without values: single-axis learning leaves the path before the corner and oscillates behind it, \\
-                          contour learning follows more closely throughout.";
-    let entries = corners.iter().flat_map(|corner| {
-        let words = |words: &str| if corner.a == 0.0 { Printed::None } else { Printed::Words(words.into()) };
-        [("before", corner.before), ("after", corner.after)].map(|(side, rms)| {
-            Entry::um(
-                format!("a = {}: contour error (eq. 1), {AROUND} samples {side}, RMS", corner.a),
-                words("smaller than a = 0"),
-                rms,
-                CURVES,
-            )
-        })
-    });
-    Section {
-        paper: 'E',
-        title: "Figures 6 and 7: traces at the first corner".into(),
-        note: "Positions of every sample are in `--json` (`x_mm`, `y_mm`). With a = 1 the axes pass the corner at another time than planned.".into(),
-        entries: entries.collect(),
-    }
-}
-
 fn show_rules(printer: &Printer, rules: &[Rule]) -> Value {
     printer.line("Paper E, section III: what S and R do");
     let printed = |rule: &Rule| match &rule.printed {
@@ -234,5 +166,6 @@ fn rule_section(rules: Vec<Rule>) -> Section {
         title: "Section III: deadbeat, S against R, noise".into(),
         note: format!("On the testbed, a = 0; noise of {} µm on every sample where it is named.", NOISE_MM * 1e3),
         entries: entries.collect(),
+        pictures: Vec::new(),
     }
 }

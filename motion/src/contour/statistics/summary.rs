@@ -8,6 +8,8 @@ use crate::contour::ContourError;
 pub struct ContourSummary {
     /// Root mean square.
     pub rms_mm: f64,
+    /// Arithmetic mean.
+    pub mean_mm: f64,
     /// Maximum.
     pub max_mm: f64,
     /// 95 % quantile, over samples or over length.
@@ -55,12 +57,13 @@ pub fn summary_of(magnitudes_mm: &[f64], weights: Option<&[f64]>) -> Option<Cont
         magnitudes_mm.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1).then(other.0.cmp(&one.0)))?;
     let total: f64 = (0..magnitudes_mm.len()).map(weight).sum();
     let squares: f64 = magnitudes_mm.iter().enumerate().map(|(k, m)| weight(k) * m * m).sum();
+    let sum: f64 = magnitudes_mm.iter().enumerate().map(|(k, m)| weight(k) * m).sum();
     let within = 0.95 * total * (1.0 - 1e-12);
     let p95_mm = match weights {
         Some(weights) => weighted_quantile(magnitudes_mm, weights, within).unwrap_or(*max),
         None => *magnitudes_mm.to_vec().select_nth_unstable_by((within.ceil() as usize).max(1) - 1, f64::total_cmp).1,
     };
-    Some(ContourSummary { rms_mm: (squares / total).sqrt(), max_mm: *max, p95_mm, max_at })
+    Some(ContourSummary { rms_mm: (squares / total).sqrt(), mean_mm: sum / total, max_mm: *max, p95_mm, max_at })
 }
 
 /// The least magnitude up to which the weights sum to `within`.
@@ -83,7 +86,7 @@ mod tests {
     fn figures_over_samples_and_over_length() {
         let magnitudes: Vec<f64> = (1..=100).map(f64::from).collect();
         let plain = summary_of(&magnitudes, None).unwrap();
-        assert_eq!((plain.max_mm, plain.max_at, plain.p95_mm), (100.0, 99, 95.0));
+        assert_eq!((plain.max_mm, plain.max_at, plain.p95_mm, plain.mean_mm), (100.0, 99, 95.0, 50.5));
         assert!((plain.rms_mm - (338_350.0_f64 / 100.0).sqrt()).abs() < 1e-12);
         assert!(summary_of(&[], None).is_none());
         assert!(summary_of(&[1.0], Some(&[])).is_none());
@@ -94,7 +97,7 @@ mod tests {
         let at = |x| Vec3::new(x, 0.0, 0.0);
         let path = [at(0.0), at(1.0), at(1.0), at(1.0), at(2.0)];
         let by_length = summary_by_length(&errors, &path).unwrap();
-        assert!((by_length.rms_mm - 41.0_f64.sqrt()).abs() < 1e-12);
+        assert!((by_length.rms_mm - 41.0_f64.sqrt()).abs() < 1e-12 && (by_length.mean_mm - 5.0).abs() < 1e-12);
         assert!(summary(&errors).unwrap().rms_mm > by_length.rms_mm);
     }
 }
