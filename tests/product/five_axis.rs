@@ -95,6 +95,19 @@ fn first_run_on_unseen_paths_and_programs() {
         assert!(of("first-run", "max_um") < 2.0 * of("spatial-ilc", "max_um"), "{methods}");
     }
 
+    // A path that is neither Paper C's nor of the excitation: the smaller sibling of the test of the S-shaped piece as G-code.
+    let s_piece = ["curve:s-piece", "--feed", "33.333"];
+    folder.figures(&[&["compensate"], &s_piece[..], &["-m", "machine.model", "-o", "s.csv"]].concat());
+    let run = |name: &str, reference: &[&str]| {
+        folder.figures(&[&["simulate"], reference, &["--machine", "bc", "-o", name]].concat());
+        folder.figures(&[&["measure", name, "--machine", "bc", "--desired"], &s_piece[..]].concat())
+    };
+    let (raw, cut) = (run("s-raw.csv", &s_piece), run("s-cut.csv", &["s.csv"]));
+    println!("S-shaped piece: {raw} → {cut}");
+    for name in ["contour_um", "orientation_urad"] {
+        assert!(figure(&cut, name) < 0.1 * figure(&raw, name), "{name}: {cut} against {raw}");
+    }
+
     for tip in [false, true] {
         let original = saddle_rows(3, 0.5, tip);
         std::fs::write(folder.path("part.nc"), &original).unwrap();

@@ -288,7 +288,7 @@ pub fn saddle_butterfly() -> Result<OnSaddle<Nurbs>, MotionError> {
 
 /// A flank of an S-shaped test piece, after ISO 10791-7 and GB/T 39967: a ruled surface between two
 /// cubic B-splines, which bends to both sides and leans inwards and outwards in turn. The standards
-/// define the kind of surface; their control points are not public. These are our own: 225 mm long,
+/// define the kind of surface; their control points are not at hand. These are our own: 225 mm long,
 /// 40 mm high, radii from 20 mm, 9° to 16° off the vertical, leaning along the path where it leans to
 /// neither side, so that no pole lies on it. The flank is that of the tool's axis: the tool's radius is
 /// taken into account already.
