@@ -212,7 +212,7 @@ impl Job<'_> {
         let (input, outcome, feeds) = self.learn(input, &format, &printer, progress)?;
         self.show_limits(&printer, self.recorded.is_none() && input.part().is_some());
         let expected = Expectation::of(self.model, &input, &outcome.reference, &outcome.forecast)?;
-        print::show(&printer, &input, &outcome, expected.as_ref());
+        print::show(&printer, &input, &outcome, expected.as_ref(), false);
         let output = outcome.write(&input, &format, Path::new("reference.csv"))?;
         let content = match (input.part(), &output.setpoints) {
             (None, None) => Content::Reference(outcome.reference.clone()),

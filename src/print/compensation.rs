@@ -76,7 +76,7 @@ pub fn control_fidelity(control: &ControlFidelity) -> String {
 /// Warnings of a program that are printed without `--verbose`.
 const WARNINGS: usize = 20;
 
-/// The warnings of a program: `all`, or those of the same text in one and at most [`WARNINGS`].
+/// The warnings of a program: `all`, or those of the same text in one and at most twenty.
 pub fn show_warnings(printer: &Printer, warnings: &[Diagnostic], (program, name): (&Program, &str), all: bool) {
     if all {
         return warnings.iter().for_each(|warning| printer.line(warning.render(program, name)));
