@@ -126,7 +126,6 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
         && let Some((ideal, _)) = &chosen.run
         && control.replans(written)
     {
-        let ideal = ideal.clone();
         let resumed = known.map(|known| &known.command);
         chosen = relearn_on_program(&task, &mut control, input, settings, written, ideal, resumed)?;
         chosen.updates += updates;

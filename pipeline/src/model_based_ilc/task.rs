@@ -76,6 +76,11 @@ impl<'a> Task<'a> {
         self.floor_mm
     }
 
+    /// The reference with its correction within the limits.
+    pub fn limited(&self, reference: &Trajectory) -> Result<Trajectory> {
+        Ok(self.correction_limits.apply(self.input.desired(), reference)?)
+    }
+
     /// Errors of a run in the path's time.
     pub fn errors(&self, actual: &Trajectory) -> Result<SampleErrors> {
         SampleErrors::of(self.input.desired(), actual)

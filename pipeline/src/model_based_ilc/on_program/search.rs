@@ -1,0 +1,201 @@
+//! Search of the fewest points of a program at one cut-off.
+
+use compensation::{Iteration, LowPass, StopRule};
+use machine::Machine;
+use models::LearnedMachine;
+use motion::Trajectory;
+
+use super::CUT_OFFS_HZ;
+use super::candidate::{Candidate, Tried};
+use crate::control::ControlledMachine;
+use crate::error::Result;
+use crate::model_based_ilc::acceptance::{SAME_FORECAST, cost};
+use crate::model_based_ilc::laws::spatial;
+use crate::model_based_ilc::settings::{FewerPoints, LawName, Settings};
+use crate::model_based_ilc::task::{Runs, Task};
+use crate::refit::RefitSettings;
+
+/// Updates on the replanned program for each update on the reference, and largest number of consecutive updates without improvement.
+const REPLANNED_UPDATES: usize = 3;
+const REPLANNED_PATIENCE: usize = 4;
+/// The same after the first choice of points: the start is nearly learned.
+const COARSER_UPDATES: usize = 5;
+const COARSER_PATIENCE: usize = 2;
+/// Largest number of replanned samples over all updates, and least number of updates for a program of hours: replanning takes most of the
+/// time.
+const REPLANNED_SAMPLES: usize = 12_000_000;
+const LEAST_REPLANNED: usize = 2;
+/// Gain of updates on the replanned program.
+const REPLANNED_GAIN: f64 = 0.7;
+/// Increase of the cost for which fewer points are taken: a share, and mm.
+const COST_OF_FEWER: (f64, f64) = (0.02, 2e-5);
+/// Cost of the first run with fewer points, as a multiple of what is allowed, from which on further updates are not tried.
+const HOPELESS: f64 = 2.0;
+/// Increase of the cycle time of the first run, as a multiple of its limit, from which on the points are not tried.
+const HOPELESS_CYCLE: f64 = 4.0;
+/// Largest number of reductions of a correction whose cycle is too long, and the increase of the cycle time they aim at, as a share of its
+/// limit.
+const REDUCTIONS: usize = 3;
+const REDUCED_TO: f64 = 0.9;
+/// Least share of a correction that is written.
+const LEAST_SHARE: f64 = 0.1;
+/// Largest number of doublings of the time between points, and of the chord tolerance.
+const DOUBLINGS: usize = 4;
+
+/// Search of the fewest points.
+pub(super) struct Search<'a, 'b, 'm> {
+    pub(super) task: &'a Task<'b>,
+    pub(super) control: &'a mut ControlledMachine<'m, LearnedMachine>,
+    pub(super) path: &'a Trajectory,
+    pub(super) settings: &'a Settings,
+    /// The best run on the reference.
+    pub(super) ideal: &'a Iteration,
+    /// Cut-off of the start and of the updates, Hz.
+    pub(super) low_pass_hz: f64,
+    /// Updates so far.
+    pub(super) updates: usize,
+}
+
+impl Search<'_, '_, '_> {
+    /// Doubles the time between points, then the chord tolerance, for as long as the cost stays within [`COST_OF_FEWER`] of the least one,
+    /// and the former also until the cycle is short enough.
+    pub(super) fn points(&mut self, written: RefitSettings) -> Result<Tried> {
+        let mut best = self.learn(written, None, f64::INFINITY)?;
+        let mut least = best.cost_mm();
+        let fewer = if written.spacing_s.is_finite() { self.settings.fewer_points } else { FewerPoints::Never };
+        let finer = |at: RefitSettings| RefitSettings { spacing_s: 2.0 * at.spacing_s, ..at };
+        let looser = |at: RefitSettings| RefitSettings { chord_tolerance_mm: 2.0 * at.chord_tolerance_mm, ..at };
+        let steps: [&dyn Fn(RefitSettings) -> RefitSettings; 2] = [&finer, &looser];
+        let mut at = written;
+        for step in steps.into_iter().filter(|_| fewer != FewerPoints::Never) {
+            for _ in 0..DOUBLINGS {
+                if fewer == FewerPoints::WhereTooSlow && matches!(best, Tried::Short(_)) {
+                    break;
+                }
+                let (start, allowed) = match &best {
+                    Tried::Short(best) => (Some(best.run.0.reference.clone()), allowed(least)),
+                    Tried::Long(_) => (None, f64::INFINITY),
+                };
+                let next = self.learn(step(at), start, allowed)?;
+                if next.cost_mm() > allowed {
+                    break;
+                }
+                at = step(at);
+                least = least.min(next.cost_mm());
+                if matches!(next, Tried::Short(_)) || next.is_better(&best) {
+                    best = next;
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// Learns on the program with these points from `start`, or from the best reference. Gives up where a cost of `allowed` mm is out of
+    /// reach.
+    pub(super) fn learn(&mut self, written: RefitSettings, start: Option<Trajectory>, allowed: f64) -> Result<Tried> {
+        self.control.replans(written);
+        let (is_ideal, is_first) = (start.is_none(), allowed.is_infinite());
+        let reference = match start {
+            Some(start) => start,
+            None => self.start()?,
+        };
+        let seen = self.control.run(&reference)?;
+        let cycle_s = self.control.last_s();
+        let figures = self.task.figures(&self.task.errors(&seen)?)?;
+        let measure = cost(&figures);
+        let slowdown = self.slowdown(cycle_s);
+        let first = (Iteration { reference: reference.clone(), actual: seen, measure }, figures);
+        if slowdown > HOPELESS_CYCLE * self.settings.cycle_limit {
+            return Ok(Tried::Long(Box::new(Candidate { run: first, cycle_s, written })));
+        }
+        // The papers' laws are not iterated again; only their forecast is that of the replanned program.
+        let is_same = is_ideal && (measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
+        let iterates = self.settings.law == LawName::ModelBased && !is_same && measure <= HOPELESS * allowed;
+        if !iterates {
+            return Ok(self.best(vec![first], &[cycle_s], written));
+        }
+        let from = self.control.durations_s().len();
+        let runs = self.iterate(reference, is_first)?;
+        let durations_s = self.control.durations_s()[from..].to_vec();
+        Ok(self.best(runs, &durations_s, written))
+    }
+
+    fn iterate(&mut self, start: Trajectory, is_first: bool) -> Result<Runs> {
+        let mut law = spatial(REPLANNED_GAIN, LowPass::new(self.low_pass_hz, self.path.period_s())?)?;
+        let affordable = (REPLANNED_SAMPLES / self.path.len().max(1)).max(LEAST_REPLANNED);
+        let (updates, patience) = if is_first {
+            (affordable.min(REPLANNED_UPDATES * self.settings.iterations), REPLANNED_PATIENCE)
+        } else {
+            (affordable.min(COARSER_UPDATES), COARSER_PATIENCE)
+        };
+        let runs = self.task.iterate(self.control, &mut law, Some(start), StopRule { updates, patience, worth: 0.0 })?;
+        self.updates += runs.len() - 1;
+        Ok(runs)
+    }
+
+    /// The run of the least cost among those whose cycle is short enough, else the shortest one.
+    fn best(&self, runs: Runs, durations_s: &[f64], written: RefitSettings) -> Tried {
+        let timed =
+            runs.into_iter().zip(durations_s).map(|(run, cycle_s)| Box::new(Candidate { run, cycle_s: *cycle_s, written }));
+        let (short, long): (Vec<_>, Vec<_>) = timed.partition(|one| self.is_short(one.cycle_s));
+        let cost = |one: &Candidate| one.run.0.measure;
+        let least = short.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).map(Tried::Short);
+        let shortest = || long.into_iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s)).map(Tried::Long);
+        least.or_else(shortest).expect("the start is run")
+    }
+
+    /// The best reference, its correction smoothed with the cut-off where that is not the highest.
+    fn start(&self) -> Result<Trajectory> {
+        let low_pass = LowPass::new(self.low_pass_hz, self.path.period_s())?;
+        let Some(low_pass) = low_pass.filter(|_| self.low_pass_hz < CUT_OFFS_HZ[0]) else {
+            return Ok(self.ideal.reference.clone());
+        };
+        let pairs = self.path.columns().iter().zip(self.ideal.reference.columns());
+        let columns = pairs.map(|(path, ideal)| {
+            let correction: Vec<f64> = ideal.iter().zip(path).map(|(ideal, path)| ideal - path).collect();
+            path.iter().zip(low_pass.zero_phase(&correction)).map(|(path, correction)| path + correction).collect()
+        });
+        self.task.limited(&self.path.with_columns(columns.collect())?)
+    }
+
+    /// Takes the share of the correction with which the cycle is short enough.
+    pub(super) fn reduced(&mut self, found: Tried) -> Result<Tried> {
+        let Tried::Long(shortest) = found else { return Ok(found) };
+        self.control.replans(shortest.written);
+        let mut share = 1.0;
+        let mut cycle_s = shortest.cycle_s;
+        for _ in 0..REDUCTIONS {
+            share *= REDUCED_TO * self.settings.cycle_limit / self.slowdown(cycle_s);
+            if share < LEAST_SHARE {
+                break;
+            }
+            let pairs = self.path.columns().iter().zip(shortest.run.0.reference.columns());
+            let columns = pairs
+                .map(|(path, command)| path.iter().zip(command).map(|(path, command)| path + share * (command - path)).collect());
+            let reference = self.path.with_columns(columns.collect())?;
+            let actual = self.control.run(&reference)?;
+            cycle_s = self.control.last_s();
+            if self.is_short(cycle_s) {
+                let figures = self.task.figures(&self.task.errors(&actual)?)?;
+                let run = (Iteration { reference, actual, measure: cost(&figures) }, figures);
+                return Ok(Tried::Short(Box::new(Candidate { run, cycle_s, written: shortest.written })));
+            }
+        }
+        Ok(Tried::Long(shortest))
+    }
+
+    fn is_short(&self, cycle_s: f64) -> bool {
+        self.slowdown(cycle_s) <= self.settings.cycle_limit
+    }
+
+    /// Relative increase of the cycle time.
+    pub(super) fn slowdown(&self, cycle_s: f64) -> f64 {
+        cycle_s / self.path.duration_s() - 1.0
+    }
+}
+
+/// Largest cost of a program with fewer points, mm, where the least one is `least`.
+fn allowed(least: f64) -> f64 {
+    let (share, more) = COST_OF_FEWER;
+    (least * (1.0 + share)).max(least + more)
+}
