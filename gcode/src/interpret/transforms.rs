@@ -10,6 +10,8 @@ use super::state::Interpreter;
 const MIRROR_AXES: &[u8; 9] = b"XYZABCUVW";
 /// G51.1, in tenths.
 const MIRROR_ON: u16 = 511;
+/// G10, in tenths.
+const DATA: u16 = 100;
 /// G50.1, in tenths.
 const MIRROR_OFF: u16 = 501;
 
@@ -39,7 +41,9 @@ impl Interpreter<'_> {
     pub fn end_sections(&mut self, words: &Gathered, off: u16) -> bool {
         let turned_back = self.end_rotation(off);
         let has_macro = self.sections.any(|cause| matches!(cause, Cause::Transform(660 | 661)));
-        let mut ended = self.sections.close_by(off);
+        // G10 with words sets data.
+        let sets_data = off == DATA && words.any(b"LPR").is_some();
+        let mut ended = !sets_data && self.sections.close_by(off);
         if has_macro && ended && off == 670 {
             self.doubt_modes(self.span_of_block(), "the macro of G66 is not read: the modal state");
         }
