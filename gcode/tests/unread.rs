@@ -125,8 +125,8 @@ fn the_work_offsets_of_haas_are_those_of_g54_1() {
 }
 
 #[test]
-fn questions_to_grbl_change_nothing() {
-    for block in ["$$", "$G ; state", "$I", "$#", "?", "~"] {
+fn questions_to_grbl_and_program_numbers_change_nothing() {
+    for block in ["$$", "$G ; state", "$I", "$#", "?", "~", ":0815 (PART)"] {
         assert_eq!(feeds(Dialect::Fanuc, block), [YES; 5], "{block}");
         assert!(read(Dialect::Fanuc, block).warnings.is_empty(), "{block}");
     }

@@ -10,6 +10,7 @@ mod doubts;
 mod feed_move;
 mod frames;
 mod gather;
+mod mirrors;
 mod motion;
 mod one_shots;
 mod other_controls;

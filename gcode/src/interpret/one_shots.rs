@@ -75,7 +75,7 @@ impl Interpreter<'_> {
         }
         let states_motion = words.explicit_motion().is_some();
         let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion, |letter| words.has(letter));
-        if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown) {
+        if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown && !self.names_mirror(g)) {
             // It may change the corner before it.
             if g.code == Code::Unknown && !has_end(g.tenths) {
                 self.fix_last_move();
@@ -85,7 +85,7 @@ impl Interpreter<'_> {
             self.leave_unread(words, g.index, &message);
             return true;
         }
-        words.g.iter().any(|g| of(g) == AxisWords::Data)
+        words.g.iter().any(|g| of(g) == AxisWords::Data || self.names_mirror(g))
     }
 
     /// A block that may move the tool and is left alone. The position and, where the block states one, the motion code are unknown afterwards.

@@ -32,6 +32,8 @@ pub(super) struct Interpreter<'a> {
     pub feed: FeedWord,
     /// Bits of the axes of which G51.1 programs mirror images, in the order XYZABCUVW.
     pub mirrored: u16,
+    /// The block that ended a known mirror image last.
+    pub ended_mirror: Option<usize>,
     pub sections: Sections<Cause>,
     pub doubts: Doubts,
     /// Causes of open sections whose end is not reported yet, with the indices of their diagnostics.
@@ -139,6 +141,7 @@ impl<'a> Interpreter<'a> {
             shifts: Shifts::default(),
             feed: FeedWord::Unset,
             mirrored: 0,
+            ended_mirror: None,
             sections: Sections::default(),
             doubts: Doubts::default(),
             unended: Vec::new(),

@@ -55,7 +55,7 @@ impl Interpreter<'_> {
             if command == Some(Grbl::Homing) {
                 self.forget_all();
                 self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
-            } else if command.is_none() && !SILENT.iter().any(|silent| text.starts_with(silent)) {
+            } else if command.is_none() && !self.is_program_number() && !SILENT.iter().any(|silent| text.starts_with(silent)) {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
                 self.open_section(index, "this statement", Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
@@ -71,6 +71,14 @@ impl Interpreter<'_> {
             self.note_optional(words);
         }
         self.note_optional_modes(words);
+    }
+
+    /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").
+    fn is_program_number(&self) -> bool {
+        let text = self.program.text(self.span_of_block());
+        let text = text.split(|byte| b";(".contains(byte)).next().unwrap_or_default().trim_ascii();
+        let digits = text.strip_prefix(b":").unwrap_or_default();
+        self.options.dialect == Dialect::Fanuc && !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
     }
 
     /// The command of Grbl that stands alone in the block; the modal state stays as it is (Grbl v1.1, "Commands").
