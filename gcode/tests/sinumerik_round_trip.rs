@@ -200,8 +200,8 @@ fn files(name: &str) -> Option<Vec<u8>> {
     (name == "SUB.SPF").then(|| b"PROC SUB(REAL A)\nG0 X=A\nRET\n".to_vec())
 }
 
-/// Values are written with nine decimals.
-const WRITTEN_MM: f64 = 1e-8;
+/// Values are written with nine decimals; increments add up their roundings.
+const WRITTEN_MM: f64 = 1e-5;
 
 /// Whether two moves are of a kind and end at the same point.
 fn is_same(a: &Move, b: &Move) -> bool {
