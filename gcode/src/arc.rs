@@ -1,6 +1,6 @@
 //! Circular and helical arcs from centre words or a radius.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use crate::plane::Plane;
 use crate::rotation::Rotation;
@@ -127,8 +127,12 @@ impl Arc {
     /// The arc in the work frame, from turned coordinates. `None` where it lies in another plane than they are turned in.
     pub(crate) fn in_work(&self, rotation: &Rotation) -> Option<Self> {
         let centre_mm = rotation.point_in_work(self.centre_mm);
-        let start_angle = self.start_angle + rotation.angle_rad();
-        (self.plane == rotation.plane()).then_some(Self { centre_mm, start_angle, ..*self })
+        let (angle, sweep) = match rotation.is_mirrored() {
+            true => (PI - self.start_angle, -self.sweep),
+            false => (self.start_angle, self.sweep),
+        };
+        let start_angle = angle + rotation.angle_rad();
+        (self.plane == rotation.plane()).then_some(Self { centre_mm, start_angle, sweep, ..*self })
     }
 
     /// Unit vector of motion at the end, in the plane's two axes.
@@ -210,7 +214,7 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::FRAC_PI_2;
 
     const TOLERANCE: ArcTolerance = ArcTolerance { coarse_mm: 0.5, fine_mm: 0.005, relative: 1e-3 };
 

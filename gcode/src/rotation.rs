@@ -1,29 +1,38 @@
-//! Rotation of programmed coordinates in a main plane.
+//! Rotation and mirror images of programmed coordinates in a main plane.
 
 use crate::plane::Plane;
 use crate::position::Position;
 
-/// A rotation of the coordinates in a plane: G68, ROT and AROT, CYCL DEF 10. Turned coordinates are programmed ones plus their shift; a point of the
-/// work frame is `R(angle)·turned + offset`.
+/// A rotation of the coordinates in a plane (G68, ROT and AROT, CYCL DEF 10), or a mirror image (G51.1). Turned coordinates are programmed ones plus
+/// their shift; a point of the work frame is `R(angle)·turned + offset`, or `R(angle)·F·turned + offset` where `F` reverses the first axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     plane: Plane,
     /// Sum of the programmed angles, from the plane's first axis to its second.
     angle_deg: f64,
     offset_mm: [f64; 2],
+    /// Whether the first axis is reversed.
+    is_mirrored: bool,
 }
 
 impl Rotation {
     /// A rotation about a point of the plane, mm.
     pub(crate) fn about(plane: Plane, centre_mm: [f64; 2], angle_deg: f64) -> Self {
         let turned = turned(centre_mm, angle_deg);
-        Self { plane, angle_deg, offset_mm: [0, 1].map(|axis| centre_mm[axis] - turned[axis]) }
+        Self { plane, angle_deg, offset_mm: [0, 1].map(|axis| centre_mm[axis] - turned[axis]), is_mirrored: false }
+    }
+
+    /// The mirror image by which a coordinate of the plane changes sides of its entry in `about_mm`; one without an entry stays.
+    pub(crate) fn mirror(plane: Plane, about_mm: [Option<f64>; 2]) -> Self {
+        let angle_deg = if about_mm[1].is_some() { 180.0 } else { 0.0 };
+        let offset_mm = about_mm.map(|about| about.map_or(0.0, |about| 2.0 * about));
+        Self { plane, angle_deg, offset_mm, is_mirrored: about_mm[0].is_some() != about_mm[1].is_some() }
     }
 
     /// A further rotation of the turned coordinates about a point of these, mm.
     pub(crate) fn then(&self, centre_mm: [f64; 2], angle_deg: f64) -> Self {
         let further = Self::about(self.plane, centre_mm, angle_deg);
-        Self { plane: self.plane, angle_deg: self.angle_deg + angle_deg, offset_mm: self.point_in_work(further.offset_mm) }
+        Self { angle_deg: self.angle_deg + angle_deg, offset_mm: self.point_in_work(further.offset_mm), ..*self }
     }
 
     /// The plane that is turned.
@@ -36,9 +45,25 @@ impl Rotation {
         self.angle_deg.to_radians()
     }
 
+    /// Whether arcs run the other way round in the work frame.
+    pub fn is_mirrored(&self) -> bool {
+        self.is_mirrored
+    }
+
+    /// A vector of the plane in the work frame.
+    fn vector_in_work(&self, [first, second]: [f64; 2]) -> [f64; 2] {
+        turned([if self.is_mirrored { -first } else { first }, second], self.angle_deg)
+    }
+
+    /// A vector of the work frame in turned coordinates.
+    fn vector_unturned(&self, vector: [f64; 2]) -> [f64; 2] {
+        let [first, second] = turned(vector, -self.angle_deg);
+        [if self.is_mirrored { -first } else { first }, second]
+    }
+
     /// A point in the plane's axes, mm, in the work frame.
     pub(crate) fn point_in_work(&self, point: [f64; 2]) -> [f64; 2] {
-        let turned = turned(point, self.angle_deg);
+        let turned = self.vector_in_work(point);
         [0, 1].map(|axis| turned[axis] + self.offset_mm[axis])
     }
 
@@ -47,7 +72,7 @@ impl Rotation {
         let [first, second, _] = self.plane.axes();
         let from = [work[first] - self.offset_mm[0], work[second] - self.offset_mm[1]];
         let mut out = work;
-        [out[first], out[second]] = turned(from, -self.angle_deg);
+        [out[first], out[second]] = self.vector_unturned(from);
         out
     }
 
@@ -55,13 +80,16 @@ impl Rotation {
     pub fn displacement(&self, of: [f64; 6]) -> [f64; 6] {
         let [first, second, _] = self.plane.axes();
         let mut out = of;
-        [out[first], out[second]] = turned([of[first], of[second]], self.angle_deg);
+        [out[first], out[second]] = self.vector_in_work([of[first], of[second]]);
         out
     }
 
     /// Displacement of turned coordinates that leads to one in the work frame.
     pub fn displacement_unturned(&self, of: [f64; 6]) -> [f64; 6] {
-        Self { angle_deg: -self.angle_deg, ..*self }.displacement(of)
+        let [first, second, _] = self.plane.axes();
+        let mut out = of;
+        [out[first], out[second]] = self.vector_unturned([of[first], of[second]]);
+        out
     }
 
     /// A position in the work frame. Without one of the two turned coordinates neither is known there.
@@ -123,8 +151,21 @@ mod tests {
     }
 
     #[test]
+    fn a_mirror_image_changes_sides_of_its_axis() {
+        let image = |about_mm| Rotation::mirror(Plane::Xy, about_mm).point_in_work([4.0, 7.0]);
+        assert!(near(image([Some(1.0), None]), [-2.0, 7.0]));
+        assert!(near(image([None, Some(10.0)]), [4.0, 13.0]));
+        assert!(near(image([Some(1.0), Some(10.0)]), [-2.0, 13.0]));
+    }
+
+    #[test]
     fn points_and_displacements_are_turned_back() {
-        let rotation = Rotation::about(Plane::Yz, [1.0, 2.0], 33.0);
+        are_turned_back(Rotation::about(Plane::Yz, [1.0, 2.0], 33.0));
+        are_turned_back(Rotation::mirror(Plane::Yz, [Some(3.0), None]));
+        are_turned_back(Rotation::mirror(Plane::Yz, [None, Some(-4.0)]));
+    }
+
+    fn are_turned_back(rotation: Rotation) {
         let turned = Position { nominal: [5.0, 6.0, 7.0, 0.1, 0.2, 0.3], known: 0b111111 };
         let back = rotation.out_of_work(rotation.in_work(turned));
         assert!(back.nominal.iter().zip(turned.nominal).all(|(a, b)| (a - b).abs() < 1e-12) && back.known == turned.known);

@@ -8,6 +8,8 @@ const DIGIT: f64 = 1e-4;
 /// G64 without a tolerance, which `rs274` also states around canned cycles.
 const UNBOUNDED: &str = "CANON_CONTINUOUS, 0.000 mm";
 const CONTINUOUS: &str = "CANON_CONTINUOUS";
+/// Call of G5, G5.1 and G5.2.
+const SPLINE: &str = "NURBS_FEED";
 /// Length that a rounded corner loses, at most, for each unit of its tolerance: corners down to 5°.
 const CUT: f64 = 25.0;
 /// Distance of a chord of an arc from it, mm: chords of the oracle's arcs, and of written lines.
@@ -37,7 +39,7 @@ pub struct Allowed<'a> {
 pub fn compare(before: &[Event], after: &[Event], allowed: &Allowed) -> Result<(), String> {
     let (groups, others) = (split(before), split(after));
     for (index, (group, other)) in groups.iter().zip(&others).enumerate() {
-        let fault = group_fault(group, other, allowed).or_else(|| match (group.end, other.end) {
+        let fault = feeds_fault(group, other, allowed).or_else(|| match (group.end, other.end) {
             (Some(call), Some(same)) => call_fault(call, same, allowed),
             (None, None) => None,
             _ => Some("one of the programs has fewer calls".to_owned()),
@@ -57,18 +59,30 @@ pub fn compare(before: &[Event], after: &[Event], allowed: &Allowed) -> Result<(
 struct Group<'a> {
     feeds: &'a [Event],
     end: Option<&'a Event>,
+    /// Whether a spline stands before them. Its call does not say where it ends.
+    is_after_spline: bool,
+}
+
+impl Group<'_> {
+    /// The feeds from this one on.
+    fn from(&self, first: usize) -> Self {
+        Self { feeds: &self.feeds[first..], is_after_spline: false, ..*self }
+    }
 }
 
 fn split(events: &[Event]) -> Vec<Group<'_>> {
-    let mut groups = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
     let mut from = 0;
+    let after_spline = |groups: &[Group]| groups.last().and_then(|last| last.end).is_some_and(|end| end.call.name == SPLINE);
     for (at, event) in events.iter().enumerate() {
         if event.path.is_empty() {
-            groups.push(Group { feeds: &events[from..at], end: Some(event) });
+            let is_after_spline = after_spline(&groups);
+            groups.push(Group { feeds: &events[from..at], end: Some(event), is_after_spline });
             from = at + 1;
         }
     }
-    groups.push(Group { feeds: &events[from..], end: None });
+    let is_after_spline = after_spline(&groups);
+    groups.push(Group { feeds: &events[from..], end: None, is_after_spline });
     groups
 }
 
@@ -104,6 +118,19 @@ fn call_fault(before: &Event, after: &Event, allowed: &Allowed) -> Option<String
 /// Whether `after` is the feed `before`, unshifted.
 fn is_same(before: &Event, after: &Event) -> bool {
     alike(before, after) && distance(&before.start, &after.start) <= rounding_mm(before)
+}
+
+/// Compares the feeds between two calls. The first one after a spline comes from a point that no call states: its end alone is compared.
+fn feeds_fault(before: &Group, after: &Group, allowed: &Allowed) -> Option<String> {
+    let Some(first) = before.feeds.first().filter(|_| before.is_after_spline) else { return group_fault(before, after, allowed) };
+    let off_mm = allowed.off_mm + rounding_mm(first);
+    let ends_there = |feed: &Event| first.path.last().zip(feed.path.last()).is_some_and(|(a, b)| distance(a, b) <= off_mm);
+    let Some(last) = after.feeds.iter().position(ends_there) else {
+        return Some(format!("no feed after the spline ends like {}", shown(first)));
+    };
+    // The last lines of a written segment are shorter than its shift.
+    let more = after.feeds[last..].iter().take_while(|feed| ends_there(feed)).count();
+    group_fault(&before.from(1), &after.from(last + more), allowed)
 }
 
 fn group_fault(before: &Group, after: &Group, allowed: &Allowed) -> Option<String> {

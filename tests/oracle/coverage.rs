@@ -18,7 +18,7 @@ use crate::rs274;
 const WAY: Way = Way { controller: "linuxcnc", encoding: TimeEncoding::Keep, decimals: 6, block_delete: None };
 /// Lines, arcs and splines. Cycles make feed moves without them.
 const FEED_CODES: [f64; 6] = [1.0, 2.0, 3.0, 5.0, 5.1, 5.2];
-/// Least share of milling programs with feed moves of their own that is read, percent: with LinuxCNC 2.9, 13 of 14 are.
+/// Least share of milling programs with feed moves of their own that is read, percent: with LinuxCNC 2.9, 14 of 14 are.
 const LEAST_READ: usize = 90;
 
 /// What became of the programs that the interpreter accepts.

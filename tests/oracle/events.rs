@@ -13,6 +13,8 @@ const CLOSED_MM: f64 = 0.01;
 const UNITS_PER_MINUTE: &str = "0, 0";
 /// Longest chord of an arc that is compared, as a share of its sweep.
 const CHORDS: f64 = TAU / 720.0;
+/// Largest distance of a chord from its arc, mm.
+const SAGITTA_MM: f64 = 5e-4;
 
 /// A canonical call that is no mode of feeds or paths.
 #[derive(Debug, Clone)]
@@ -91,6 +93,8 @@ impl State {
                 self.at = self.place(&call.numbers);
                 path = vec![start, self.at];
             }
+            // The call does not say where the spline ends.
+            "NURBS_FEED" => self.at = [f64::NAN; 6],
             "ARC_FEED" => (path, radius_mm) = self.arc(&call.numbers),
             "SET_FEED_RATE" => return self.set(|modes| modes.rate = call.numbers[0]),
             "SET_FEED_MODE" => return self.set(|modes| modes.feed.clone_from(&call.text)),
@@ -157,7 +161,8 @@ impl State {
         let apart = (end[first] - start[first]).hypot(end[second] - start[second]);
         let turned = if apart < CLOSED_MM { TAU } else { turned };
         let sweep = direction * (turned + TAU * (turns.abs() - 1.0));
-        let count = (sweep.abs() / CHORDS).ceil().max(2.0) as usize;
+        let step = CHORDS.min((8.0 * SAGITTA_MM / radius(&start).max(radius(&end))).sqrt());
+        let count = (sweep.abs() / step).ceil().max(2.0) as usize;
         self.at = end;
         let point = |i: usize| {
             let share = i as f64 / count as f64;

@@ -6,7 +6,8 @@
 //! ORACLE_PROGRAMS=5000 cargo test --release --test oracle generated -- --nocapture
 //! ```
 //!
-//! `ORACLE_SEED=7 ORACLE_PROGRAMS=1` runs one program and prints it.
+//! `ORACLE_SEED=7 ORACLE_PROGRAMS=1` runs one program and prints it. `ORACLE_FOLDER=DIR cargo test --release --test oracle others` compares the
+//! programs of a folder too.
 
 mod cases;
 mod compare;
@@ -125,7 +126,8 @@ fn programs_of_others_keep_their_calls() {
     }
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gcode");
     let tally = Tally::default();
-    let files = [programs(Path::new(SAMPLES)), programs(&shared)].concat();
+    let own = std::env::var("ORACLE_FOLDER").map_or(Vec::new(), |folder| programs(Path::new(&folder)));
+    let files = [programs(Path::new(SAMPLES)), programs(&shared), own].concat();
     std::thread::scope(|scope| {
         for half in 0..2 {
             let (files, tally) = (&files, &tally);

@@ -1,4 +1,4 @@
-//! Programs in rotated coordinates: what is written, turned by hand, is what the same program without rotation becomes.
+//! Programs in rotated and mirrored coordinates: what is written, turned or mirrored by hand, is what the same program without becomes.
 
 use std::fmt::Write;
 
@@ -22,12 +22,20 @@ fn turned(point: [f64; 2]) -> [f64; 2] {
     [CENTRE[0] + cos * from[0] - sin * from[1], CENTRE[1] + sin * from[0] + cos * from[1]]
 }
 
+/// Mirror image about X = 12.
+fn mirrored([x, y]: [f64; 2]) -> [f64; 2] {
+    [2.0 * CENTRE[0] - x, y]
+}
+
 /// How a control writes a contour.
 struct Control {
     head: &'static str,
     on: &'static str,
     off: &'static str,
     is_dialogue: bool,
+    /// What the codes do with a point, and whether arcs then run the other way round.
+    image: fn([f64; 2]) -> [f64; 2],
+    flips: bool,
     /// Of words relative to the start of a block.
     is_incremental: bool,
 }
@@ -39,6 +47,11 @@ fn program(control: &Control, with: bool, place: impl Fn([f64; 2]) -> [f64; 2]) 
     let mut at = place([0.0; 2]);
     let mut go = |code: &str, to: [f64; 2], centre: Option<[f64; 2]>, rest: &str| {
         let end = place(to);
+        let code = match code {
+            "G2" if control.flips && !with => "G3",
+            "G3" if control.flips && !with => "G2",
+            code => code,
+        };
         let from = if control.is_incremental && code != "G0" { at } else { [0.0; 2] };
         let [x, y] = [end[0] - from[0], end[1] - from[1]];
         if control.is_dialogue {
@@ -81,7 +94,8 @@ fn program(control: &Control, with: bool, place: impl Fn([f64; 2]) -> [f64; 2]) 
 /// X and Y of every block that names one of them, by its words alone.
 fn points(text: &str) -> Vec<[f64; 2]> {
     let (mut at, mut incremental, mut points) = ([0.0; 2], false, Vec::new());
-    let is_frame = |line: &&str| ["G68", "TRANS", "CYCL"].iter().any(|name| line.contains(name)) || line.starts_with("CC");
+    let is_frame =
+        |line: &&str| ["G68", "G51.1", "G50.1", "TRANS", "CYCL"].iter().any(|name| line.contains(name)) || line.starts_with("CC");
     for line in text.lines().filter(|line| !is_frame(line)) {
         incremental = line.contains("G91") || (incremental && !line.contains("G90"));
         let value = |letter: char| {
@@ -111,13 +125,13 @@ fn check(name: &str, control: &Control, options: &[&str]) {
         without_mark(&folder.read("out.nc"))
     };
     let rotated = compensated(program(control, true, |point| point), name);
-    let plain = compensated(program(control, false, turned), name);
+    let plain = compensated(program(control, false, control.image), name);
     let (of_rotated, of_plain) = (points(&rotated), points(&plain));
     assert_eq!(of_rotated.len(), of_plain.len(), "{rotated}\n{plain}");
     assert!(of_plain.len() > 20, "{plain}");
     let mut most: f64 = 0.0;
     for (a, b) in of_rotated.iter().zip(&of_plain) {
-        let a = turned(*a);
+        let a = (control.image)(*a);
         most = most.max((a[0] - b[0]).hypot(a[1] - b[1]));
     }
     println!("{name} {options:?}: {} points, at most {:.2e} mm apart", of_plain.len(), most);
@@ -129,6 +143,8 @@ const FANUC: Control = Control {
     on: "G68 X12. Y-7. R37.\n",
     off: "G69\n",
     is_dialogue: false,
+    image: turned,
+    flips: false,
     is_incremental: false,
 };
 
@@ -145,6 +161,16 @@ fn g68_in_increments() {
 }
 
 #[test]
+fn g51_1() {
+    let control = Control { on: "G51.1 X12.\n", off: "G50.1 X12.\n", image: mirrored, flips: true, ..FANUC };
+    let words = &["--dialect", "fanuc", "--decimal-point", "unit"][..];
+    for options in [&["--format", "keep"][..], &["--format", "g93"]] {
+        check("part.nc", &control, &[words, options].concat());
+    }
+    check("part.nc", &Control { is_incremental: true, ..control }, words);
+}
+
+#[test]
 fn a_frame_of_sinumerik() {
     // The zero of the frame is where the rotation about the centre leaves the zero of the part.
     let on = "TRANS X12 Y-7\nAROT RPL=37\nATRANS X-12 Y7\n";
@@ -158,7 +184,7 @@ fn cycle_10_of_dialogue() {
     let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F2400\n";
     let on = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+12\nCYCL DEF 7.2 Y-7\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+37\n";
     let off = "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\n";
-    let control = Control { head, on, off, is_dialogue: true, is_incremental: false };
+    let control = Control { head, on, off, is_dialogue: true, ..FANUC };
     let folder = Folder::with_model();
     let compensated = |text: String| {
         folder.write("part.h", text);

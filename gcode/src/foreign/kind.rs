@@ -31,6 +31,12 @@ pub enum Foreign {
         "the program is DIN/ISO for a Heidenhain control; run the CAM system's post-processor for dialogue (Klartext) or G-code"
     )]
     HeidenhainIso,
+    /// High-level blocks of Fagor controls, which stand in parentheses as comments do.
+    #[error(
+        "the program has high-level blocks of a Fagor control, such as (P1=10), (CALL 5) or (RPT N60,N70); write it without them, \
+         for instance with the CAM system"
+    )]
+    Fagor,
     /// Mazatrol.
     #[error("the program is Mazatrol; write it as EIA/ISO G-code on the control or in the CAM system")]
     Mazatrol,

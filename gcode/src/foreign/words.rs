@@ -14,7 +14,35 @@ pub(super) fn recognise(program: &Program) -> Option<Foreign> {
     if is_printer(program) {
         return Some(Foreign::Printer);
     }
+    if is_fagor(program) {
+        return Some(Foreign::Fagor);
+    }
     lathe_sign(program).map(Foreign::Lathe)
+}
+
+/// Blocks in parentheses that a Fagor control executes (CNC 8055, Programming Manual, "Programming in high-level language").
+fn is_fagor(program: &Program) -> bool {
+    let mut comments = program.words().iter().filter(|word| word.kind == WordKind::Comment);
+    comments.any(|word| is_high_level(&program.text(word.span).to_ascii_uppercase()))
+}
+
+/// `(P1=10)`, `(CALL 5)`, `(PCALL 5,P0=2)`, `(MCALL 5)`, `(SUB 5)`, `(GOTO N100)`, `(RPT N60,N70)`, `(IF P1 GT 5 GOTO N100)`.
+fn is_high_level(comment: &[u8]) -> bool {
+    let Some(text) = comment.strip_prefix(b"(").and_then(|text| text.strip_suffix(b")")) else { return false };
+    let is_number = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
+    let behind = |name: &[u8]| text.strip_prefix(name).map(<[u8]>::trim_ascii);
+    let first = |text: &[u8]| -> usize { text.iter().take_while(|byte| byte.is_ascii_digit()).count() };
+    let is_call = [&b"CALL "[..], b"SUB ", b"MCALL "].iter().any(|name| behind(name).is_some_and(is_number))
+        || behind(b"PCALL ").is_some_and(|rest| first(rest) > 0 && (is_number(rest) || rest.get(first(rest)) == Some(&b',')));
+    let is_label = |rest: &[u8]| rest.strip_prefix(b"N").is_some_and(|rest| first(rest) > 0);
+    let jumps = [&b"GOTO "[..], b"RPT "].iter().any(|name| behind(name).is_some_and(is_label))
+        || (text.starts_with(b"IF ") && text.windows(7).any(|run| run.starts_with(b"GOTO N") && run[6].is_ascii_digit()));
+    let is_value = |text: &[u8]| !text.is_empty() && text.iter().all(|byte| byte.is_ascii_digit() || b"P.+-*/() ".contains(byte));
+    let assigns = text.strip_prefix(b"P").is_some_and(|rest| {
+        let value = rest[first(rest)..].trim_ascii().strip_prefix(b"=");
+        first(rest) > 0 && value.is_some_and(|value| is_value(value.trim_ascii()))
+    });
+    is_call || jumps || assigns
 }
 
 fn blocks(program: &Program) -> impl Iterator<Item = &[Word]> {

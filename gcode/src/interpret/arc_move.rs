@@ -1,12 +1,15 @@
 //! The arc of a feed move: plane, centre or radius, number of turns.
 
+use super::codes::Motion;
 use super::gather::Gathered;
 use super::state::Interpreter;
 use crate::arc::{Arc, ArcEnds, ArcFault};
 use crate::dialect::Dialect;
+use crate::execution::Ran;
 use crate::modal::Distance;
 use crate::position::{AXIS_LETTERS, Position};
 use crate::sinumerik::names::Name;
+use crate::toolpath::Fixed;
 
 /// Address letters of the distances from start to centre along X, Y, Z.
 const CENTRE_LETTERS: [u8; 3] = *b"IJK";
@@ -23,6 +26,24 @@ impl Interpreter<'_> {
         self.options.dialect == Dialect::Fanuc && is_zero && stays && is_relative
     }
 
+    /// Why a feed move is an arc whose circle is not determined, with a warning: it has no radius, or its start is not known.
+    pub fn arc_without_path(&mut self, words: &Gathered, motion: Motion, end: Position, at: usize) -> Option<Fixed> {
+        let (fixed, message, help) = if motion == Motion::Line {
+            return None;
+        } else if self.is_arc_without_radius(words, end) {
+            (Fixed::NotUnderstood, "an arc of radius zero, which is left alone", None)
+        } else if !self.knows_arc_start(words) {
+            let help = "give all axes in an absolute move first; G28, a new work offset and G53 leave the place unknown";
+            (Fixed::UnknownStart, "the start of this arc is not known: it is left alone", Some(help))
+        } else {
+            return None;
+        };
+        if self.ran != Ran::Perhaps {
+            self.report.warning(self.span(at), message, help);
+        }
+        Some(fixed)
+    }
+
     /// Builds the arc of the present block. Reports an error if there is none.
     pub fn arc(&mut self, words: &Gathered, counter_clockwise: bool, end: Position, at: usize) -> Option<Arc> {
         let plane = self.modal.plane;
@@ -35,11 +56,6 @@ impl Interpreter<'_> {
             return None;
         }
         let centre_word = words.any(&[CENTRE_LETTERS[first], CENTRE_LETTERS[second]]);
-        if !self.knows_arc_start(words, centre_word.is_some()) {
-            let help = "give all axes in an absolute move first; G28, a new work offset and G53 leave the place unknown";
-            self.report.error(self.span(at), "the start of this arc is not known", Some(help));
-            return None;
-        }
         let ends = ArcEnds {
             plane,
             start: [self.position.nominal[first], self.position.nominal[second]],
@@ -66,8 +82,9 @@ impl Interpreter<'_> {
     }
 
     /// Whether the start coordinates that the arc depends on are known.
-    fn knows_arc_start(&self, words: &Gathered, has_centre: bool) -> bool {
+    pub fn knows_arc_start(&self, words: &Gathered) -> bool {
         let [first, second, _] = self.modal.plane.axes();
+        let has_centre = words.any(&[CENTRE_LETTERS[first], CENTRE_LETTERS[second]]).is_some();
         let absolute_centre = self.modal.arc_distance == Distance::Absolute && has_centre;
         [first, second].iter().all(|&axis| {
             let given = words.has(AXIS_LETTERS[axis]) && self.distance_of(words, axis) == Distance::Absolute;

@@ -78,6 +78,8 @@ pub(super) enum OneShot {
     HolePattern,
     /// A pocket along a path that the control computes.
     Pocket,
+    /// A move, or several, along a path that is not interpreted.
+    Unread,
 }
 
 /// What axis words are beside a code that does not use them as a coordinate of its own.
@@ -127,7 +129,7 @@ pub(super) enum Code {
     ExactStopHere,
     /// Known, no influence on geometry.
     Silent,
-    /// Known motion along a path that is not interpreted.
+    /// A cycle of lathes.
     UnsupportedMotion,
     /// Opens a section of SINUMERIK.
     Opens(Section),
@@ -156,6 +158,7 @@ pub(super) fn written(tenths: u16) -> String {
 pub(super) fn cancels(off: u16, on: u16) -> bool {
     match off {
         80 => on == 70,
+        100 => matches!(on, 110 | 120 | 130),
         131 | 1130 => matches!(on, 121 | 1120),
         150 => on == 160,
         500 => on == 510,
@@ -184,6 +187,8 @@ pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motio
         // Fanuc 0i-F: "Stored Stroke Check" (G22); 30i, "Smoothing" (G5.1 Q3). Without Q, G5.1 is LinuxCNC's quadratic spline.
         Code::Silent if tenths == 220 || (tenths == 51 && has(b'Q')) => AxisWords::Data,
         Code::Silent | Code::ModalMacroOff => AxisWords::Unknown,
+        // Okuma's G71 states the return level of cycles.
+        Code::Units(_) if matches!(tenths, 700 | 710) && !states_motion => AxisWords::Unknown,
         // LinuxCNC has them as modal codes. Fanuc's G92.1 presets the frame of the axes named.
         Code::ClearPositionShift | Code::SuspendPositionShift | Code::RestorePositionShift => AxisWords::Unknown,
         Code::TransformOff if dialect == Dialect::Fanuc => AxisWords::Unknown,
@@ -192,111 +197,6 @@ pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motio
         // Fanuc 30i: G91.1 sets the largest increment that is accepted.
         Code::ArcDistance(_) if dialect == Dialect::Fanuc && !states_motion => AxisWords::Unknown,
         _ => AxisWords::Target,
-    }
-}
-
-/// The meaning of a G code. `has`: whether a word with this letter stands in the block.
-pub(super) fn classify(tenths: u16, dialect: Dialect, has: impl Fn(u8) -> bool) -> Code {
-    use Code::*;
-    match tenths {
-        0 => Motion(self::Motion::Rapid),
-        10 => Motion(self::Motion::Line),
-        20 => Motion(self::Motion::ArcClockwise),
-        30 => Motion(self::Motion::ArcCounterClockwise),
-        330 => Motion(self::Motion::Thread),
-        331 => Motion(self::Motion::RigidTap),
-        382..=385 => Motion(self::Motion::Probe),
-        40 => OneShot(self::OneShot::Dwell),
-        100 => OneShot(self::OneShot::SetData),
-        280 | 300 => OneShot(self::OneShot::Home),
-        520 => OneShot(self::OneShot::LocalShift),
-        920 => OneShot(self::OneShot::SetPosition),
-        921 => ClearPositionShift,
-        922 => SuspendPositionShift,
-        923 => RestorePositionShift,
-        530 => MachineCoordinates,
-        170 => Plane(self::Plane::Xy),
-        180 => Plane(self::Plane::Zx),
-        190 => Plane(self::Plane::Yz),
-        200 => Units(self::Units::Inch),
-        210 => Units(self::Units::Mm),
-        400 => Cutter(CutterCompensation::Off),
-        410 | 411 => Cutter(CutterCompensation::Left),
-        420 | 421 => Cutter(CutterCompensation::Right),
-        431 | 432 if dialect == Dialect::LinuxCnc => OneShot(self::OneShot::ToolOffset),
-        430 | 431 | 432 | 440 => ToolLength(self::ToolLength::On),
-        434 | 435 => ToolLength(self::ToolLength::TipControl),
-        490 => ToolLength(self::ToolLength::Off),
-        // Fanuc: `G54 P2` is `G54.1 P2` (GSK 980MDc, "Additional workpiece coordinate system").
-        540 | 550 | 560 | 570 | 580 | 590 if dialect == Dialect::Fanuc && has(b'P') => ExtendedWorkOffset,
-        540 | 550 | 560 | 570 | 580 | 590 => WorkOffset(self::WorkOffset::Standard(((tenths - 530) / 10) as u8)),
-        591..=593 => WorkOffset(self::WorkOffset::Standard((tenths - 584) as u8)),
-        541 => ExtendedWorkOffset,
-        610 => Path(PathCode::ExactPath),
-        611 => Path(PathCode::ExactStop),
-        640 => Path(PathCode::Continuous),
-        730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Cycle(tenths / 10),
-        800 => CancelCycle,
-        900 => Distance(self::Distance::Absolute),
-        910 => Distance(self::Distance::Incremental),
-        901 => ArcDistance(self::Distance::Absolute),
-        911 => ArcDistance(self::Distance::Incremental),
-        930 => FeedMode(self::FeedMode::InverseTime),
-        940 => FeedMode(self::FeedMode::PerMinute),
-        950 => FeedMode(self::FeedMode::PerRevolution),
-        960 => SurfaceSpeed(true),
-        970 => SurfaceSpeed(false),
-        980 => ReturnLevel(self::ReturnLevel::Initial),
-        990 => ReturnLevel(self::ReturnLevel::Retract),
-        _ => match dialect {
-            Dialect::Fanuc => classify_fanuc(tenths, has),
-            Dialect::LinuxCnc => classify_linuxcnc(tenths),
-            // Has a table of its own.
-            Dialect::Sinumerik => Unknown,
-        },
-    }
-}
-
-/// Words of the lathe cycles G70 to G72.
-const LATHE_CYCLE: &[u8] = b"DEPQRUW";
-
-fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
-    let has_any = |letters: &[u8]| letters.iter().any(|letter| has(*letter));
-    match tenths {
-        // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
-        50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
-        90 => Code::ExactStopHere,
-        // Haas: look-ahead limited, smoothness.
-        1030 | 1870 => Code::Silent,
-        // G53.1, G53.6 (Fanuc) and G253 (Haas) turn the rotary axes until the tool is normal to a tilted plane.
-        270 | 290 | 531 | 536 | 2530 => Code::OneShot(OneShot::Home),
-        310 => Code::Motion(Motion::Probe),
-        // Haas Mill Operator's Manual: bolt hole circle (G70), arc (G71), holes along an angle (G72).
-        700 | 710 | 720 if has_any(b"IJKL") && !has_any(LATHE_CYCLE) => Code::OneShot(OneShot::HolePattern),
-        700 if !has_any(LATHE_CYCLE) => Code::Units(Units::Inch),
-        710 if !has_any(LATHE_CYCLE) => Code::Units(Units::Mm),
-        // Haas: G112 (as G12.1), feature coordinate systems G168 and G268, dynamic work offset G254. Mazak: G68.5.
-        121 | 160 | 510 | 511 | 680..=689 | 1120 | 1680 | 2540 | 2680 => Code::TransformOn,
-        131 | 150 | 500 | 501 | 690 | 1130 | 1690 | 2550 | 2690 => Code::TransformOff,
-        // Fanuc "Cylindrical Interpolation"; Haas "G107 Cylindrical Mapping".
-        71 | 1070 => Code::CylinderMapping,
-        // Haas Mill Operator's Manual: circular pockets, pocket of any shape.
-        120 | 130 | 1500 => Code::OneShot(OneShot::Pocket),
-        650 => Code::OneShot(OneShot::MacroCall),
-        660 | 661 => Code::ModalMacroOn,
-        670 => Code::ModalMacroOff,
-        20..=39 | 61..=63 | 70 | 321..=322 | 340..=360 | 450..=480 | 600 | 700..=720 => Code::UnsupportedMotion,
-        _ => Code::Unknown,
-    }
-}
-
-fn classify_linuxcnc(tenths: u16) -> Code {
-    match tenths {
-        281 | 301 => Code::Silent,
-        70 => Code::TransformOn,
-        80 => Code::TransformOff,
-        50..=53 | 700..=722 => Code::UnsupportedMotion,
-        _ => Code::Unknown,
     }
 }
 
@@ -313,27 +213,5 @@ mod tests {
         assert_eq!(tenths(f64::NAN), None);
         assert_eq!(written(911), "G91.1");
         assert_eq!(written(540), "G54");
-    }
-
-    #[test]
-    fn the_same_code_differs_by_dialect() {
-        let none = |_| false;
-        assert_eq!(classify(80, Dialect::Fanuc, none), Code::Silent);
-        assert_eq!(classify(80, Dialect::LinuxCnc, none), Code::TransformOff);
-        assert_eq!(classify(710, Dialect::Fanuc, none), Code::Units(Units::Mm));
-        assert_eq!(classify(710, Dialect::LinuxCnc, none), Code::UnsupportedMotion);
-        assert_eq!(classify(593, Dialect::Fanuc, none), Code::WorkOffset(WorkOffset::Standard(9)));
-        assert_eq!(classify(540, Dialect::LinuxCnc, none), Code::WorkOffset(WorkOffset::Standard(1)));
-    }
-
-    #[test]
-    fn other_words_of_the_block_decide() {
-        let of = |tenths, letter| classify(tenths, Dialect::Fanuc, move |other| other == letter);
-        for tenths in [700, 710, 720] {
-            assert_eq!(of(tenths, b'L'), Code::OneShot(OneShot::HolePattern));
-            assert_eq!(of(tenths, b'P'), Code::UnsupportedMotion);
-        }
-        assert_eq!(of(540, b'P'), Code::ExtendedWorkOffset);
-        assert_eq!(of(540, b'X'), Code::WorkOffset(WorkOffset::Standard(1)));
     }
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::codes::{Code, Motion, classify, tenths};
+use super::classify::classify;
+use super::codes::{Code, Motion, tenths};
 use super::sinumerik_codes::classify_sinumerik;
 use crate::dialect::Dialect;
 use crate::number::scan_number;

@@ -4,12 +4,16 @@ mod arc_faults;
 mod arc_move;
 mod calls;
 mod circles;
+mod classify;
 mod codes;
 mod doubts;
 mod feed_move;
 mod frames;
 mod gather;
+mod mirrors;
 mod motion;
+mod one_shots;
+mod other_controls;
 mod parts;
 mod polar;
 mod pole;
@@ -26,9 +30,8 @@ mod unknown;
 
 pub use parts::{Reader, Resume, interpret_part};
 
-use codes::{AxisWords, Code, Motion, OneShot, axis_words, has_axis_words, written};
-use gather::{GWord, Gathered};
-use sections::has_end;
+use codes::{Code, Motion, written};
+use gather::Gathered;
 use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
@@ -39,7 +42,7 @@ use crate::evaluate::{evaluate, is_plain};
 use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
-use crate::toolpath::{Fixed, MoveKind, Toolpath};
+use crate::toolpath::Toolpath;
 use crate::word::Span;
 
 /// Axis and arc letters.
@@ -217,106 +220,12 @@ impl Interpreter<'_> {
             self.report.error(self.span(index), "this G code cannot be identified", Some("write the code as a number"));
             return true;
         }
-        let mut refused = false;
-        for g in &words.g {
-            let geometry = words.any(GEOMETRY).is_some();
-            match g.code {
-                Code::UnsupportedMotion => {
-                    let message = format!("{} moves the tool in a way that is not interpreted", written(g.tenths));
-                    self.report.error(self.span(g.index), message, Some("rewrite it with G1, G2, G3"));
-                    refused = true;
-                }
-                Code::Unknown if geometry && !has_end(g.tenths) => {
-                    let message = format!("{} is unknown, and its block has axis words", written(g.tenths));
-                    self.report.error(self.span(g.index), message, None);
-                    refused = true;
-                }
-                _ => {}
-            }
+        let cycle = words.g.iter().find(|g| g.code == Code::UnsupportedMotion);
+        if let Some(g) = cycle {
+            let message = format!("{} is a cycle of lathes, which is not interpreted", written(g.tenths));
+            self.report.error(self.span(g.index), message, Some("write its moves with G1, G2, G3"));
         }
-        refused
-    }
-
-    /// Codes that use the axis words themselves. Returns whether there was one.
-    fn apply_one_shots(&mut self, words: &Gathered) -> bool {
-        let mut taken = false;
-        for g in &words.g {
-            match g.code {
-                Code::OneShot(OneShot::Dwell) => taken |= self.dwell(words),
-                Code::OneShot(OneShot::SetData) => {
-                    self.set_data(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::Home) => {
-                    self.home(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::LocalShift) => {
-                    self.local_shift(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::SetPosition) => {
-                    self.set_position(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::MacroCall) => {
-                    self.call(self.span(g.index));
-                    taken = true;
-                }
-                Code::OneShot(OneShot::ToolOffset) => {
-                    self.forget_all();
-                    taken = true;
-                }
-                Code::OneShot(OneShot::Data) => taken = true,
-                Code::OneShot(OneShot::Pole(from)) => {
-                    self.set_pole(words, from);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::HolePattern) => {
-                    self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
-                    taken = true;
-                }
-                Code::ClearPositionShift => self.clear_position_shift(false),
-                Code::SuspendPositionShift => self.clear_position_shift(true),
-                Code::RestorePositionShift => self.restore_position_shift(),
-                Code::OneShot(OneShot::Pocket) => {
-                    let message = format!("the path of {} is not read: the position after it is not known", written(g.tenths));
-                    self.leave_unread(words, g.index, &message);
-                    taken = true;
-                }
-                Code::TransformOn if has_axis_words(g.tenths) => taken |= words.explicit_motion().is_none(),
-                Code::ModalMacroOn | Code::CylinderMapping => taken = true,
-                _ => {}
-            }
-        }
-        taken
-    }
-
-    /// Whether a code of the block has the axis words, or may have them: they are no target of a move then.
-    fn keeps_axis_words(&mut self, words: &Gathered) -> bool {
-        // R is the retract level of a cycle.
-        if words.any(GEOMETRY).is_none() && !(self.cycle.is_some() && words.has(b'R')) {
-            return false;
-        }
-        let states_motion = words.explicit_motion().is_some();
-        let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion, |letter| words.has(letter));
-        if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown) {
-            let message =
-                format!("what the axis words beside {} do is not known: nor is the position after them", written(g.tenths));
-            self.leave_unread(words, g.index, &message);
-            return true;
-        }
-        words.g.iter().any(|g| of(g) == AxisWords::Data)
-    }
-
-    /// A block that may move the tool and is left alone. The position and, where the block states one, the motion code are unknown afterwards.
-    fn leave_unread(&mut self, words: &Gathered, index: usize, message: &str) {
-        self.report.warning(self.span(index), message, None);
-        self.forget_all();
-        let states_motion = words.explicit_motion().is_some();
-        self.optional_motion |= states_motion;
-        self.keep_code_of_last_arc(words.optional, states_motion);
-        self.push_fixed(MoveKind::Line, self.position, Fixed::NotUnderstood, states_motion);
+        cycle.is_some()
     }
 
     /// After a block that may not have run, a changed motion code or feed is uncertain.

@@ -9,6 +9,7 @@ use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
+use crate::sinumerik::signs::is_likely;
 use crate::split::{is_split_before, is_splittable};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
@@ -40,7 +41,7 @@ impl Interpreter<'_> {
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let axes = words.any(&AXIS_LETTERS).or_else(|| if is_arc { words.any(b"IJK") } else { None });
         let axes = axes.or_else(|| words.geometry());
-        let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some());
+        let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some() || self.may_jump());
         match unknown {
             Some(index) if feeds && self.cycle.is_none() && !self.is_sinumerik() && !self.sections.transforms() => {
                 return self.refuse_unknown(words, index);
@@ -77,7 +78,7 @@ impl Interpreter<'_> {
             Motion::CircleThroughPoint => self.circle_through_point(words, explicit_motion),
             Motion::TangentialCircle => self.tangential_circle(words, explicit_motion),
             Motion::Curve => {
-                let is_unread = words.geometry().is_some() || words.unknown.is_some();
+                let is_unread = !self.knows_end_of_curve(words);
                 self.curve(words, is_unread, explicit_motion);
             }
             Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
@@ -90,10 +91,18 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Whether an unknown word may be a coordinate, such as `X=5`.
+    /// Whether the block may repeat blocks before it, as statements of SINUMERIK do.
+    fn may_jump(&self) -> bool {
+        is_likely(self.program.text(self.span_of_block()))
+    }
+
+    /// Whether an unknown word may be a coordinate, such as `X=5`. A name of three letters is none, nor is a variable such as Okuma's `VC1`.
     fn may_be_geometry(&self, index: usize) -> bool {
-        let first = self.program.text(self.span(index)).first().map(u8::to_ascii_uppercase);
-        first.is_some_and(|letter| b"XYZABCIJKRUVW,".contains(&letter))
+        let text = self.program.text(self.span(index));
+        let first = text.first().map(u8::to_ascii_uppercase);
+        let letters = text.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+        let is_name = letters > 2 || (letters > 1 && first.is_some_and(|letter| b"UVW".contains(&letter)));
+        !is_name && first.is_some_and(|letter| b"XYZABCIJKRUVW,".contains(&letter))
     }
 
     /// A move that is never compensated. `end_unknown`: its end is not in the program frame.
@@ -132,10 +141,8 @@ impl Interpreter<'_> {
         let end = self.target(words, 1);
         let sound = self.check_feed_move(words, motion, at);
         let decided = self.ran != Ran::Perhaps && self.geometry_at_run_time(words, motion).is_none();
-        let goes_nowhere = motion != Motion::Line && self.is_arc_without_radius(words, end);
-        if goes_nowhere {
-            self.report.warning(self.span(at), "an arc of radius zero, which is left alone", None);
-        }
+        let no_circle = self.arc_without_path(words, motion, end, at);
+        let goes_nowhere = no_circle == Some(Fixed::NotUnderstood);
         // Under a motion code that a switch may skip the move may be another, even a probing move.
         let is_lost = machine
             || (self.optional_motion && !explicit_motion)
@@ -144,7 +151,7 @@ impl Interpreter<'_> {
         let kind = match motion {
             _ if !sound => None,
             // The path of an arc with unknown words or an unknown end is taken as the line to its end.
-            _ if !decided || goes_nowhere || is_lost => Some(MoveKind::Line),
+            _ if !decided || no_circle.is_some() || is_lost => Some(MoveKind::Line),
             Motion::Line => Some(MoveKind::Line),
             _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
         };

@@ -103,6 +103,8 @@ impl<'a> Reader<'a> {
             || at.in_corner
             || at.corner_moves > 0
             || at.rounds_corners
+            || at.inputs_data
+            || at.mirrored != 0
             || at.unsettled.contains(&true);
         let plain = !self.is_done && at.ran == Ran::Once && !at.shared_since && at.position.xyz_mm().is_some();
         (plain && feed_known && !unclear && !open).then(|| resume_of(at))

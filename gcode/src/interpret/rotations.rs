@@ -10,6 +10,7 @@ use super::codes::{Code, OneShot, written};
 use super::gather::{GWord, Gathered};
 use super::sections::Cause;
 use super::state::Interpreter;
+use super::transforms::MIRROR_ON;
 use crate::decimal_point::has_point;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, Distance, ToolLength};
@@ -45,7 +46,7 @@ impl Interpreter<'_> {
 
     /// Ends the rotation of G68. Returns whether there was one.
     pub fn end_rotation(&mut self, off: u16) -> bool {
-        let ends = off == ROTATION_OFF && self.modal.rotation.is_some() && !self.is_sinumerik();
+        let ends = off == ROTATION_OFF && self.modal.rotation.is_some() && self.mirrored == 0 && !self.is_sinumerik();
         if ends {
             self.turn(None);
         }
@@ -111,6 +112,11 @@ impl Interpreter<'_> {
         }
     }
 
+    /// Whether the block states nothing but known values of these letters, where nothing else is active that may act on a mirror image.
+    pub fn states_only_known(&self, words: &Gathered, letters: &[u8]) -> bool {
+        self.is_plain(words) && states_only(words, letters) && self.may_turn_frame()
+    }
+
     /// Whether a block runs for certain and has no words without a meaning.
     fn is_plain(&self, words: &Gathered) -> bool {
         let unread = [words.unknown, words.duplicate, words.bad_g, words.assignment, words.flow];
@@ -131,13 +137,17 @@ impl Interpreter<'_> {
     /// Opens a section, up to the end of the rotation, where the block holds a code whose effect in turned coordinates is not certain.
     pub fn guard_rotation(&mut self, words: &Gathered) {
         let Some(rotation) = self.modal.rotation else { return };
-        let ends = words.g.iter().any(|g| g.tenths == ROTATION_OFF) && !self.is_sinumerik();
-        if ends {
+        let ends = words.g.iter().any(|g| g.tenths == ROTATION_OFF) && !self.is_sinumerik() && self.mirrored == 0;
+        if ends || self.ends_known_mirror(words) {
             return;
         }
         let code = words.g.iter().find(|g| !self.keeps_rotation(g.code, rotation.plane()));
         let name = || words.named.iter().find(|(_, name)| matches!(name, Name::Opens(_)));
-        let help = if self.is_sinumerik() { "TRANS ends the rotation" } else { "G69 ends the rotation" };
+        let help = match self.mirrored {
+            _ if self.is_sinumerik() => "TRANS ends the rotation",
+            0 => "G69 ends the rotation",
+            _ => "G50.1 with its axes ends the mirror image",
+        };
         if let Some(g) = code {
             let what = if g.is_named() { "this".to_owned() } else { written(g.tenths) };
             self.lose_rotation(g.index, &what, help);
@@ -156,8 +166,12 @@ impl Interpreter<'_> {
     /// What a rotation is from here on is not known.
     pub fn lose_rotation(&mut self, index: usize, what: &str, help: &str) {
         self.turn(None);
-        let cause = if self.is_sinumerik() { Cause::Named(Section::Frame) } else { Cause::Transform(ROTATION_ON) };
-        self.open_section(index, &format!("{what} under a rotation"), cause, Some(help));
+        let (cause, under) = match self.mirrored {
+            _ if self.is_sinumerik() => (Cause::Named(Section::Frame), "a rotation"),
+            0 => (Cause::Transform(ROTATION_ON), "a rotation"),
+            _ => (Cause::Transform(MIRROR_ON), "a mirror image"),
+        };
+        self.open_section(index, &format!("{what} under {under}"), cause, Some(help));
         self.forget_all();
     }
 

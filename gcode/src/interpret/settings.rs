@@ -128,7 +128,8 @@ impl Interpreter<'_> {
             Code::ExtendedWorkOffset => {
                 let takes_p = |code: Code| matches!(code, Code::Path(_) | Code::OneShot(_) | Code::ModalMacroOn | Code::Silent);
                 // The P of G54 may belong to another code of the block; what it does beside G55 to G59 is not known.
-                let is_own = tenths == 541 || (tenths == 540 && words.m.is_empty() && !words.g.iter().any(|g| takes_p(g.code)));
+                let is_own = matches!(tenths, 541 | 1540)
+                    || (tenths == 540 && words.m.is_empty() && !words.g.iter().any(|g| takes_p(g.code)));
                 let number = words.number(self.program, b'P').filter(|_| is_own);
                 let number = number.filter(|n| (1.0..=999.0).contains(n) && n.fract() == 0.0);
                 self.set_work_offset(number.map_or(WorkOffset::Unpredictable, |n| WorkOffset::Extended(n as u16)));

@@ -262,9 +262,21 @@ impl Interpreter<'_> {
     /// `is_unread`: whether it has words that are not read.
     pub fn curve(&mut self, words: &Gathered, is_unread: bool, explicit_motion: bool) {
         self.fix_last_move();
-        let at = words.explicit_motion().map_or(0, |(index, _)| index);
+        let at = words.explicit_motion().map(|(index, _)| index).or(words.any(&AXIS_LETTERS)).or(words.geometry());
+        let at = at.unwrap_or_else(|| self.program.word_range(self.block).start);
         let why = if is_unread { "a path that is not interpreted: it is left alone" } else { "" };
         self.opaque_move(words, (Fixed::NotUnderstood, why), at, explicit_motion);
+    }
+
+    /// Whether the axis words of a curve are its end. LinuxCNC's `G5 X Y I J P Q` and `G5.1 X Y I J` end there ("G5 Cubic Spline", "G5.1 Quadratic
+    /// Spline"); NURBS blocks (G5.2, G6.2) state control points.
+    pub fn knows_end_of_curve(&self, words: &Gathered) -> bool {
+        if words.geometry().is_some() || words.unknown.is_some() {
+            return false;
+        }
+        let is_spline = words.g.iter().any(|g| matches!(g.tenths, 50 | 51) && matches!(g.code, Code::Motion(_)));
+        let is_plain = !has_unread(words, |letter| is_of_every_move(letter) || b"IJPQ".contains(&letter));
+        self.is_sinumerik() || (is_spline && is_plain && self.modal.distance == Distance::Absolute && !words.has(b'Z'))
     }
 
     /// Whether the control computes a corner at one of the ends of this block's move.

@@ -32,6 +32,8 @@ pub(super) struct Interpreter<'a> {
     pub feed: FeedWord,
     /// Bits of the axes of which G51.1 programs mirror images, in the order XYZABCUVW.
     pub mirrored: u16,
+    /// The block that ended a known mirror image last.
+    pub ended_mirror: Option<usize>,
     pub sections: Sections<Cause>,
     pub doubts: Doubts,
     /// Causes of open sections whose end is not reported yet, with the indices of their diagnostics.
@@ -56,6 +58,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_since_code: bool,
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
+    /// Whether G10 with L began an input of data, which G11 ends.
+    pub inputs_data: bool,
     pub cutter_before: CutterCompensation,
     /// SINUMERIK: axes whose frame or tool changed since their last absolute word.
     pub unsettled: [bool; 6],
@@ -87,7 +91,7 @@ pub(super) struct Whole {
 
 impl Whole {
     fn of(program: &Program, options: &Options) -> Self {
-        let is_offset = |word: &Word| word.is(b'G') && (54.0..60.0).contains(&word.value);
+        let is_offset = |word: &Word| word.is(b'G') && ((54.0..60.0).contains(&word.value) || word.value == 154.0);
         Self {
             idle: idle_axes(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
@@ -137,6 +141,7 @@ impl<'a> Interpreter<'a> {
             shifts: Shifts::default(),
             feed: FeedWord::Unset,
             mirrored: 0,
+            ended_mirror: None,
             sections: Sections::default(),
             doubts: Doubts::default(),
             unended: Vec::new(),
@@ -152,6 +157,7 @@ impl<'a> Interpreter<'a> {
             optional_motion: false,
             optional_since_code: false,
             tool_offset_stated: false,
+            inputs_data: false,
             cutter_before: modal.cutter,
             unsettled: [false; 6],
             polar: Polar::default(),

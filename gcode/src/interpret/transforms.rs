@@ -7,11 +7,13 @@ use super::sections::Cause;
 use super::state::Interpreter;
 
 /// Axes of which a mirror image can be programmed.
-const MIRROR_AXES: &[u8; 9] = b"XYZABCUVW";
+pub(super) const MIRROR_AXES: &[u8; 9] = b"XYZABCUVW";
 /// G51.1, in tenths.
-const MIRROR_ON: u16 = 511;
+pub(super) const MIRROR_ON: u16 = 511;
+/// G10, in tenths.
+const DATA: u16 = 100;
 /// G50.1, in tenths.
-const MIRROR_OFF: u16 = 501;
+pub(super) const MIRROR_OFF: u16 = 501;
 
 impl Interpreter<'_> {
     /// Opens the section of a code under which coordinates are not those of the path.
@@ -24,6 +26,9 @@ impl Interpreter<'_> {
         let cause = Cause::Transform(g.tenths);
         if opens && let Some(rotation) = self.stated_rotation(words, g) {
             self.turn(Some(rotation));
+        } else if opens && let Some(image) = self.stated_mirror(words, g) {
+            self.mirrored = axes(words);
+            self.turn(Some(image));
         } else if opens {
             if g.tenths == MIRROR_ON {
                 self.mirrored |= axes(words);
@@ -37,9 +42,11 @@ impl Interpreter<'_> {
 
     /// Ends the sections that a code (in tenths) cancels. Returns whether there were any.
     pub fn end_sections(&mut self, words: &Gathered, off: u16) -> bool {
-        let turned_back = self.end_rotation(off);
+        let turned_back = self.end_rotation(off) || self.end_mirror(words, off);
         let has_macro = self.sections.any(|cause| matches!(cause, Cause::Transform(660 | 661)));
-        let mut ended = self.sections.close_by(off);
+        // G10 with words sets data.
+        let sets_data = off == DATA && words.any(b"LPR").is_some();
+        let mut ended = !sets_data && self.sections.close_by(off);
         if has_macro && ended && off == 670 {
             self.doubt_modes(self.span_of_block(), "the macro of G66 is not read: the modal state");
         }
@@ -69,6 +76,6 @@ impl Interpreter<'_> {
 }
 
 /// Bits of the axes that the block names.
-fn axes(words: &Gathered) -> u16 {
+pub(super) fn axes(words: &Gathered) -> u16 {
     MIRROR_AXES.iter().enumerate().filter(|(_, letter)| words.has(**letter)).map(|(bit, _)| 1 << bit).sum()
 }

@@ -16,6 +16,15 @@ const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
 /// Where a section ends whose end is not found.
 const TO_END: &str = "up to the program's end";
 
+/// A command of Grbl.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Grbl {
+    /// `$H`, `$HX` (homing), or `$X` (unlock, after which the position may be lost).
+    Homing,
+    /// Shows settings or states, or resumes.
+    View,
+}
+
 impl Interpreter<'_> {
     /// Opens and ends sections by the codes of a block, before the block is executed.
     pub fn note_unknown(&mut self, words: &Gathered) {
@@ -23,6 +32,7 @@ impl Interpreter<'_> {
         for g in &words.g {
             let ended = self.end_sections(words, g.tenths);
             self.note_transform(words, g);
+            self.note_other_control(words, g);
             if g.code == Code::Unknown && !ended {
                 let cause = if self.is_sinumerik() { Cause::Lasting } else { Cause::G(g.tenths) };
                 self.open_section(g.index, &written(g.tenths), cause, None);
@@ -41,10 +51,11 @@ impl Interpreter<'_> {
         }
         if let Some(index) = words.unknown {
             let text = self.program.text(self.span(index)).to_ascii_uppercase();
-            if self.is_homing() {
+            let command = self.grbl_command();
+            if command == Some(Grbl::Homing) {
                 self.forget_all();
                 self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
-            } else if !SILENT.iter().any(|silent| text.starts_with(silent)) {
+            } else if command.is_none() && !self.is_program_number() && !SILENT.iter().any(|silent| text.starts_with(silent)) {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
                 self.open_section(index, "this statement", Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
@@ -62,17 +73,25 @@ impl Interpreter<'_> {
         self.note_optional_modes(words);
     }
 
-    /// Whether the block is Grbl's `$H`, `$HX` (homing) or `$X` (unlock, after which the position may be lost). They stand alone and leave the
-    /// modal state as it is (Grbl v1.1, "Commands").
-    fn is_homing(&self) -> bool {
+    /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").
+    fn is_program_number(&self) -> bool {
+        let text = self.program.text(self.span_of_block());
+        let text = text.split(|byte| b";(".contains(byte)).next().unwrap_or_default().trim_ascii();
+        let digits = text.strip_prefix(b":").unwrap_or_default();
+        self.options.dialect == Dialect::Fanuc && !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    }
+
+    /// The command of Grbl that stands alone in the block; the modal state stays as it is (Grbl v1.1, "Commands").
+    fn grbl_command(&self) -> Option<Grbl> {
         let text = self.program.text(self.span_of_block());
         let text = text.split(|byte| b";(".contains(byte)).next().unwrap_or_default().trim_ascii().to_ascii_uppercase();
-        self.options.dialect == Dialect::Fanuc
-            && match text.as_slice() {
-                b"$X" => true,
-                [b'$', b'H', axes @ ..] => axes.iter().all(|axis| b"XYZABC".contains(axis)),
-                _ => false,
-            }
+        match text.as_slice() {
+            _ if self.options.dialect != Dialect::Fanuc => None,
+            b"$X" => Some(Grbl::Homing),
+            [b'$', b'H', axes @ ..] => axes.iter().all(|axis| b"XYZABC".contains(axis)).then_some(Grbl::Homing),
+            b"$" | b"$$" | b"$#" | b"$G" | b"$I" | b"$N" | b"?" | b"~" => Some(Grbl::View),
+            _ => None,
+        }
     }
 
     /// A feed and a motion code of an optional block are uncertain until another block states them.
@@ -116,7 +135,7 @@ impl Interpreter<'_> {
     /// Index of an E that no code of the block takes.
     pub fn free_exponent(&self, words: &Gathered) -> Option<usize> {
         let takes = |code: Code| match code {
-            Code::OneShot(of) => matches!(of, OneShot::MacroCall | OneShot::Pocket),
+            Code::OneShot(of) => matches!(of, OneShot::MacroCall | OneShot::Pocket | OneShot::Unread),
             Code::Motion(motion) => {
                 !matches!(motion, Motion::Rapid | Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise)
             }

@@ -129,7 +129,9 @@ fn of_line(line: &[u8]) -> Sign {
     }
     let code = line.split(|byte| *byte == b';').next().unwrap_or_default();
     let is_number = code.len() > 1 && code[0].eq_ignore_ascii_case(&b'O') && (code[1].is_ascii_digit() || code[1] == b'<');
-    if is_number || code.starts_with(b"(") || code.contains(&b'#') {
+    // System variables have an underscore: `$P_UIFR`. Grbl's commands have none.
+    let is_command = code.starts_with(b"$") && !name(code, 1).contains(&b'_');
+    if is_number || is_command || code.starts_with(b"(") || code.contains(&b'#') {
         return Sign::Against;
     }
     let mut sign = Sign::Open;
@@ -226,6 +228,8 @@ mod tests {
             "G110\nG1 X1",
             "M17\nG1 X1\n",
             "G54.1 P1\nL5\n",
+            "$J=G91 X10 F500\nG1 X1\n",
+            "$H\nG1 X1\nL20\n",
         ] {
             assert!(!is_sinumerik(text.as_bytes()), "{text}");
         }

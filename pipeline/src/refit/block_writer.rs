@@ -150,7 +150,8 @@ impl<'a> Writer<'a> {
             text.push_str(code);
             (self.mode, self.feed) = (wanted, None);
         }
-        let motion = element.arc.map_or("G1", |arc| arc.code());
+        let is_mirrored = self.part.toolpath.modal(step).rotation.is_some_and(|rotation| rotation.is_mirrored());
+        let motion = element.arc.map_or("G1", |arc| arc.code(is_mirrored));
         if self.code != Some(motion) || (first_of_block && step.explicit_motion) {
             text.push_str(motion);
             self.code = Some(motion);

@@ -90,9 +90,9 @@ impl ElementArc {
         (self.radius * self.sweep).hypot(self.normal[1] - self.normal[0])
     }
 
-    /// G code.
-    pub(super) fn code(&self) -> &'static str {
-        if self.sweep > 0.0 { "G3" } else { "G2" }
+    /// G code. In mirrored coordinates an arc runs the other way round.
+    pub(super) fn code(&self, is_mirrored: bool) -> &'static str {
+        if (self.sweep > 0.0) != is_mirrored { "G3" } else { "G2" }
     }
 }
 

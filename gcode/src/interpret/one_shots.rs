@@ -1,0 +1,108 @@
+//! Codes that use the axis words of their block themselves, and blocks whose axis words are not understood.
+
+use super::GEOMETRY;
+use super::codes::{AxisWords, Code, Motion, OneShot, axis_words, has_axis_words, written};
+use super::gather::{GWord, Gathered};
+use super::sections::has_end;
+use super::state::Interpreter;
+use crate::toolpath::{Fixed, MoveKind};
+
+impl Interpreter<'_> {
+    /// Codes that use the axis words themselves. Returns whether there was one.
+    pub(super) fn apply_one_shots(&mut self, words: &Gathered) -> bool {
+        let mut taken = false;
+        for g in &words.g {
+            match g.code {
+                Code::OneShot(OneShot::Dwell) => taken |= self.dwell(words),
+                Code::OneShot(OneShot::SetData) => {
+                    self.set_data(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::Home) => {
+                    self.home(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::LocalShift) => {
+                    self.local_shift(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::SetPosition) => {
+                    self.set_position(words);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::MacroCall) => {
+                    self.call(self.span(g.index));
+                    taken = true;
+                }
+                Code::OneShot(OneShot::ToolOffset) => {
+                    self.forget_all();
+                    taken = true;
+                }
+                Code::OneShot(OneShot::Data) => taken = true,
+                Code::OneShot(OneShot::Pole(from)) => {
+                    self.set_pole(words, from);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::HolePattern) => {
+                    self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
+                    taken = true;
+                }
+                Code::ClearPositionShift => self.clear_position_shift(false),
+                Code::SuspendPositionShift => self.clear_position_shift(true),
+                Code::RestorePositionShift => self.restore_position_shift(),
+                Code::OneShot(OneShot::Unread) => {
+                    self.leave_path_unread(words, g.index, g.tenths);
+                    taken = true;
+                }
+                Code::OneShot(OneShot::Pocket) => {
+                    let message = format!("the path of {} is not read: the position after it is not known", written(g.tenths));
+                    self.leave_unread(words, g.index, &message);
+                    taken = true;
+                }
+                Code::TransformOn if has_axis_words(g.tenths) => taken |= words.explicit_motion().is_none(),
+                Code::ModalMacroOn | Code::CylinderMapping => taken = true,
+                _ => {}
+            }
+        }
+        taken
+    }
+
+    /// Whether a code of the block has the axis words, or may have them: they are no target of a move then.
+    pub(super) fn keeps_axis_words(&mut self, words: &Gathered) -> bool {
+        // R is the retract level of a cycle.
+        if words.any(GEOMETRY).is_none() && !(self.cycle.is_some() && words.has(b'R')) {
+            return false;
+        }
+        let states_motion = words.explicit_motion().is_some();
+        let of = |g: &GWord| axis_words(g.code, g.tenths, self.options.dialect, states_motion, |letter| words.has(letter));
+        if let Some(g) = words.g.iter().find(|g| of(g) == AxisWords::Unknown && !self.names_mirror(g)) {
+            // It may change the corner before it.
+            if g.code == Code::Unknown && !has_end(g.tenths) {
+                self.fix_last_move();
+            }
+            let message =
+                format!("what the axis words beside {} do is not known: nor is the position after them", written(g.tenths));
+            self.leave_unread(words, g.index, &message);
+            return true;
+        }
+        words.g.iter().any(|g| of(g) == AxisWords::Data || self.names_mirror(g))
+    }
+
+    /// A block that may move the tool and is left alone. The position and, where the block states one, the motion code are unknown afterwards.
+    fn leave_unread(&mut self, words: &Gathered, index: usize, message: &str) {
+        self.report.warning(self.span(index), message, None);
+        self.forget_all();
+        let states_motion = words.explicit_motion().is_some();
+        self.optional_motion |= states_motion;
+        self.keep_code_of_last_arc(words.optional, states_motion);
+        self.push_fixed(MoveKind::Line, self.position, Fixed::NotUnderstood, states_motion);
+    }
+
+    /// A block whose path is not interpreted. It may change the corner before it, and the motion code: blocks without one are left alone too.
+    fn leave_path_unread(&mut self, words: &Gathered, index: usize, tenths: u16) {
+        self.fix_last_move();
+        let message = format!("the path of {} is not read: the position after it is not known", written(tenths));
+        self.leave_unread(words, index, &message);
+        self.motion = Some(Motion::Curve);
+    }
+}

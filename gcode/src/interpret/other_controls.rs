@@ -1,0 +1,66 @@
+//! Codes that mean something else on a control that shares the rest of its codes with Fanuc, as far as their blocks show it.
+//!
+//! Sources: Fagor CNC 8055 M, Programming Manual ("Mirror image", G11 to G14; "Pattern rotation", G73; "Polar origin", G93); Okuma OSP, Programming
+//! Manual ("Coordinate system parallel shift and rotation", G11; "Work coordinate system", G15 H; "Return level", G71); NUM 1060, Programming Manual
+//! ("Absolute dimensions from the measurement origin", G52).
+
+use super::codes::{Code, OneShot, written};
+use super::gather::{GWord, Gathered};
+use super::sections::Cause;
+use super::state::Interpreter;
+use crate::dialect::Dialect;
+use crate::position::AXIS_LETTERS;
+
+/// G10, G11 and G15, in tenths.
+const DATA: u16 = 100;
+const DATA_END: u16 = 110;
+const POLAR_OFF: u16 = 150;
+
+impl Interpreter<'_> {
+    /// Opens a section at a code that may turn, mirror or scale coordinates on another control.
+    pub fn note_other_control(&mut self, words: &Gathered, g: &GWord) {
+        if self.options.dialect != Dialect::Fanuc {
+            return;
+        }
+        let has_axes = words.any(&AXIS_LETTERS).is_some();
+        match g.code {
+            _ if g.tenths == DATA => self.inputs_data = words.has(b'L'),
+            // It ends a data input of G10, or turns (Okuma) or mirrors (Fagor) until G10.
+            _ if g.tenths == DATA_END && !std::mem::take(&mut self.inputs_data) => self.open_transform(g),
+            Code::OneShot(OneShot::Pocket) if matches!(g.tenths, 120 | 130) && words.any(b"ID").is_none() => {
+                self.open_transform(g)
+            }
+            // Okuma: `G15 H2` selects a work offset.
+            _ if g.tenths == POLAR_OFF && words.has(b'H') => self.forget_all(),
+            Code::Units(units) if matches!(g.tenths, 700 | 710) && has_axes && words.explicit_motion().is_none() => {
+                if units != self.modal.units {
+                    self.open_section(g.index, "the unit of this block with axis words", Cause::Lasting, None);
+                }
+                self.forget_all();
+            }
+            Code::Cycle(73) if self.cycle.is_none() && words.any(b"ZR").is_none() => {
+                self.open_section(g.index, "G73 without a depth", Cause::Lasting, None);
+                self.forget_all();
+            }
+            Code::FeedMode(_) if !has_axes && words.any(b"IJK").is_some() => {
+                self.open_section(g.index, "a code with I, J or K and no motion", Cause::Lasting, None);
+            }
+            Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() => self.doubt_local_shift(words, g),
+            _ => {}
+        }
+    }
+
+    fn open_transform(&mut self, g: &GWord) {
+        self.open_section(g.index, &written(g.tenths), Cause::Transform(g.tenths), None);
+        self.forget_all();
+    }
+
+    /// G52 beside a motion code may be a move in machine coordinates. Without a shift before and after it only the position is unknown.
+    fn doubt_local_shift(&mut self, words: &Gathered, g: &GWord) {
+        let is_zero = |axis: usize| self.scaled(words, axis) == Some(0.0) && self.shifts.local[axis] == 0.0;
+        if !self.named(words).all(is_zero) {
+            self.open_section(g.index, "G52 beside a motion code", Cause::Lasting, Some("write G52 in a block of its own"));
+        }
+        self.forget_all();
+    }
+}

@@ -1,0 +1,142 @@
+//! Blocks whose path is not interpreted, and codes that other controls than Fanuc use in another way: they are left alone, with what depends on them.
+
+use gcode::{Dialect, Fixed, Shiftable, Toolpath, WorkOffset, interpret, parse};
+
+const HEAD: &str = "G21 G90 G17 G54\nG0 X0 Y0 Z5.\nG1 Z-1. F600\nX10.\n";
+const TAIL: &str = "G1 X3. F600\nG0 X0 Y0 Z5.\nG1 Z-1.\nX5.\nM30\n";
+
+const YES: Shiftable = Shiftable::Yes;
+const LEFT: Shiftable = Shiftable::No(Fixed::NotUnderstood);
+const UNKNOWN: Shiftable = Shiftable::No(Fixed::UnknownStart);
+const ADJOINING: Shiftable = Shiftable::No(Fixed::Adjoining);
+
+fn read(dialect: Dialect, body: &str) -> Toolpath {
+    let text = format!("{HEAD}{body}\n{TAIL}");
+    interpret(&parse(text), &dialect.into()).unwrap_or_else(|error| panic!("{error}\n{body}"))
+}
+
+fn feeds(dialect: Dialect, body: &str) -> Vec<Shiftable> {
+    read(dialect, body).moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect()
+}
+
+/// Whether the first warning that names `code` is of the line after the head.
+fn warns(path: &Toolpath, code: &str) -> bool {
+    path.warnings.iter().any(|warning| warning.line == 5 && warning.message.contains(code))
+}
+
+#[test]
+fn a_path_that_is_not_interpreted_is_left_alone_with_the_move_before_it() {
+    for block in [
+        "G60 X5. Y5.",
+        "G34 X0 Y0 I10. J0 K6",
+        "G37 X5. R3.",
+        "G47 P0 X1. Y1. I0. J0.08 R0.05 Z-0.005 F15. E10.",
+        "G2.2 X5. Y5. I1. J1. R2.",
+        "G6.2 P4 X5. Y5. K0 R1.",
+    ] {
+        let code = block.split(' ').next().unwrap();
+        assert_eq!(feeds(Dialect::Fanuc, block), [YES, ADJOINING, LEFT, UNKNOWN, YES, YES], "{block}");
+        // A block without a motion code may go on with that path.
+        assert_eq!(
+            feeds(Dialect::Fanuc, &format!("{block}\nX1. Y1. Z1.")),
+            [YES, ADJOINING, LEFT, LEFT, UNKNOWN, YES, YES],
+            "{block}"
+        );
+        let path = read(Dialect::Fanuc, block);
+        assert!(warns(&path, code) || warns(&path, "a path that is not interpreted"), "{block}: {:?}", path.warnings);
+    }
+}
+
+#[test]
+fn a_code_that_is_not_known_leaves_all_alone_after_it() {
+    for (dialect, block) in [
+        (Dialect::Fanuc, "G123 X1."),
+        (Dialect::Fanuc, "G7 X0"),
+        (Dialect::Fanuc, "G45 G1 X20. D1"),
+        (Dialect::LinuxCnc, "G68 X0 Y0 R30"),
+        (Dialect::LinuxCnc, "G51 X2 Y2"),
+    ] {
+        let (of, path) = (feeds(dialect, block), read(dialect, block));
+        assert_eq!(of[..2], [YES, ADJOINING], "{block}");
+        assert!(of[2..].iter().all(|shiftable| *shiftable == LEFT), "{block}: {of:?}");
+        assert!(warns(&path, block.split(' ').next().unwrap()), "{block}: {:?}", path.warnings);
+    }
+}
+
+#[test]
+fn splines_of_linuxcnc_end_where_they_say() {
+    let path = |block: &str| read(Dialect::LinuxCnc, block).moves.iter().map(|step| step.end.xyz_mm()).nth(3).unwrap();
+    for block in ["G5.1 X12. Y3. I1. J0", "G5 X12. Y3. I1. J0 P-1. Q0"] {
+        assert_eq!(feeds(Dialect::LinuxCnc, block), [YES, ADJOINING, LEFT, YES, YES, YES], "{block}");
+        assert_eq!(path(block), Some([12.0, 3.0, -1.0]), "{block}");
+    }
+    for block in ["G5.2 X12. Y3. P1 L3\nX0 Y1. P1\nG5.3", "G91 G5.1 X1. Y1. I1. J0\nG90", "G5.1 X1. Y1. Z2. I1. J0"] {
+        let of = feeds(Dialect::LinuxCnc, block);
+        assert_eq!(of[of.len() - 3..], [UNKNOWN, YES, YES], "{block}: {of:?}");
+    }
+}
+
+#[test]
+fn an_arc_from_an_unknown_start_is_left_alone_and_its_end_is_known() {
+    for dialect in [Dialect::Fanuc, Dialect::LinuxCnc] {
+        for arc in ["G2 X20. Y0 R8.", "G3 X20. Y0 I5. J0"] {
+            let body = format!("G28 X0 Y0\n{arc}\nG1 X15.");
+            assert_eq!(feeds(dialect, &body), [YES, YES, UNKNOWN, YES, YES, YES, YES], "{arc}");
+            assert!(read(dialect, &body).warnings.iter().any(|warning| warning.line == 6), "{arc}");
+        }
+    }
+}
+
+#[test]
+fn codes_that_turn_or_mirror_on_another_control_open_a_section() {
+    // Okuma G11, Fagor G11 to G13, until G10.
+    for (on, off) in [("G11 P45.", "G10"), ("G11 X5. Y5. P30.", "G10"), ("G11", "G10"), ("G12", "G10"), ("G13", "G10")] {
+        let of = feeds(Dialect::Fanuc, &format!("{on}\nG1 X7. Y7.\nG10 L2 P3 X1.\nX8.\n{off}"));
+        let inside: Vec<_> = of[2..of.len() - 3].to_vec();
+        assert!(inside.iter().all(|shiftable| *shiftable == LEFT) && inside.len() > 1, "{on}: {of:?}");
+        assert_eq!(of[of.len() - 3..], [UNKNOWN, YES, YES], "{on}: {of:?}");
+    }
+    // Fagor G73 and G93, NUM G52, Okuma G71 in a program in inches.
+    for on in ["G73 Q45.", "G93 I5. J5.", "G0 G52 X5.", "G70\nG0 X0 Y0 Z0.2\nG71 Z50."] {
+        let of = feeds(Dialect::Fanuc, &format!("{on}\nG94 G1 X7. Y7. F600"));
+        assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{on}: {of:?}");
+    }
+}
+
+#[test]
+fn the_same_codes_in_their_usual_form_open_nothing() {
+    for block in ["G10 L50\nN1023 P1 R100\nG11", "G10 L3 P1\nG11", "G15 H1", "G71 Z5.", "G0 G52 Z0", "G12 I5. D1 F300"] {
+        let of = feeds(Dialect::Fanuc, block);
+        assert_eq!(of[of.len() - 2..], [YES, YES], "{block}: {of:?}");
+    }
+    for block in ["G11", "G52 X5. Y0", "G93 G1 X20. F5.\nG94"] {
+        let body = format!("G10 L50\n{block}");
+        let of = feeds(Dialect::Fanuc, &body);
+        assert_eq!(of[of.len() - 2..], [YES, YES], "{block}: {of:?}");
+    }
+}
+
+#[test]
+fn the_work_offsets_of_haas_are_those_of_g54_1() {
+    let path = read(Dialect::Fanuc, "G154 P12\nG0 X0 Y0 Z5.\nG1 X5. F600");
+    let last = path.moves.last().unwrap();
+    assert_eq!((path.modal(last).work_offset, last.shiftable), (WorkOffset::Extended(12), YES));
+    assert!(path.warnings.is_empty(), "{:?}", path.warnings);
+}
+
+#[test]
+fn questions_to_grbl_and_program_numbers_change_nothing() {
+    for block in ["$$", "$G ; state", "$I", "$#", "?", "~", ":0815 (PART)"] {
+        assert_eq!(feeds(Dialect::Fanuc, block), [YES; 5], "{block}");
+        assert!(read(Dialect::Fanuc, block).warnings.is_empty(), "{block}");
+    }
+}
+
+#[test]
+fn a_statement_without_coordinates_is_no_feed_move() {
+    for block in ["VC1=VC1+1", "CALL O1000 Q2", "NOEX V1=5"] {
+        let of = feeds(Dialect::Fanuc, block);
+        assert_eq!(of[..2], [YES, YES], "{block}");
+        assert!(of[2..].iter().all(|shiftable| *shiftable == LEFT), "{block}: {of:?}");
+    }
+}
