@@ -15,7 +15,7 @@ use pipeline::{Recipe, SILENT};
 const TRAINING: usize = 2;
 const HEALTHY: usize = 8;
 /// False alarms a machine and 30 days that are accepted.
-const FALSE_ALARMS: f64 = 0.2;
+const FALSE_ALARMS: f64 = 0.5;
 /// Days on which all axes have a fault.
 const FAULTS: [(&str, &str); 2] = [("2027-01-01", "friction=20"), ("2027-01-02", "backlash=5")];
 

@@ -40,7 +40,7 @@ pub struct Watch {
     #[arg(long, value_name = "DATE")]
     since: Option<NaiveDate>,
     /// Accepted false alarms of a machine in 30 days
-    #[arg(long, value_name = "NUMBER", default_value_t = 0.2, value_parser = false_alarms)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.5, value_parser = false_alarms)]
     false_alarms: f64,
 }
 
