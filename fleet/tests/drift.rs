@@ -1,7 +1,7 @@
 //! Detection of faults and false alarms on simulated machines.
 //!
 //! `cargo test --release -p precomp-fleet --test drift -- --ignored --nocapture`; `SEEDS=7000..7010` takes other machines, `DAYS=30` more healthy days that
-//! are watched, `MINUTES=2` longer logs a day.
+//! are watched, `MINUTES=1` shorter logs a day.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -143,7 +143,7 @@ fn ten_machines() {
     let stated = |name: &str, usual: &str| std::env::var(name).unwrap_or_else(|_| usual.to_owned());
     let seeds = stated("SEEDS", "6000..6010");
     let (first, last) = seeds.split_once("..").expect("SEEDS=first..last");
-    let (days, minutes) = (stated("DAYS", "20").parse().unwrap(), stated("MINUTES", "1").parse().unwrap());
+    let (days, minutes) = (stated("DAYS", "20").parse().unwrap(), stated("MINUTES", "2").parse().unwrap());
     let tally = run(first.parse().unwrap()..last.parse().unwrap(), days, minutes, &stated("PREDICTOR", "staged"));
     print(&tally);
     assert!(tally.machines > 0);
