@@ -32,6 +32,8 @@ enum Command {
     Refine(commands::refine::Refine),
     Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
+    #[cfg(feature = "fleet")]
+    Fleet(commands::fleet::Fleet),
     Completions(commands::completions::Completions),
     Man(commands::completions::Man),
 }
@@ -53,6 +55,8 @@ impl Command {
             Self::Refine(command) => command.files(),
             Self::Compare(command) => command.files(),
             Self::Reproduce(command) => command.files(),
+            #[cfg(feature = "fleet")]
+            Self::Fleet(command) => command.files(),
             Self::Completions(_) => Files::default(),
             Self::Man(command) => command.files(),
         }
@@ -73,6 +77,8 @@ impl Command {
             Self::Refine(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Reproduce(command) => command.run(),
+            #[cfg(feature = "fleet")]
+            Self::Fleet(command) => command.run(),
             Self::Completions(command) => {
                 command.run(Cli::command());
                 Ok(())

@@ -191,7 +191,8 @@ pub fn axis_position(text: &str) -> Result<Position, String> {
     if axis.len() == 1 { Ok(Position { axis, at: within(at, -1e6, 1e6)? }) } else { Err(fault()) }
 }
 
-fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Result<T, String> {
+/// A number within a range.
+pub fn within<T: FromStr + PartialOrd + Display>(text: &str, low: T, high: T) -> Result<T, String> {
     match text.trim().parse::<T>() {
         // A value that is no number is in no range.
         Ok(value) if (&low..=&high).contains(&&value) => Ok(value),

@@ -118,7 +118,8 @@ impl AxisRecord {
     }
 
     /// What a servo model is fitted to.
-    pub(crate) fn for_fit(&self) -> Record {
+    #[must_use]
+    pub fn for_fit(&self) -> Record {
         let first = self.first_scored();
         let run = |run: &Run| servo::Run {
             reference: run.reference.clone(),

@@ -7,6 +7,8 @@ pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod excite;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod init;
 pub mod measure;
 pub mod predict;

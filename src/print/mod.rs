@@ -6,6 +6,8 @@ pub mod compensation;
 pub mod diagnosis;
 pub mod feeds;
 pub mod figures;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod identification;
 pub mod measurement;
 pub mod training;

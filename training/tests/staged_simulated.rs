@@ -124,7 +124,7 @@ fn a_maxwell_slip_machine_is_predicted_too() {
 }
 
 /// The full proof: 100,000 samples, two machines, three axes, four unseen curves, three seeds.
-/// `cargo test --release --workspace --test staged_simulated -- --ignored --nocapture`, some minutes.
+/// `cargo test --release --test staged_simulated -- --ignored --nocapture`, some minutes.
 #[test]
 #[ignore = "takes 13 minutes: run with --ignored (training/README.md); its small siblings always run"]
 fn from_100_000_samples_every_axis_is_predicted_as_well_as_by_a_noise_free_copy() {
