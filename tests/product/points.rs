@@ -53,6 +53,24 @@ fn a_cycle_may_become_longer_only_where_that_is_allowed() {
 }
 
 #[test]
+fn a_slow_machine_gets_a_smoother_correction_within_the_cycle() {
+    let folder = Folder::new();
+    folder.train_on("random:9", "20", "linear");
+    folder.write("wave.nc", wave(0.45));
+    // At 40 Hz every choice of points takes more than 1 % longer.
+    let figures = compensate(&folder, "wave.nc", &["--work-offset", "0,0,0"]);
+    let rms = |at: &str| number(&figures, &format!("/predicted_contour_um/{at}/rms"));
+    assert!(slowdown(&figures) <= 0.01, "{figures}");
+    assert!(rms("after") < 0.7 * rms("before"), "{figures}");
+    let measured = |program: &str| {
+        let run =
+            ["simulate", program, "--machine", "random:9", "--against", "wave.nc", "--work-offset", "0,0,0", "-o", "run.csv"];
+        number(&folder.figures(&run), "/contour_um/rms")
+    };
+    assert!(measured("out.nc") < 0.9 * measured("wave.nc"));
+}
+
+#[test]
 fn a_segment_without_gain_keeps_every_byte() {
     let folder = Folder::with_model();
     let slow = "G1 X20 F60\nX25\n";

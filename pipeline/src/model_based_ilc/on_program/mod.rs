@@ -16,12 +16,8 @@ use crate::refit::{RefitSettings, TimeEncoding};
 use crate::statistics::Figures;
 
 use candidate::Tried;
-use search::Search;
+use search::{CUT_OFFS_HZ, Search};
 
-/// Cut-offs of the start and of the updates, Hz, tried in this order. Corrections above the cut-off become kinks, at which a control slows
-/// down. Six octaves from 40 to 1.25 Hz gave at most 11 % less on the pocket and two programs of short lines on `random:2`, `3`, `9`, `131`
-/// and `ballscrew`, in twice the time.
-const CUT_OFFS_HZ: [f64; 3] = [40.0, 10.0, 2.5];
 /// Cost on the replanned program, as a multiple of that on the reference or of the forecast's floor, up to which no lower cut-off is tried.
 const AS_GOOD: f64 = 1.5;
 /// Cost of a cut-off, as a multiple of the least one, from which on no lower cut-off is tried.
