@@ -18,4 +18,4 @@ def test_the_package_and_its_tests_are_typed() -> None:
 
 def test_the_stubs_are_those_of_the_module(tmp_path: Path) -> None:
     # Elsewhere than beside the sources, which hold no compiled module.
-    run("mypy.stubtest", "precomp", "--ignore-disjoint-bases", folder=tmp_path)
+    run("mypy.stubtest", "precomp", "--ignore-disjoint-bases", "--mypy-config-file", str(ROOT / "pyproject.toml"), folder=tmp_path)
