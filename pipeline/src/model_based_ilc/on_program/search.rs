@@ -13,6 +13,7 @@ use crate::model_based_ilc::laws::spatial;
 use crate::model_based_ilc::settings::{FewerPoints, LawName, Settings};
 use crate::model_based_ilc::task::{Runs, Task};
 use crate::refit::RefitSettings;
+use crate::statistics::Figures;
 
 /// Updates on the replanned program for each update on the reference, and largest number of consecutive updates without improvement.
 const REPLANNED_UPDATES: usize = 3;
@@ -108,19 +109,21 @@ impl Search<'_, '_, '_> {
         let measure = cost(&figures);
         let slowdown = self.slowdown(cycle_s);
         let first = (Iteration { reference: reference.clone(), actual: seen, measure }, figures);
+        let first = self.tried(first, cycle_s, written);
         if slowdown > HOPELESS_CYCLE * self.settings.cycle_limit {
-            return Ok(Tried::Long(Box::new(Candidate { run: first, cycle_s, written })));
+            return Ok(first);
         }
         // The papers' laws are not iterated again; only their forecast is that of the replanned program.
         let is_same = is_ideal && (measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
         let iterates = self.settings.law == LawName::ModelBased && !is_same && measure <= HOPELESS * allowed;
         if !iterates {
-            return Ok(self.best(vec![first], &[cycle_s], written));
+            return Ok(first);
         }
         let from = self.control.durations_s().len();
         let runs = self.iterate(reference, is_first)?;
-        let durations_s = self.control.durations_s()[from..].to_vec();
-        Ok(self.best(runs, &durations_s, written))
+        let runs = runs.into_iter().zip(&self.control.durations_s()[from..]);
+        let better = |best: Tried, run: Tried| if best.is_better(&run) { best } else { run };
+        Ok(runs.map(|(run, cycle_s)| self.tried(run, *cycle_s, written)).fold(first, better))
     }
 
     fn iterate(&mut self, start: Trajectory, is_first: bool) -> Result<Runs> {
@@ -136,15 +139,10 @@ impl Search<'_, '_, '_> {
         Ok(runs)
     }
 
-    /// The run of the least cost among those whose cycle is short enough, else the shortest one.
-    fn best(&self, runs: Runs, durations_s: &[f64], written: RefitSettings) -> Tried {
-        let timed =
-            runs.into_iter().zip(durations_s).map(|(run, cycle_s)| Box::new(Candidate { run, cycle_s: *cycle_s, written }));
-        let (short, long): (Vec<_>, Vec<_>) = timed.partition(|one| self.is_short(one.cycle_s));
-        let cost = |one: &Candidate| one.run.0.measure;
-        let least = short.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).map(Tried::Short);
-        let shortest = || long.into_iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s)).map(Tried::Long);
-        least.or_else(shortest).expect("the start is run")
+    /// A run as a candidate.
+    fn tried(&self, run: (Iteration, Figures), cycle_s: f64, written: RefitSettings) -> Tried {
+        let candidate = Box::new(Candidate { run, cycle_s, written });
+        if self.is_short(cycle_s) { Tried::Short(candidate) } else { Tried::Long(candidate) }
     }
 
     /// The best reference, its correction smoothed with the cut-off where that is not the highest.
@@ -181,7 +179,7 @@ impl Search<'_, '_, '_> {
             if self.is_short(cycle_s) {
                 let figures = self.task.figures(&self.task.errors(&actual)?)?;
                 let run = (Iteration { reference, actual, measure: cost(&figures) }, figures);
-                return Ok(Tried::Short(Box::new(Candidate { run, cycle_s, written: shortest.written })));
+                return Ok(self.tried(run, cycle_s, shortest.written));
             }
         }
         Ok(Tried::Long(shortest))
