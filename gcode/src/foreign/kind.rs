@@ -33,8 +33,8 @@ pub enum Foreign {
     HeidenhainIso,
     /// High-level blocks of Fagor controls, which stand in parentheses as comments do.
     #[error(
-        "the program has high-level blocks of a Fagor control, such as (P1=10), (CALL 5) or (RPT N60,N70); write it without them, \
-         for instance with the CAM system"
+        "the program has high-level blocks of a Fagor control, such as (CALL 5) or (RPT N60,N70); write it without them, for instance \
+         with the CAM system, or take them out where they are comments"
     )]
     Fagor,
     /// Mazatrol.

@@ -20,29 +20,36 @@ pub(super) fn recognise(program: &Program) -> Option<Foreign> {
     lathe_sign(program).map(Foreign::Lathe)
 }
 
-/// Blocks in parentheses that a Fagor control executes (CNC 8055, Programming Manual, "Programming in high-level language").
+/// Blocks in parentheses that a Fagor control executes: calls, jumps, and subroutines up to their `(RET)`. An assignment such as `(P1=10)` may be a
+/// comment; where its parameter is used, as in `XP1`, the interpreter refuses the move.
 fn is_fagor(program: &Program) -> bool {
-    let mut comments = program.words().iter().filter(|word| word.kind == WordKind::Comment);
-    comments.any(|word| is_high_level(&program.text(word.span).to_ascii_uppercase()))
+    let comments = program.words().iter().filter(|word| word.kind == WordKind::Comment);
+    let inner: Vec<_> = comments.filter_map(|word| inside(program.text(word.span))).collect();
+    let returns = inner.iter().any(|text| text == b"RET");
+    inner.iter().any(|text| is_executed(text) || (returns && is_behind(text, b"SUB ", is_number)))
 }
 
-/// `(P1=10)`, `(CALL 5)`, `(PCALL 5,P0=2)`, `(MCALL 5)`, `(SUB 5)`, `(GOTO N100)`, `(RPT N60,N70)`, `(IF P1 GT 5 GOTO N100)`.
-fn is_high_level(comment: &[u8]) -> bool {
-    let Some(text) = comment.strip_prefix(b"(").and_then(|text| text.strip_suffix(b")")) else { return false };
-    let is_number = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
-    let behind = |name: &[u8]| text.strip_prefix(name).map(<[u8]>::trim_ascii);
-    let first = |text: &[u8]| -> usize { text.iter().take_while(|byte| byte.is_ascii_digit()).count() };
-    let is_call = [&b"CALL "[..], b"SUB ", b"MCALL "].iter().any(|name| behind(name).is_some_and(is_number))
-        || behind(b"PCALL ").is_some_and(|rest| first(rest) > 0 && (is_number(rest) || rest.get(first(rest)) == Some(&b',')));
-    let is_label = |rest: &[u8]| rest.strip_prefix(b"N").is_some_and(|rest| first(rest) > 0);
-    let jumps = [&b"GOTO "[..], b"RPT "].iter().any(|name| behind(name).is_some_and(is_label))
-        || (text.starts_with(b"IF ") && text.windows(7).any(|run| run.starts_with(b"GOTO N") && run[6].is_ascii_digit()));
-    let is_value = |text: &[u8]| !text.is_empty() && text.iter().all(|byte| byte.is_ascii_digit() || b"P.+-*/() ".contains(byte));
-    let assigns = text.strip_prefix(b"P").is_some_and(|rest| {
-        let value = rest[first(rest)..].trim_ascii().strip_prefix(b"=");
-        first(rest) > 0 && value.is_some_and(|value| is_value(value.trim_ascii()))
-    });
-    is_call || jumps || assigns
+/// The text within parentheses, in capitals.
+fn inside(comment: &[u8]) -> Option<Vec<u8>> {
+    Some(comment.strip_prefix(b"(")?.strip_suffix(b")")?.trim_ascii().to_ascii_uppercase())
+}
+
+/// `CALL 5`, `MCALL 5`, `PCALL 5,P0=2`, `GOTO N100`, `RPT N60,N70`, `IF P1 GT 5 GOTO N100`.
+fn is_executed(text: &[u8]) -> bool {
+    let has_number = |rest: &[u8]| is_number(&rest[..rest.iter().position(|byte| *byte == b',').unwrap_or(rest.len())]);
+    let is_label = |rest: &[u8]| rest.strip_prefix(b"N").and_then(<[u8]>::first).is_some_and(u8::is_ascii_digit);
+    [&b"CALL "[..], b"MCALL "].iter().any(|name| is_behind(text, name, is_number))
+        || is_behind(text, b"PCALL ", has_number)
+        || [&b"GOTO "[..], b"RPT "].iter().any(|name| is_behind(text, name, is_label))
+        || (text.starts_with(b"IF ") && text.windows(7).any(|run| run.starts_with(b"GOTO N") && run[6].is_ascii_digit()))
+}
+
+fn is_behind(text: &[u8], name: &[u8], fits: impl Fn(&[u8]) -> bool) -> bool {
+    text.strip_prefix(name).is_some_and(|rest| fits(rest.trim_ascii()))
+}
+
+fn is_number(text: &[u8]) -> bool {
+    !text.is_empty() && text.iter().all(u8::is_ascii_digit)
 }
 
 fn blocks(program: &Program) -> impl Iterator<Item = &[Word]> {

@@ -1,7 +1,7 @@
 //! Mirror images that are known: G51.1 with absolute coordinates of the axes of the plane, until G50.1 names the same axes.
 //!
 //! They are followed as rotations are (`rotations.rs`). Source: Fanuc 0i-F Operator's Manual (B-64604EN), "Programmable Mirror Image (G50.1, G51.1)". Images
-//! of SINUMERIK (`MIRROR X0`) depend on machine data (10612) and are left alone.
+//! of SINUMERIK (`MIRROR X0`) depend on machine data (10610 `MIRROR_REF_AX`, Function Manual K2) and are left alone.
 
 use super::gather::{GWord, Gathered};
 use super::state::Interpreter;

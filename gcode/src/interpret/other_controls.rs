@@ -1,8 +1,8 @@
 //! Codes that mean something else on a control that shares the rest of its codes with Fanuc, as far as their blocks show it.
 //!
-//! Sources: Fagor CNC 8055 M, Programming Manual ("Mirror image", G11 to G14; "Pattern rotation", G73; "Polar origin", G93); Okuma OSP, Programming
-//! Manual ("Coordinate system parallel shift and rotation", G11; "Work coordinate system", G15 H; "Return level", G71); NUM 1060, Programming Manual
-//! ("Absolute dimensions from the measurement origin", G52).
+//! Fagor CNC 8055: mirror images (G11 to G14), pattern rotation (G73), polar origin (G93). Okuma OSP: shift and rotation of coordinates (G11), work
+//! offset (G15 H), return level (G71). NUM 1060: coordinates of the measurement origin (G52). The manuals were not compared for each form: a
+//! code that is wrongly listed here leaves moves alone, and changes none.
 
 use super::codes::{Code, OneShot, written};
 use super::gather::{GWord, Gathered};
