@@ -12,59 +12,49 @@ impl Interpreter<'_> {
     pub(super) fn apply_one_shots(&mut self, words: &Gathered) -> bool {
         let mut taken = false;
         for g in &words.g {
-            match g.code {
-                Code::OneShot(OneShot::Dwell) => taken |= self.dwell(words),
-                Code::OneShot(OneShot::SetData) => {
-                    self.set_data(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::Home) => {
-                    self.home(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::LocalShift) => {
-                    self.local_shift(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::SetPosition) => {
-                    self.set_position(words);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::MacroCall) => {
-                    self.call(self.span(g.index));
-                    taken = true;
-                }
-                Code::OneShot(OneShot::ToolOffset) => {
-                    self.forget_all();
-                    taken = true;
-                }
-                Code::OneShot(OneShot::Data) => taken = true,
-                Code::OneShot(OneShot::Pole(from)) => {
-                    self.set_pole(words, from);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::HolePattern) => {
-                    self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
-                    taken = true;
-                }
-                Code::ClearPositionShift => self.clear_position_shift(false),
-                Code::SuspendPositionShift => self.clear_position_shift(true),
-                Code::RestorePositionShift => self.restore_position_shift(),
-                Code::OneShot(OneShot::Unread) => {
-                    self.leave_path_unread(words, g.index, g.tenths);
-                    taken = true;
-                }
-                Code::OneShot(OneShot::Pocket) => {
-                    let message = format!("the path of {} is not read: the position after it is not known", written(g.tenths));
-                    self.leave_unread(words, g.index, &message);
-                    taken = true;
-                }
-                Code::TransformOn if has_axis_words(g.tenths) => taken |= words.explicit_motion().is_none(),
-                Code::ModalMacroOn | Code::CylinderMapping => taken = true,
-                _ => {}
-            }
+            taken |= self.apply_one_shot(words, g);
         }
         taken
+    }
+
+    /// Returns whether the code took the axis words.
+    fn apply_one_shot(&mut self, words: &Gathered, g: &GWord) -> bool {
+        match g.code {
+            Code::OneShot(OneShot::Dwell) => return self.dwell(words),
+            Code::OneShot(OneShot::SetData) => self.set_data(words),
+            Code::OneShot(OneShot::Home) => self.home(words),
+            Code::OneShot(OneShot::LocalShift) => self.local_shift(words),
+            Code::OneShot(OneShot::SetPosition) => self.set_position(words),
+            Code::OneShot(OneShot::MacroCall) => self.call(self.span(g.index)),
+            Code::OneShot(OneShot::ToolOffset) => self.forget_all(),
+            Code::OneShot(OneShot::Data) | Code::ModalMacroOn | Code::CylinderMapping => {}
+            Code::OneShot(OneShot::Pole(from)) => self.set_pole(words, from),
+            Code::OneShot(OneShot::HolePattern) => {
+                self.leave_unread(words, g.index, "holes of a pattern are not read: the position after them is not known");
+            }
+            Code::OneShot(OneShot::Unread) => {
+                // It may change the corner before it, and the motion code: blocks without one are left alone too.
+                self.fix_last_move();
+                self.leave_path_unread(words, g);
+                self.motion = Some(Motion::Curve);
+            }
+            Code::OneShot(OneShot::Pocket) => self.leave_path_unread(words, g),
+            Code::TransformOn if has_axis_words(g.tenths) => return words.explicit_motion().is_none(),
+            Code::ClearPositionShift => {
+                self.clear_position_shift(false);
+                return false;
+            }
+            Code::SuspendPositionShift => {
+                self.clear_position_shift(true);
+                return false;
+            }
+            Code::RestorePositionShift => {
+                self.restore_position_shift();
+                return false;
+            }
+            _ => return false,
+        }
+        true
     }
 
     /// Whether a code of the block has the axis words, or may have them: they are no target of a move then.
@@ -98,11 +88,9 @@ impl Interpreter<'_> {
         self.push_fixed(MoveKind::Line, self.position, Fixed::NotUnderstood, states_motion);
     }
 
-    /// A block whose path is not interpreted. It may change the corner before it, and the motion code: blocks without one are left alone too.
-    fn leave_path_unread(&mut self, words: &Gathered, index: usize, tenths: u16) {
-        self.fix_last_move();
-        let message = format!("the path of {} is not read: the position after it is not known", written(tenths));
-        self.leave_unread(words, index, &message);
-        self.motion = Some(Motion::Curve);
+    /// A block whose path is not interpreted.
+    fn leave_path_unread(&mut self, words: &Gathered, g: &GWord) {
+        let message = format!("the path of {} is not read: the position after it is not known", written(g.tenths));
+        self.leave_unread(words, g.index, &message);
     }
 }
