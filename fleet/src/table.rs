@@ -1,12 +1,25 @@
 //! Logs of a day, read by polars: only the columns that are needed, and no more rows than are.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use datasets::{Log, ReadOptions, Severity, Table, runs_from_table};
-use polars::prelude::{Column, DataFrame, DataType, Engine, HiveOptions, LazyFrame, PlRefPath, ScanArgsParquet, col, len};
+use polars::prelude::{
+    Column, DataFrame, DataType, Engine, HiveOptions, LazyFrame, PlRefPath, PolarsResult, ScanArgsParquet, col, len,
+};
 
 use crate::error::{FleetError, Result};
 use crate::store::Day;
+
+/// The result of a query. polars panics on some damaged files; the panic becomes an error.
+fn guarded<T>(path: &Path, query: impl FnOnce() -> PolarsResult<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(query))
+        .map_err(|_| FleetError::Unfit {
+            path: path.to_owned(),
+            reason: "the Parquet file is damaged; copy it again".to_owned(),
+        })?
+        .map_err(FleetError::scan(path))
+}
 
 /// A lazy scan of one file.
 pub(crate) fn scan(path: &Path) -> Result<LazyFrame> {
@@ -14,13 +27,12 @@ pub(crate) fn scan(path: &Path) -> Result<LazyFrame> {
     // Machine and day are known from the folders.
     let hive_options = HiveOptions { enabled: Some(false), ..HiveOptions::default() };
     let args = ScanArgsParquet { glob: false, hive_options, ..ScanArgsParquet::default() };
-    LazyFrame::scan_parquet(place, args).map_err(FleetError::scan(path))
+    guarded(path, || LazyFrame::scan_parquet(place, args))
 }
 
 /// What a query gives, row group by row group.
 pub(crate) fn collect(frame: LazyFrame, path: &Path) -> Result<DataFrame> {
-    let found = frame.collect_with_engine(Engine::Streaming).map_err(FleetError::scan(path))?;
-    Ok(found.unwrap_single())
+    guarded(path, || Ok(frame.collect_with_engine(Engine::Streaming)?.unwrap_single()))
 }
 
 /// Number of rows of a file, from its footer.
@@ -35,7 +47,7 @@ fn rows(path: &Path) -> Result<usize> {
 /// When the file is no Parquet file, or damaged.
 pub fn read_table(path: &Path, most: usize) -> Result<Table> {
     let mut frame = scan(path)?;
-    let schema = frame.collect_schema().map_err(FleetError::scan(path))?;
+    let schema = guarded(path, || frame.collect_schema())?;
     let names: Vec<String> =
         schema.iter().filter(|(_, kind)| kind.is_primitive_numeric()).map(|(name, _)| name.to_string()).collect();
     let columns = names.iter().map(|name| col(name.as_str()).cast(DataType::Float64));
@@ -72,4 +84,40 @@ pub fn day_logs(day: &Day, most: usize) -> Result<Vec<Log>> {
         logs.extend(runs);
     }
     Ok(logs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bytes of a log turned over one after another, and the file cut off: a table or an error that names the file, no panic and no hang.
+    #[test]
+    fn a_damaged_file_is_an_error_or_a_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.parquet");
+        let column = |scale: f64| (0..300).map(|k| scale * f64::from(k)).collect::<Vec<_>>();
+        let reference = motion::Trajectory::new(0.002, motion::Axis::xyz()[..1].to_vec(), vec![column(0.01)]).unwrap();
+        let actual = reference.with_columns(vec![column(0.0099)]).unwrap();
+        let bytes = datasets::log_content(&path, &Log::new("run", reference, actual).unwrap()).unwrap();
+        let mut errors = 0;
+        let mut check = |damaged: &[u8]| {
+            std::fs::write(&path, damaged).unwrap();
+            let day = Day { date: "2026-01-01".to_owned(), files: vec![path.clone()] };
+            match day_logs(&day, 1000).and_then(|_| crate::quality::quality(&day)) {
+                Ok(_) => {}
+                Err(error) => {
+                    assert!(error.to_string().contains("run.parquet"), "{error}");
+                    errors += 1;
+                }
+            }
+        };
+        for at in (0..bytes.len()).step_by(bytes.len() / 200 + 1) {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0xff;
+            check(&damaged);
+            check(&bytes[..at]);
+        }
+        // At least every file that is cut off.
+        assert!(errors >= 100, "{errors}");
+    }
 }
