@@ -111,9 +111,9 @@ mod tests {
                 }
             }
         };
-        for at in (0..bytes.len()).step_by(bytes.len() / 200 + 1) {
+        for at in (0..bytes.len()).step_by(3) {
             let mut damaged = bytes.clone();
-            damaged[at] ^= 0xff;
+            damaged[at] ^= 0x41;
             check(&damaged);
             check(&bytes[..at]);
         }
