@@ -17,7 +17,7 @@ pub type Result<T> = std::result::Result<T, FleetError>;
 #[non_exhaustive]
 pub enum FleetError {
     /// A file or folder cannot be read.
-    #[error("{}: {source}", path.display())]
+    #[error("cannot read {}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -61,7 +61,7 @@ pub enum FleetError {
         path: PathBuf,
     },
     /// A Parquet file cannot be read, or an expression fails on it.
-    #[error("{}: {source}; check that it is a complete Parquet file of numbers", path.display())]
+    #[error("{} cannot be read; check that it is a complete Parquet file of numbers", path.display())]
     Scan {
         /// The file or folder.
         path: PathBuf,
@@ -80,7 +80,7 @@ pub enum FleetError {
     #[error(transparent)]
     Log(#[from] DatasetError),
     /// Logs of a machine cannot be analysed.
-    #[error("machine {machine}: {source}")]
+    #[error("machine {machine}")]
     Diagnosis {
         /// The machine.
         machine: String,
@@ -88,7 +88,7 @@ pub enum FleetError {
         source: Box<DiagnosisError>,
     },
     /// Training or evaluation of the model of a machine fails.
-    #[error("machine {machine}: {source}")]
+    #[error("machine {machine}")]
     Pipeline {
         /// The machine.
         machine: String,
@@ -96,7 +96,7 @@ pub enum FleetError {
         source: Box<pipeline::Error>,
     },
     /// A model cannot be used.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     Model {
         /// The file.
         path: PathBuf,
@@ -104,7 +104,7 @@ pub enum FleetError {
         source: Box<ModelError>,
     },
     /// A machine file cannot be used.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     MachineFile {
         /// The file.
         path: PathBuf,

@@ -98,8 +98,9 @@ impl Train {
                     trained.insert(machine.name.clone(), model_json(&done, seconds));
                 }
                 Err(error) => {
+                    let error = format!("{:#}", anyhow::Error::new(error));
                     printer.line(format!("warning: {error}"));
-                    failed.push((machine.name.clone(), error.to_string()));
+                    failed.push((machine.name.clone(), error));
                 }
             }
         }

@@ -71,8 +71,11 @@ impl Watch {
         for machine in &machines {
             match watch(machine, &self.models, &settings) {
                 Ok(found) => rows.extend(found),
-                Err(error) => failed.push((machine.name.clone(), error.to_string())),
+                Err(error) => failed.push((machine.name.clone(), format!("{:#}", anyhow::Error::new(error)))),
             }
+        }
+        if machines.len() == failed.len() {
+            return Ok(failures("watched", &failed, machines.len())?);
         }
         printer.line(summary(&rows));
         alarms(&rows).iter().for_each(|line| printer.line(line));
