@@ -318,7 +318,7 @@ impl From<FormatName> for OutputFormat {
 /// How the reference is learned on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LawArg {
-    /// Model-based ILC of the contour error: spatial ILC, then Gauss-Newton steps (default)
+    /// Model-based ILC of the contour error: Gauss-Newton steps; spatial ILC where the tool turns (default)
     #[value(alias = "virtual")]
     ModelBased,
     /// One shift by the predicted contour error (Paper D)

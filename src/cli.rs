@@ -34,8 +34,24 @@ enum Command {
     Reproduce(commands::reproduce::Reproduce),
     #[cfg(feature = "fleet")]
     Fleet(commands::fleet::Fleet),
+    #[cfg(not(feature = "fleet"))]
+    #[command(hide = true, disable_help_flag = true)]
+    Fleet {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<OsString>,
+    },
     Completions(commands::completions::Completions),
     Man(commands::completions::Man),
+}
+
+/// Error of `precomp fleet` with these arguments in a build without it.
+#[cfg(not(feature = "fleet"))]
+fn no_fleet(arguments: &[OsString]) -> Usage {
+    let given: Vec<_> = ["fleet".into()].into_iter().chain(arguments.iter().map(|argument| argument.to_string_lossy())).collect();
+    Usage(format!(
+        "this build is without `{}`; one with it comes from `cargo install --path . --locked --features fleet`",
+        given.join(" ")
+    ))
 }
 
 impl Command {
@@ -57,6 +73,8 @@ impl Command {
             Self::Reproduce(command) => command.files(),
             #[cfg(feature = "fleet")]
             Self::Fleet(command) => command.files(),
+            #[cfg(not(feature = "fleet"))]
+            Self::Fleet { .. } => Files::default(),
             Self::Completions(_) => Files::default(),
             Self::Man(command) => command.files(),
         }
@@ -79,6 +97,8 @@ impl Command {
             Self::Reproduce(command) => command.run(),
             #[cfg(feature = "fleet")]
             Self::Fleet(command) => command.run(),
+            #[cfg(not(feature = "fleet"))]
+            Self::Fleet { rest } => Err(no_fleet(rest).into()),
             Self::Completions(command) => {
                 command.run(Cli::command());
                 Ok(())

@@ -5,6 +5,16 @@ use rayon::prelude::*;
 
 use crate::{CompensationError, LowPass};
 
+/// Standstills in which a correction is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// Those of each axis: an axis that a program does not move keeps its shift.
+    EachAxis,
+    /// Those of all axes together. An axis that stands still while others move is corrected like
+    /// these: friction and integrators let it creep for a second after it has come to a stop.
+    AllAxes,
+}
+
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionLimits {
@@ -21,6 +31,8 @@ pub struct CorrectionLimits {
     /// constant between. Long enough for a good end of the motion, too short to move an axis beyond
     /// its stop and back.
     pub settle_s: f64,
+    /// Standstills in which the correction is constant.
+    pub held: Held,
     /// Taper: share of the correction to keep at every sample, in `[0, 1]`; empty keeps all.
     pub weights: Vec<f64>,
 }
@@ -32,6 +44,7 @@ impl Default for CorrectionLimits {
             max_rotation_rad: Self::MAX_ROTATION_DEG.to_radians(),
             limits: None,
             settle_s: 0.012,
+            held: Held::AllAxes,
             weights: Vec::new(),
         }
     }
@@ -71,13 +84,11 @@ impl CorrectionLimits {
             self.bound_axes(path, &mut corrections);
         }
         let settle = samples(self.settle_s, path.period_s());
-        let together = has_rotary_axes.then(|| common(path.columns().iter().map(|target| standstills(target, settle))));
+        let of_axes: Vec<_> = path.columns().iter().map(|target| standstills(target, settle)).collect();
+        let of_all = (has_rotary_axes || self.held == Held::AllAxes).then(|| common(of_axes.iter().cloned()));
         let taper = samples(TAPER_S, path.period_s());
-        for (correction, target) in corrections.iter_mut().zip(path.columns()) {
-            match &together {
-                Some(standstills) => hold(correction, standstills, taper),
-                None => hold(correction, &standstills(target, settle), taper),
-            }
+        for (correction, own) in corrections.iter_mut().zip(&of_axes) {
+            hold(correction, of_all.as_ref().unwrap_or(own), taper);
             correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
         }
         if !has_rotary_axes {
@@ -165,8 +176,6 @@ fn common(mut lists: impl Iterator<Item = Vec<(usize, usize)>>) -> Vec<(usize, u
 
 /// Standstills `(first, last)` of an axis of the desired path, shortened by `settle` samples on the
 /// sides where it moves.
-///
-/// Axes are independent: in a planar cut the third axis never moves.
 fn standstills(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
     let n = path.len();
     let still = |k: usize| path[k] == path[k - 1];
@@ -189,11 +198,7 @@ fn standstills(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
 }
 
 /// Holds the correction in every standstill at the mean of the law's correction, before the first
-/// motion at zero.
-///
-/// The error of an axis at a standstill is constant: a table behind backlash keeps its position,
-/// and with a sensor on the motor the servo's integrator leaves no error. A law that moved the
-/// command there would only learn noise and wind up.
+/// motion at zero: the position before a motion differs from run to run.
 fn hold(correction: &mut [f64], standstills: &[(usize, usize)], taper: usize) {
     for &(first, last) in standstills {
         // Each end starts at the law's correction and reaches the mean within the taper, unless no

@@ -1,5 +1,7 @@
 //! Learning on a model with a trust region: a step is kept only if the predicted cost falls.
 
+use std::f64::consts::TAU;
+
 use machine::Machine;
 use motion::contour::{ContourEstimator, Exact};
 use motion::{DesiredPath, Trajectory};
@@ -39,13 +41,16 @@ pub struct Descent {
     pub floor: f64,
     /// Damping of the first step, and its minimum.
     pub damping: [f64; 2],
+    /// Cut-off of the shifts, Hz; `None` begins at [`FIRST_BANDWIDTHS`] times the bandwidth of the
+    /// machine and doubles as long as that is worth it.
+    pub cut_off_hz: Option<f64>,
 }
 
 impl Default for Descent {
     /// Twelve runs. The first step ignores frequencies where the response of the machine is below
     /// one sixth, the last ones below one thirtieth.
     fn default() -> Self {
-        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3] }
+        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3], cut_off_hz: None }
     }
 }
 
@@ -54,6 +59,10 @@ const EASE: f64 = 0.3;
 const TIGHTEN: f64 = 6.0;
 /// Minimum improvement of the cost, as a share, of a successful step.
 const WORTH: f64 = 0.01;
+/// First cut-off as a multiple of the bandwidth `1/(2π·delay)` of the machine's response.
+const FIRST_BANDWIDTHS: f64 = 4.0;
+/// Minimum improvement of the cost, as a share, by shifts of twice the cut-off.
+const WORTH_ROUGHER: f64 = 0.05;
 /// Number of successive unsuccessful steps before the end; the second has more damping.
 const PATIENCE: usize = 2;
 
@@ -61,6 +70,11 @@ const PATIENCE: usize = 2;
 /// including `start` and rejected ones. A step starts from the best run so far. If a part of the
 /// path becomes worse, a further run keeps the step on the other parts only. If neither run is
 /// better, the next step has more damping.
+///
+/// Shifts are smooth at first: cut-off [`FIRST_BANDWIDTHS`] times the bandwidth of the machine. Where
+/// no step improves the cost any more, the cut-off doubles, as long as that is worth it. A learned
+/// model knows little of frequencies that its log does not hold, and shifts there are errors on the
+/// real machine.
 ///
 /// # Errors
 /// When the machine refuses a reference, or the law does not match it.
@@ -82,6 +96,12 @@ pub fn descend(
     let (mut best, mut damping, mut failures) = (0, settings.damping[0], 0);
     // Of the best run, until another one is better.
     let mut old: Option<Vec<f64>> = None;
+    let period_s = desired.trajectory().period_s();
+    let first_hz = FIRST_BANDWIDTHS / (TAU * period_s * law.delay_samples().max(1.0));
+    let mut cut_off_hz = settings.cut_off_hz.unwrap_or(first_hz);
+    // Cost and number of runs when the present cut-off began.
+    let mut level = (f64::INFINITY, 1);
+    law.smooth(LowPass::new(cut_off_hz, period_s)?);
     while iterations.len() < settings.runs {
         if iterations[best].measure <= settings.floor {
             return Ok((iterations, Ended::AtFloor));
@@ -110,7 +130,19 @@ pub fn descend(
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
         if failures >= PATIENCE {
-            return Ok((iterations, Ended::AtOptimum));
+            let (cost, runs) = level;
+            if iterations[best].measure > (1.0 - WORTH_ROUGHER) * cost {
+                // A smoother shift is as good.
+                iterations[runs..].iter_mut().for_each(|iteration| iteration.measure = f64::INFINITY);
+                return Ok((iterations, Ended::AtOptimum));
+            }
+            if settings.cut_off_hz.is_some() || LowPass::new(cut_off_hz, period_s)?.is_none() {
+                return Ok((iterations, Ended::AtOptimum));
+            }
+            cut_off_hz *= 2.0;
+            law.smooth(LowPass::new(cut_off_hz, period_s)?);
+            level = (iterations[best].measure, iterations.len());
+            (damping, failures) = (settings.damping[0], 0);
         }
     }
     Ok((iterations, Ended::AtRuns))

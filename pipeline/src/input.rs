@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use compensation::CorrectionLimits;
+use compensation::{CorrectionLimits, Held};
 use motion::curves::library;
 use motion::{Cartesian, DesiredPath, Kinematics, Limits, Trajectory, plan_curve_on};
 
@@ -167,7 +167,8 @@ impl Input {
     #[must_use]
     pub fn correction_limits(&self, max_shift: f64, max_rotation_rad: f64, weights: Vec<f64>) -> CorrectionLimits {
         let limits = self.limits().cloned();
-        CorrectionLimits { max_shift, max_rotation_rad, limits, weights, ..CorrectionLimits::default() }
+        let held = if self.part().is_some() { Held::EachAxis } else { Held::AllAxes };
+        CorrectionLimits { max_shift, max_rotation_rad, limits, held, weights, ..CorrectionLimits::default() }
     }
 
     /// Refuses a program that carries the comment of [`OutputSettings::marked`](crate::OutputSettings::marked), as every program does that

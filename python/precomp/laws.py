@@ -63,7 +63,7 @@ class NormOptimal:
 
 @dataclass(frozen=True)
 class ModelBased:
-    """Learning of the contour error on a model: spatial learning, then Gauss-Newton steps. On a machine it is ``learn`` without a law."""
+    """Learning of the contour error on a model by Gauss-Newton steps. On a machine it is ``learn`` without a law."""
 
     kind: ClassVar[str] = "model-based"
     on_model: ClassVar[str | None] = "model-based"

@@ -107,8 +107,8 @@ impl Learned {
 
 /// Learns the reference of a path on a machine, run by run.
 ///
-/// Without a law, spatial ILC with the best of several cut-offs, then Gauss-Newton steps on the contour error: many runs, for machines
-/// that repeat exactly.
+/// Without a law, Gauss-Newton steps on the contour error; where the tool turns, spatial ILC with the best of several cut-offs: many runs, for
+/// machines that repeat exactly.
 #[pyfunction]
 #[pyo3(signature = (path, machine, law = None, *, spec = None, progress = None, **options))]
 pub fn learn(

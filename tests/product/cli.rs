@@ -17,6 +17,9 @@ fn every_command_has_help_with_an_example() {
 fn errors_in_use_and_refusals_have_their_own_status() {
     let folder = Folder::new();
     folder.fails(2, &["nonsense"]);
+    if cfg!(not(feature = "fleet")) {
+        assert!(folder.fails(2, &["fleet", "watch", "-m", "x", "--help"]).contains("--features fleet"));
+    }
     folder.fails(2, &["train", "-o", "x.model"]);
     assert!(folder.fails(2, &["train", "missing.csv", "-o", "x.model"]).contains("missing.csv"));
     assert!(folder.fails(2, &["simulate", "curve:nothing", "-o", "x.csv"]).contains("crown"));

@@ -4,7 +4,7 @@ use motion::contour::{ContourEstimator, Exact, Location};
 use motion::{DesiredPath, Trajectory, Vec3};
 use rayon::prelude::*;
 
-use crate::{CompensationError, CompensationLaw, ImpulseResponse, PoseErrors, pose_errors};
+use crate::{CompensationError, CompensationLaw, ImpulseResponse, LowPass, PoseErrors, pose_errors};
 
 /// One Gauss–Newton step on the contour error of a machine whose axes place the tip directly.
 ///
@@ -17,12 +17,14 @@ use crate::{CompensationError, CompensationLaw, ImpulseResponse, PoseErrors, pos
 /// Σ w(k) |ε(k) − N(k)(Pδ)(p(k))|² + λ·Σ |δ|²
 /// ```
 /// by matrix-free conjugate gradients: `P` is a filter, its adjoint the same filter in reversed
-/// time. Nothing is learned at frequencies where the response of the machine is small. The weights
-/// `w = 1 + (|ε|/2·RMS)²`, at most 10, emphasise large errors.
+/// time. Nothing is learned at frequencies where the response of the machine is small, nor above the
+/// cut-off of a low-pass, where one is set. The weights `w = 1 + (|ε|/2·RMS)²`, at most 10, emphasise
+/// large errors.
 pub struct ContourOptimal {
     responses: Vec<ImpulseResponse>,
     estimator: Box<dyn ContourEstimator>,
     damping: f64,
+    low_pass: Option<LowPass>,
 }
 
 /// Iterations of the solver. The first ones solve for directions with a large response; the later
@@ -40,7 +42,7 @@ impl ContourOptimal {
     /// # Errors
     /// When the damping is not positive.
     pub fn new(responses: Vec<ImpulseResponse>, damping: f64) -> Result<Self, CompensationError> {
-        let mut law = Self { responses, estimator: Box::new(Exact::default()), damping };
+        let mut law = Self { responses, estimator: Box::new(Exact::default()), damping, low_pass: None };
         law.damp(damping)?;
         Ok(law)
     }
@@ -58,11 +60,21 @@ impl ContourOptimal {
         Ok(())
     }
 
+    /// Sets the zero-phase low-pass on the shift of the next steps.
+    pub fn smooth(&mut self, low_pass: Option<LowPass>) {
+        self.low_pass = low_pass;
+    }
+
+    /// Largest mean delay of the responses, samples.
+    #[must_use]
+    pub fn delay_samples(&self) -> f64 {
+        self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max)
+    }
+
     /// Samples after which most of the slowest response has arrived.
     #[must_use]
     pub fn reach(&self) -> usize {
-        let late = self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max);
-        (2.0 * late).ceil() as usize + 5
+        (2.0 * self.delay_samples()).ceil() as usize + 5
     }
 }
 
@@ -116,8 +128,11 @@ impl CompensationLaw for ContourOptimal {
         let errors: Vec<Vec3> = errors.into_iter().zip(&rows).map(|(error, row)| row.project(error) * row.weight).collect();
         let change = system.solve(&system.transposed(&errors));
         let columns = reference.columns().iter().zip(change.chunks_exact(path.len().max(1)));
-        Ok(reference
-            .with_columns(columns.map(|(column, change)| column.iter().zip(change).map(|(r, d)| r + d).collect()).collect())?)
+        let shifted = columns.map(|(column, change)| {
+            let smooth = self.low_pass.map(|low_pass| low_pass.zero_phase(change));
+            column.iter().zip(smooth.as_deref().unwrap_or(change)).map(|(r, d)| r + d).collect()
+        });
+        Ok(reference.with_columns(shifted.collect())?)
     }
 }
 

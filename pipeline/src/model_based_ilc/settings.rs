@@ -9,7 +9,7 @@ use crate::refit::RefitSettings;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LawName {
-    /// The contour error itself, minimised on the model: spatial learning, then Gauss-Newton steps (default)
+    /// The contour error itself, minimised on the model by Gauss-Newton steps; spatial learning where the tool turns (default)
     ModelBased,
     /// One shift by the predicted contour error (Paper D)
     OneShot,

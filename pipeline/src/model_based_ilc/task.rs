@@ -23,12 +23,8 @@ use crate::statistics::{Figures, SampleErrors};
 const TURN_RANGE_S: [f64; 2] = [0.01, 0.1];
 /// Largest length of a model's response, s: that of a slow integrator. A response that ends earlier is cut there.
 const MODEL_RESPONSE_S: f64 = 0.4;
-/// Runs of Gauss–Newton steps from the best run for each requested iteration. A step takes one run, or two where part
-/// of it is taken back.
+/// Runs of Gauss–Newton steps for each requested iteration. A step takes one run, or two where part of it is taken back.
 const STEPS: usize = 3;
-/// Updates of the spatial law with one cut-off where Gauss–Newton steps follow. The first two bring all but a tenth of
-/// its gain.
-const SPATIAL_UPDATES: usize = 2;
 /// Largest number of candidate cut-offs, and largest number of samples over all of them. A program of hours uses the
 /// first cut-off.
 const CUT_OFFS: usize = 5;
@@ -47,6 +43,8 @@ pub(super) struct Task<'a> {
     floor_mm: f64,
     progress: Progress<'a>,
     cancelled: AtomicBool,
+    /// Responses of the machine to shifts, where Gauss–Newton steps are made.
+    responses: Vec<ImpulseResponse>,
     /// The samples over which runs are evaluated; `None` for all.
     evaluated: Option<Vec<bool>>,
 }
@@ -67,6 +65,7 @@ impl<'a> Task<'a> {
             floor_mm,
             progress,
             cancelled: AtomicBool::new(false),
+            responses: Vec::new(),
             evaluated: input.part().map(evaluated),
         }
     }
@@ -102,8 +101,8 @@ impl<'a> Task<'a> {
         cost_mm
     }
 
-    /// Iterates the spatial law with the cut-off of the best forecast, then makes Gauss–Newton steps on the contour
-    /// error, where the axes are coordinates of the tip. Returns every run with its figures, and why the steps ended.
+    /// Makes Gauss–Newton steps on the contour error, where the axes are coordinates of the tip. Where that is not so, or gains nothing, the
+    /// spatial law is iterated with the cut-off of the best forecast. Returns every run with its figures, and why the steps ended.
     /// The time around turns and stops follows from the machine's own response. The uncompensated run is made where it is not given.
     pub fn descend(
         &mut self,
@@ -117,42 +116,54 @@ impl<'a> Task<'a> {
             Some(known) => known,
             None => machine.run(path)?,
         };
-        let responses = match steps {
-            true => ImpulseResponse::probe_model_beside(machine, path, &uncompensated, MODEL_RESPONSE_S)?,
-            false => Vec::new(),
-        };
-        let late = responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
+        if steps {
+            self.responses = ImpulseResponse::probe_model_beside(machine, path, &uncompensated, MODEL_RESPONSE_S)?;
+        }
+        let late = self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
         let [least, most] = TURN_RANGE_S;
         let turn_s = late.clamp(least, most);
         self.correction_limits.settle_s = self.correction_limits.settle_s.max(turn_s);
-        let updates = if steps { iterations.min(SPATIAL_UPDATES) } else { iterations };
-        let most_runs = 1 + CUT_OFFS * updates + if steps { 2 + (1 + STEPS) * iterations } else { 0 };
-        // A replanning control takes a correction along the path as another position at which to slow down.
-        let turn_s = self.input.part().is_none().then_some(turn_s);
-        let candidates =
-            CutOffCandidates { turn_s, updates, cut_offs: (CANDIDATE_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS) };
+        let runs = 1 + STEPS * iterations;
+        let most_runs = if steps { runs } else { 1 + CUT_OFFS * iterations };
         let mut known = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, most_runs);
         let first = Iteration { measure: measure(desired, &uncompensated), reference: path.clone(), actual: uncompensated };
         let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
         let limits = &self.correction_limits;
-        let mut tried = self.checked(spatial_candidates(machine, desired, limits, &candidates, Some(first), &mut measure))?;
-        let mut ended = None;
+        let (mut tried, mut ended) = (vec![first.clone()], None);
         if steps {
-            let mut law = ContourOptimal::new(responses, Descent::default().damping[0])?;
-            // The first pass starts from the desired path, without the roughness of the spatial law. The second one
-            // starts from the best run of both.
-            for (from_best, runs) in [(false, 1 + iterations), (true, 1 + STEPS * iterations)] {
-                let best = tried.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).filter(|_| from_best);
-                let Some(start) = best.or(tried.first()).cloned() else { break };
-                let descent = Descent { runs, floor: self.floor_mm, ..Descent::default() };
-                let steps = descend(machine, &mut law, desired, start, &self.correction_limits, &descent, &mut measure);
-                let (more, why) = self.checked(steps)?;
-                tried.extend(more.into_iter().skip(1));
-                ended = Some(why);
-            }
+            let descent = Descent { runs, floor: self.floor_mm, ..Descent::default() };
+            let mut law = ContourOptimal::new(self.responses.clone(), descent.damping[0])?;
+            let (found, why) =
+                self.checked(descend(machine, &mut law, desired, first.clone(), limits, &descent, &mut measure))?;
+            (tried, ended) = (found, Some(why));
+        }
+        if tried.iter().all(|run| run.measure >= first.measure) {
+            // A replanning control takes a correction along the path as another position at which to slow down.
+            let turn_s = self.input.part().is_none().then_some(turn_s);
+            let cut_offs = (CANDIDATE_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS);
+            let candidates = CutOffCandidates { turn_s, updates: iterations, cut_offs };
+            let found = spatial_candidates(machine, desired, limits, &candidates, Some(first), &mut measure);
+            tried.extend(self.checked(found)?.into_iter().skip(1));
         }
         Ok((with_figures(tried, known)?, ended))
+    }
+
+    /// Whether [`Task::steps`] can be made: only after [`Task::descend`], of a path for which that makes them.
+    pub fn knows_responses(&self) -> bool {
+        !self.responses.is_empty()
+    }
+
+    /// Gauss–Newton steps from `start` with shifts below `cut_off_hz`. Returns every further run with its figures.
+    pub fn steps(&self, machine: &mut dyn Machine, start: Iteration, cut_off_hz: f64, updates: usize) -> Result<Runs> {
+        let mut known = Vec::new();
+        let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, updates);
+        let descent = Descent { runs: 1 + updates, floor: self.floor_mm, cut_off_hz: Some(cut_off_hz), ..Descent::default() };
+        let mut law = ContourOptimal::new(self.responses.clone(), descent.damping[0])?;
+        let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
+        let (desired, limits) = (self.input.desired(), &self.correction_limits);
+        let (mut runs, _) = self.checked(descend(machine, &mut law, desired, start, limits, &descent, &mut measure))?;
+        with_figures(runs.split_off(1), known)
     }
 
     /// Iterates `law` on `machine` from `start`, or from the desired path. Returns every run with its figures.

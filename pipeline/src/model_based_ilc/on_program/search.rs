@@ -108,8 +108,8 @@ impl Search<'_, '_, '_> {
         let figures = self.task.figures(&self.task.errors(&seen)?)?;
         let measure = cost(&figures);
         let slowdown = self.slowdown(cycle_s);
-        let first = (Iteration { reference: reference.clone(), actual: seen, measure }, figures);
-        let first = self.tried(first, cycle_s, written);
+        let start = Iteration { reference, actual: seen, measure };
+        let first = self.tried((start.clone(), figures), cycle_s, written);
         if slowdown > HOPELESS_CYCLE * self.settings.cycle_limit {
             return Ok(first);
         }
@@ -119,23 +119,29 @@ impl Search<'_, '_, '_> {
         if !iterates {
             return Ok(first);
         }
-        let from = self.control.durations_s().len();
-        let runs = self.iterate(reference, is_first)?;
-        let runs = runs.into_iter().zip(&self.control.durations_s()[from..]);
+        let runs = self.iterate(start, is_first)?;
+        let durations_s = self.control.durations_s();
+        let durations_s = &durations_s[durations_s.len() - runs.len()..];
         let better = |best: Tried, run: Tried| if best.is_better(&run) { best } else { run };
-        Ok(runs.map(|(run, cycle_s)| self.tried(run, *cycle_s, written)).fold(first, better))
+        Ok(runs.into_iter().zip(durations_s).map(|(run, cycle_s)| self.tried(run, *cycle_s, written)).fold(first, better))
     }
 
-    fn iterate(&mut self, start: Trajectory, is_first: bool) -> Result<Runs> {
-        let mut law = spatial(REPLANNED_GAIN, LowPass::new(self.low_pass_hz, self.path.period_s())?)?;
+    /// Further runs from `start`: Gauss–Newton steps, or updates of the spatial law where those are not made.
+    fn iterate(&mut self, start: Iteration, is_first: bool) -> Result<Runs> {
         let affordable = (REPLANNED_SAMPLES / self.path.len().max(1)).max(LEAST_REPLANNED);
         let (updates, patience) = if is_first {
             (affordable.min(REPLANNED_UPDATES * self.settings.iterations), REPLANNED_PATIENCE)
         } else {
             (affordable.min(COARSER_UPDATES), COARSER_PATIENCE)
         };
-        let runs = self.task.iterate(self.control, &mut law, Some(start), StopRule { updates, patience, worth: 0.0 })?;
-        self.updates += runs.len() - 1;
+        let runs = if self.task.knows_responses() {
+            self.task.steps(self.control, start, self.low_pass_hz, updates)?
+        } else {
+            let mut law = spatial(REPLANNED_GAIN, LowPass::new(self.low_pass_hz, self.path.period_s())?)?;
+            let stop = StopRule { updates, patience, worth: 0.0 };
+            self.task.iterate(self.control, &mut law, Some(start.reference), stop)?.split_off(1)
+        };
+        self.updates += runs.len();
         Ok(runs)
     }
 
