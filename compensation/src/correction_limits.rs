@@ -44,7 +44,7 @@ impl Default for CorrectionLimits {
             max_rotation_rad: Self::MAX_ROTATION_DEG.to_radians(),
             limits: None,
             settle_s: 0.012,
-            held: Held::AllAxes,
+            held: Held::EachAxis,
             weights: Vec::new(),
         }
     }
@@ -393,20 +393,40 @@ mod tests {
             shift in prop::collection::vec(prop::array::uniform3(-0.3..0.3), 60),
             standstill in 0..3_usize,
             max_shift in 0.01..0.2,
+            each in prop::bool::ANY,
         ) {
-            // Three axes, one of them at standstill: it holds a mean while the others move.
+            let held = if each { Held::EachAxis } else { Held::AllAxes };
+            // Three axes, one of them at standstill: of each axis it holds a mean while the others move.
             let axes = ["x", "y", "z"].map(Axis::named).to_vec();
             let column = |axis: usize| (0..60).map(|k| if axis == standstill { 0.0 } else { 0.05 * f64::from(k) }).collect();
             let path = Trajectory::new(0.002, axes.clone(), vec![column(0), column(1), column(2)]).unwrap();
             let desired = DesiredPath::new(path.clone(), Arc::new(Cartesian::new(axes))).unwrap();
             let moved = |axis: usize| path.columns()[axis].iter().zip(&shift).map(|(d, s)| d + s[axis]).collect();
             let wild = path.with_columns(vec![moved(0), moved(1), moved(2)]).unwrap();
-            let bounded = CorrectionLimits { max_shift, ..CorrectionLimits::default() }.apply(&desired, &wild).unwrap();
+            let bounded = CorrectionLimits { max_shift, held, ..CorrectionLimits::default() }.apply(&desired, &wild).unwrap();
             for k in 0..60 {
                 let length = path.at(k).zip(bounded.at(k)).map(|(d, r)| (r - d) * (r - d)).sum::<f64>().sqrt();
                 prop_assert!(length <= max_shift + 1e-12, "{length} at {k}");
             }
         }
+    }
+
+    #[test]
+    fn an_axis_at_standstill_is_corrected_while_others_move_where_all_are_held_together() {
+        let axes = ["x", "y"].map(Axis::named).to_vec();
+        let moves = (0..200).map(|k| 0.02 * f64::from(k.clamp(50, 150) - 50)).collect();
+        let path = Trajectory::new(0.002, axes.clone(), vec![moves, vec![0.0; 200]]).unwrap();
+        let desired = DesiredPath::new(path.clone(), Arc::new(Cartesian::new(axes))).unwrap();
+        let wave: Vec<f64> = (0..200).map(|k| 0.01 * (f64::from(k) * 0.1).sin()).collect();
+        let wanted = path.with_columns(vec![path.columns()[0].clone(), wave.clone()]).unwrap();
+        let of_still = |held: Held| {
+            let limits = CorrectionLimits { held, ..CorrectionLimits::default() };
+            limits.apply(&desired, &wanted).unwrap().columns()[1].clone()
+        };
+        let (together, alone) = (of_still(Held::AllAxes), of_still(Held::EachAxis));
+        assert!((60..140).all(|k| (together[k] - wave[k]).abs() < 1e-12), "{together:?}");
+        // It never moves: there is nothing before its first motion to correct.
+        assert!(alone[..180].iter().all(|c| *c == 0.0), "{alone:?}");
     }
 
     #[test]

@@ -321,6 +321,44 @@ mod tests {
         assert!(reached < 0.1 * iterations[0].measure, "{reached} of {}", iterations[0].measure);
     }
 
+    /// [`Slow`], with an answer to fast shifts that no servo has: that of a model whose log does not hold any.
+    struct Guessing;
+
+    impl Machine for Guessing {
+        fn run(&mut self, reference: &Trajectory) -> Result<Trajectory, MachineError> {
+            let lagging = Slow.run(reference)?;
+            let column = |(lagging, reference): (&Vec<f64>, &Vec<f64>)| {
+                let at = |k: usize| reference[k.min(reference.len() - 1)];
+                let fast = |k: usize| at(k.saturating_sub(1)) - 2.0 * at(k) + at(k + 1);
+                lagging.iter().enumerate().map(|(k, x)| x + 3.0 * fast(k)).collect()
+            };
+            Ok(reference.with_columns(lagging.columns().iter().zip(reference.columns()).map(column).collect())?)
+        }
+    }
+
+    #[test]
+    fn shifts_stay_smooth_where_a_model_answers_to_fast_ones_by_chance() {
+        let path = circles();
+        let mut machine = Guessing;
+        let reference = path.trajectory().clone();
+        let actual = machine.run(&reference).unwrap();
+        let start = Iteration { measure: off(&path, &actual), reference, actual };
+        let before = start.measure;
+        let responses = ImpulseResponse::probe_model(&mut machine, path.trajectory(), 0.4).unwrap();
+        let mut law = ContourOptimal::new(responses, 0.03).unwrap();
+        let limits = CorrectionLimits { settle_s: 0.05, ..CorrectionLimits::default() };
+        let (runs, _) = descend(&mut machine, &mut law, &path, start, &limits, &Descent::default(), &mut off).unwrap();
+        let best = runs.iter().min_by(|a, b| a.measure.total_cmp(&b.measure)).unwrap();
+        assert!(best.measure < 0.1 * before, "{} of {before}", best.measure);
+        // While the path is cut: 4 × the bandwidth of 8 Hz, against the Nyquist frequency of 250 Hz.
+        let shift: Vec<f64> =
+            best.reference.columns()[0].iter().zip(&path.trajectory().columns()[0]).map(|(r, d)| r - d).collect();
+        let cut = &shift[100..1900];
+        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
+        let fast = square(&mut cut.windows(3).map(|w| 0.25 * (w[0] - 2.0 * w[1] + w[2])));
+        assert!(fast < 0.003 * square(&mut cut.iter().copied()), "{fast}");
+    }
+
     /// An axis of 8 Hz that overshoots by a quarter.
     struct Springy;
 

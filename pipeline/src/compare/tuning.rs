@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use compensation::laws::{Gain, NormOptimalIlc, NormOptimalSettings, SpatialIlc, TrackingIlc};
-use compensation::{CompensationLaw, CorrectionLimits, ImpulseResponse, Iteration, LowPass, StopRule, learn};
+use compensation::{CompensationLaw, CorrectionLimits, Held, ImpulseResponse, Iteration, LowPass, StopRule, learn};
 use machine::Machine;
 use motion::contour::Exact;
 use motion::curves::{Curve, OnSaddle, library};
@@ -327,6 +327,8 @@ pub fn ilc_correction_limits(
         max_shift: default.max_shift.max(SHIFT_OF_ERROR * tip_mm),
         max_rotation_rad: default.max_rotation_rad.max(SHIFT_OF_ERROR * turn_rad),
         settle_s,
+        // As for the first run.
+        held: Held::AllAxes,
         ..default
     })
 }
