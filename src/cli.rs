@@ -34,25 +34,13 @@ enum Command {
     Reproduce(commands::reproduce::Reproduce),
     #[cfg(feature = "fleet")]
     Fleet(commands::fleet::Fleet),
-    #[cfg(not(feature = "fleet"))]
-    #[command(hide = true, disable_help_flag = true)]
-    Fleet {
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        rest: Vec<OsString>,
-    },
     Completions(commands::completions::Completions),
     Man(commands::completions::Man),
 }
 
-/// Error of `precomp fleet` with these arguments in a build without it.
-#[cfg(not(feature = "fleet"))]
-fn no_fleet(arguments: &[OsString]) -> Usage {
-    let given: Vec<_> = ["fleet".into()].into_iter().chain(arguments.iter().map(|argument| argument.to_string_lossy())).collect();
-    Usage(format!(
-        "this build is without `{}`; one with it comes from `cargo install --path . --locked --features fleet`",
-        given.join(" ")
-    ))
-}
+/// Answer to `precomp fleet` in a build without it.
+const NO_FLEET: &str =
+    "this build is without `precomp fleet`; one with it comes from `cargo install --path . --locked --features fleet`";
 
 impl Command {
     /// What it reads and writes.
@@ -73,8 +61,6 @@ impl Command {
             Self::Reproduce(command) => command.files(),
             #[cfg(feature = "fleet")]
             Self::Fleet(command) => command.files(),
-            #[cfg(not(feature = "fleet"))]
-            Self::Fleet { .. } => Files::default(),
             Self::Completions(_) => Files::default(),
             Self::Man(command) => command.files(),
         }
@@ -97,8 +83,6 @@ impl Command {
             Self::Reproduce(command) => command.run(),
             #[cfg(feature = "fleet")]
             Self::Fleet(command) => command.run(),
-            #[cfg(not(feature = "fleet"))]
-            Self::Fleet { rest } => Err(no_fleet(rest).into()),
             Self::Completions(command) => {
                 command.run(Cli::command());
                 Ok(())
@@ -114,6 +98,11 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     models::keep_memory();
     // A value such as `-1` is no option: it is refused with the option's range.
     let command = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if cfg!(not(feature = "fleet")) && arguments.get(1).is_some_and(|name| name == "fleet") {
+        eprintln!("error: {NO_FLEET}");
+        return MISUSED;
+    }
     let cli = match command.try_get_matches_from(arguments).and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => {

@@ -52,7 +52,8 @@ pub(super) fn relearn_on_program(
     resumed: Option<&Trajectory>,
 ) -> Result<OnProgram> {
     let mut search = Search { task, control, path: input.trajectory(), settings, ideal, low_pass_hz: CUT_OFFS_HZ[0], updates: 0 };
-    let (mut found, kept_feeds) = search.cut_offs(written)?;
+    let (found, kept_feeds) = search.cut_offs(written)?;
+    let mut found = search.stepped(found)?;
     if let Some(command) = resumed {
         found = search.resume(found, command)?;
     }
