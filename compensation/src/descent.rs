@@ -41,7 +41,7 @@ pub struct Descent {
     pub floor: f64,
     /// Damping of the first step, and its minimum.
     pub damping: [f64; 2],
-    /// Cut-off of the shifts, Hz; `None` begins at [`FIRST_BANDWIDTHS`] times the bandwidth of the
+    /// Cut-off of the shifts, Hz; `None` begins at four times the bandwidth of the
     /// machine and doubles as long as that is worth it.
     pub cut_off_hz: Option<f64>,
 }
@@ -71,7 +71,7 @@ const PATIENCE: usize = 2;
 /// path becomes worse, a further run keeps the step on the other parts only. If neither run is
 /// better, the next step has more damping.
 ///
-/// Shifts are smooth at first: cut-off [`FIRST_BANDWIDTHS`] times the bandwidth of the machine. Where
+/// Shifts are smooth at first: cut-off four times the bandwidth of the machine. Where
 /// no step improves the cost any more, the cut-off doubles, as long as that is worth it. A learned
 /// model knows little of frequencies that its log does not hold, and shifts there are errors on the
 /// real machine.
