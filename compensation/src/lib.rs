@@ -15,7 +15,7 @@ pub mod laws;
 mod learn;
 mod response;
 
-pub use correction_limits::{CorrectionLimits, Held};
+pub use correction_limits::{CorrectionLimits, Held, OVERSHOOT};
 pub use descent::{CutOffCandidates, Descent, Ended, descend, spatial_candidates};
 pub use error::CompensationError;
 pub use filter::LowPass;

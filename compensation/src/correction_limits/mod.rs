@@ -1,19 +1,17 @@
 //! Limits of a learned reference: standstill, largest shift, limits of the axes.
 
-use motion::{AxisKind, AxisLimits, DesiredPath, Limits, Pose, SHARE, Trajectory};
+mod axis_limits;
+mod standstills;
+
+use motion::{AxisKind, DesiredPath, Limits, Pose, SHARE, Trajectory};
 use rayon::prelude::*;
 
-use crate::{CompensationError, LowPass};
+pub use axis_limits::OVERSHOOT;
+use axis_limits::{scale_where_too_fast, smooth_where_too_fast};
+pub use standstills::Held;
+use standstills::{TAPER_S, common, hold, samples, standstills};
 
-/// Standstills in which a correction is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Held {
-    /// Those of each axis: an axis that a program does not move keeps its shift.
-    EachAxis,
-    /// Those of all axes together. An axis that stands still while others move is corrected like
-    /// these: friction and integrators let it creep for a second after it has come to a stop.
-    AllAxes,
-}
+use crate::CompensationError;
 
 /// Bounds on the correction, applied after every update of a law.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +23,7 @@ pub struct CorrectionLimits {
     /// axis on other machines.
     pub max_rotation_rad: f64,
     /// Limits of the machine. The corrected reference exceeds speeds and accelerations by no more
-    /// than [`CorrectionLimits::OVERSHOOT`].
+    /// than [`OVERSHOOT`].
     pub limits: Option<Limits>,
     /// Duration of the correction before a motion begins and after it ends, s; at standstill it is
     /// constant between. Long enough for a good end of the motion, too short to move an axis beyond
@@ -51,11 +49,6 @@ impl Default for CorrectionLimits {
 }
 
 impl CorrectionLimits {
-    /// Factors by which a corrected reference may exceed the speeds and accelerations of the
-    /// desired path's plan; otherwise a path at its limits could not be corrected at all. A corner
-    /// needs the excess for milliseconds, well within the reserve of a planner's limits.
-    pub const OVERSHOOT: [f64; 2] = [1.1, 1.5];
-
     /// Default of [`CorrectionLimits::max_rotation_rad`], degrees: at a 20 mm deep cut it moves the
     /// tool's end by 0.17 mm, as much as the default of `max_shift`.
     pub const MAX_ROTATION_DEG: f64 = 0.5;
@@ -157,177 +150,6 @@ fn hold_travel(corrections: &mut [Vec<f64>], desired: &DesiredPath) {
             }
         }
     }
-}
-
-/// Intersection of lists of segments.
-fn common(mut lists: impl Iterator<Item = Vec<(usize, usize)>>) -> Vec<(usize, usize)> {
-    let Some(first) = lists.next() else { return Vec::new() };
-    lists.fold(first, |all, list| {
-        let overlap = |a: &(usize, usize), b: &(usize, usize)| (a.0.max(b.0), a.1.min(b.1));
-        let mut out: Vec<(usize, usize)> = Vec::new();
-        let mut from = 0;
-        for a in &all {
-            from += list[from..].partition_point(|b| b.1 <= a.0);
-            out.extend(list[from..].iter().take_while(|b| b.0 < a.1).map(|b| overlap(a, b)).filter(|o| o.1 > o.0));
-        }
-        out
-    })
-}
-
-/// Standstills `(first, last)` of an axis of the desired path, shortened by `settle` samples on the
-/// sides where it moves.
-fn standstills(path: &[f64], settle: usize) -> Vec<(usize, usize)> {
-    let n = path.len();
-    let still = |k: usize| path[k] == path[k - 1];
-    let mut standstills = Vec::new();
-    let mut k = 1;
-    while k < n {
-        let first = k - 1;
-        while k < n && still(k) {
-            k += 1;
-        }
-        let last = k - 1;
-        let from = if first == 0 { 0 } else { first + settle };
-        let to = if last + 1 == n { last } else { last.saturating_sub(settle) };
-        if last > first && to > from {
-            standstills.push((from, to));
-        }
-        k += 1;
-    }
-    standstills
-}
-
-/// Holds the correction in every standstill at the mean of the law's correction, before the first
-/// motion at zero: the position before a motion differs from run to run.
-fn hold(correction: &mut [f64], standstills: &[(usize, usize)], taper: usize) {
-    for &(first, last) in standstills {
-        // Each end starts at the law's correction and reaches the mean within the taper, unless no
-        // motion follows.
-        let (leaving, coming) = (correction[first], correction[last]);
-        let level = if first > 0 { mean(&correction[first..=last]) } else { 0.0 };
-        correction[first..=last].fill(level);
-        let share = |i: usize| 0.5 + 0.5 * (std::f64::consts::PI * i as f64 / taper as f64).cos();
-        for i in 0..taper.min(last + 1 - first) {
-            if first > 0 {
-                correction[first + i] += (leaving - level) * share(i);
-            }
-            if last + 1 < correction.len() {
-                correction[last - i] += (coming - level) * share(i);
-            }
-        }
-    }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Duration over which a correction is taken back, s.
-const TAPER_S: f64 = 0.02;
-/// Half of the window in which a correction is scaled down around a position where it is too fast,
-/// s.
-const WINDOW_S: f64 = 0.05;
-/// Iterations that scale it down to 0.3 there, and iterations that remove it.
-const SCALINGS: [usize; 2] = [20, 20];
-
-fn samples(seconds: f64, period_s: f64) -> usize {
-    (seconds / period_s).round().max(1.0) as usize
-}
-
-/// Iterations that smooth the correction around positions where it is too fast, before it is scaled
-/// down there; cut-off of the first, Hz, and ratio of successive cut-offs. The last one is below 5
-/// Hz.
-const SMOOTHINGS: usize = 12;
-const SMOOTHING_HZ: f64 = 60.0;
-const SMOOTHER: f64 = 0.8;
-
-/// Low-passes the corrections of the axes of `group` around samples at which one of them would
-/// exceed its limits.
-///
-/// # Errors
-/// Those of [`LowPass::new`], which the cut-offs here do not cause.
-fn smooth_where_too_fast(
-    corrections: &mut [Vec<f64>],
-    path: &Trajectory,
-    group: &[usize],
-    limits: &[AxisLimits],
-) -> Result<(), CompensationError> {
-    let half_width = samples(WINDOW_S, path.period_s());
-    let n = path.len();
-    for iteration in 0..SMOOTHINGS {
-        let mut smoothed = vec![0.0_f64; n];
-        let mut exceeded = false;
-        for axis in group {
-            let Some(limit) = limits.get(*axis) else { continue };
-            for k in too_fast(&corrections[*axis], &path.columns()[*axis], path.period_s(), limit) {
-                exceeded = true;
-                let first = k.saturating_sub(half_width);
-                for (i, share) in smoothed.iter_mut().enumerate().take((k + half_width).min(n)).skip(first) {
-                    let distance = i.abs_diff(k) as f64 / half_width as f64;
-                    *share = share.max(0.5 + 0.5 * (std::f64::consts::PI * distance).cos());
-                }
-            }
-        }
-        let filter = LowPass::new(SMOOTHING_HZ * SMOOTHER.powi(iteration as i32), path.period_s())?;
-        let (true, Some(filter)) = (exceeded, filter) else { return Ok(()) };
-        for axis in group {
-            let slow = filter.zero_phase(&corrections[*axis]);
-            let values = corrections[*axis].iter_mut().zip(slow).zip(&smoothed);
-            values.for_each(|((c, slow), share)| *c += share * (slow - *c));
-        }
-    }
-    Ok(())
-}
-
-/// Scales the corrections of the axes of `group` down around samples at which one of them would exceed its limits.
-fn scale_where_too_fast(corrections: &mut [Vec<f64>], path: &Trajectory, group: &[usize], limits: &[AxisLimits]) {
-    let half_width = samples(WINDOW_S, path.period_s());
-    let n = path.len();
-    for iteration in 0..SCALINGS[0] + SCALINGS[1] {
-        // A raised cosine: 1 at the ends of the window, `kept` at its centre.
-        let kept = if iteration < SCALINGS[0] { 0.3 } else { 0.0 };
-        let mut scale = vec![1.0_f64; n];
-        let mut exceeded = false;
-        for axis in group {
-            let Some(limit) = limits.get(*axis) else { continue };
-            for k in too_fast(&corrections[*axis], &path.columns()[*axis], path.period_s(), limit) {
-                exceeded = true;
-                for (i, s) in scale.iter_mut().enumerate().take((k + half_width).min(n)).skip(k.saturating_sub(half_width)) {
-                    let distance = i.abs_diff(k) as f64 / half_width as f64;
-                    let window = 1.0 - 0.5 * (1.0 - kept) * (1.0 + (std::f64::consts::PI * distance).cos());
-                    *s = s.min(window);
-                }
-            }
-        }
-        if !exceeded {
-            return;
-        }
-        for axis in group {
-            corrections[*axis].iter_mut().zip(&scale).for_each(|(c, s)| *c *= s);
-        }
-    }
-    // Still too fast: remove the correction.
-    for axis in group {
-        corrections[*axis].fill(0.0);
-    }
-}
-
-/// Samples at which the corrected axis exceeds its limits by more than its path does.
-fn too_fast<'a>(
-    correction: &'a [f64],
-    desired: &'a [f64],
-    period_s: f64,
-    limit: &'a AxisLimits,
-) -> impl Iterator<Item = usize> + 'a {
-    let corrected = move |k: usize| desired[k] + correction[k];
-    let speed = move |at: &dyn Fn(usize) -> f64, k: usize| (at(k) - at(k - 1)) / period_s;
-    let rate = move |at: &dyn Fn(usize) -> f64, k: usize| (at(k) - 2.0 * at(k - 1) + at(k - 2)) / (period_s * period_s);
-    let plain = move |k: usize| desired[k];
-    (2..desired.len()).filter(move |k| {
-        let allowed_speed = (limit.velocity * CorrectionLimits::OVERSHOOT[0]).max(speed(&plain, *k).abs());
-        let allowed_rate = (limit.acceleration * CorrectionLimits::OVERSHOOT[1]).max(rate(&plain, *k).abs());
-        speed(&corrected, *k).abs() > allowed_speed * (1.0 + 1e-9) || rate(&corrected, *k).abs() > allowed_rate * (1.0 + 1e-9)
-    })
 }
 
 #[cfg(test)]
