@@ -63,9 +63,9 @@ fn the_demo_prints_what_readme_says() {
     let figures = folder.figures(&["demo", "--out", "demo"]);
     let programs = &figures["programs"];
     let rows = [
-        (&figures, "first-run", 0.243, 0.804),
-        (&figures, "best-ilc", 0.252, 0.768),
-        (programs, "first-run", 0.280, 1.748),
+        (&figures, "first-run", 0.242, 0.804),
+        (&figures, "best-ilc", 0.250, 0.758),
+        (programs, "first-run", 0.286, 1.643),
         (programs, "best-ilc", 0.286, 1.719),
     ];
     for (table, method, rms, max) in rows {
