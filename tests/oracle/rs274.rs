@@ -75,7 +75,9 @@ pub fn run(program: &[u8], block_delete: bool) -> Result<Vec<Call>, String> {
 fn call(line: &str) -> Option<Call> {
     let (head, rest) = line.split_at_checked(line.find(" N")?)?;
     head.trim().parse::<u32>().ok()?;
-    let (number, call) = rest.trim_start().split_once(' ')?;
+    // No space follows a number of more than five digits.
+    let rest = rest.trim_start();
+    let (number, call) = rest.split_at_checked(1 + rest.get(1..)?.find(|c: char| !(c.is_ascii_digit() || c == '.'))?)?;
     let (name, text) = call.trim().split_once('(')?;
     let text = text.strip_suffix(')')?.to_owned();
     let numbers = text.split([',', ' ']).filter_map(|part| part.trim().parse().ok()).collect();
