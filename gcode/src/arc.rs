@@ -132,7 +132,10 @@ impl Arc {
             false => (self.start_angle, self.sweep),
         };
         let start_angle = angle + rotation.angle_rad();
-        (self.plane == rotation.plane()).then_some(Self { centre_mm, start_angle, sweep, ..*self })
+        let [radius_start_mm, radius_end_mm] =
+            [self.radius_start_mm, self.radius_end_mm].map(|radius| radius * rotation.factor());
+        let plane = self.plane;
+        (plane == rotation.plane()).then_some(Self { plane, centre_mm, radius_start_mm, radius_end_mm, start_angle, sweep })
     }
 
     /// Unit vector of motion at the end, in the plane's two axes.

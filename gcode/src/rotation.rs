@@ -1,38 +1,86 @@
-//! Rotation and mirror images of programmed coordinates in a main plane.
+//! Rotation, scaling and mirror images of programmed coordinates in a main plane.
 
 use crate::plane::Plane;
 use crate::position::Position;
 
-/// A rotation of the coordinates in a plane (G68, ROT and AROT, CYCL DEF 10), or a mirror image (G51.1). Turned coordinates are programmed ones plus
-/// their shift; a point of the work frame is `R(angle)·turned + offset`, or `R(angle)·F·turned + offset` where `F` reverses the first axis.
+/// A rotation of the coordinates in a plane (G68, ROT and AROT, CYCL DEF 10), a mirror image (G51.1), or a scaling (SCALE and ASCALE). Turned coordinates
+/// are programmed ones plus their shift; a point of the work frame is `s·R(angle)·turned + offset` in the plane, `s·R(angle)·F·turned + offset` where
+/// `F` reverses the first axis, and `n·turned + offset` along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     plane: Plane,
     /// Sum of the programmed angles, from the plane's first axis to its second.
     angle_deg: f64,
+    /// Scale factor in the plane.
+    factor: f64,
     offset_mm: [f64; 2],
     /// Whether the first axis is reversed.
     is_mirrored: bool,
+    normal: Normal,
+}
+
+/// Map of the coordinate along the normal of the plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Normal {
+    factor: f64,
+    offset_mm: f64,
+}
+
+impl Normal {
+    const SAME: Self = Self { factor: 1.0, offset_mm: 0.0 };
+
+    fn in_work(self, turned: f64) -> f64 {
+        self.factor * turned + self.offset_mm
+    }
 }
 
 impl Rotation {
     /// A rotation about a point of the plane, mm.
     pub(crate) fn about(plane: Plane, centre_mm: [f64; 2], angle_deg: f64) -> Self {
         let turned = turned(centre_mm, angle_deg);
-        Self { plane, angle_deg, offset_mm: [0, 1].map(|axis| centre_mm[axis] - turned[axis]), is_mirrored: false }
+        let offset_mm = [0, 1].map(|axis| centre_mm[axis] - turned[axis]);
+        Self { plane, angle_deg, factor: 1.0, offset_mm, is_mirrored: false, normal: Normal::SAME }
+    }
+
+    /// A scaling about a point, mm: the factors in the plane, and along its normal. The point's coordinates are those of the plane, then of the normal.
+    pub(crate) fn scaling(plane: Plane, centre_mm: [f64; 3], factors: [f64; 2]) -> Self {
+        let [factor, along] = factors;
+        let fixed = |axis: usize, factor: f64| centre_mm[axis] * (1.0 - factor);
+        let normal = Normal { factor: along, offset_mm: fixed(2, along) };
+        Self { plane, angle_deg: 0.0, factor, offset_mm: [fixed(0, factor), fixed(1, factor)], is_mirrored: false, normal }
     }
 
     /// The mirror image by which a coordinate of the plane changes sides of its entry in `about_mm`; one without an entry stays.
     pub(crate) fn mirror(plane: Plane, about_mm: [Option<f64>; 2]) -> Self {
         let angle_deg = if about_mm[1].is_some() { 180.0 } else { 0.0 };
         let offset_mm = about_mm.map(|about| about.map_or(0.0, |about| 2.0 * about));
-        Self { plane, angle_deg, offset_mm, is_mirrored: about_mm[0].is_some() != about_mm[1].is_some() }
+        let is_mirrored = about_mm[0].is_some() != about_mm[1].is_some();
+        Self { plane, angle_deg, factor: 1.0, offset_mm, is_mirrored, normal: Normal::SAME }
     }
 
-    /// A further rotation of the turned coordinates about a point of these, mm.
-    pub(crate) fn then(&self, centre_mm: [f64; 2], angle_deg: f64) -> Self {
-        let further = Self::about(self.plane, centre_mm, angle_deg);
-        Self { angle_deg: self.angle_deg + angle_deg, offset_mm: self.point_in_work(further.offset_mm), ..*self }
+    /// A further rotation or scaling of the turned coordinates, in the same plane.
+    pub(crate) fn then(&self, further: &Self) -> Self {
+        let normal = Normal {
+            factor: self.normal.factor * further.normal.factor,
+            offset_mm: self.normal.in_work(further.normal.offset_mm),
+        };
+        Self {
+            angle_deg: self.angle_deg + further.angle_deg,
+            factor: self.factor * further.factor,
+            offset_mm: self.point_in_work(further.offset_mm),
+            normal,
+            ..*self
+        }
+    }
+
+    /// Factor on lengths in the plane.
+    pub(crate) fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Whether the coordinate along the normal of the plane is another one.
+    pub(crate) fn scales_normal(&self) -> bool {
+        self.normal != Normal::SAME
     }
 
     /// The plane that is turned.
@@ -52,12 +100,12 @@ impl Rotation {
 
     /// A vector of the plane in the work frame.
     fn vector_in_work(&self, [first, second]: [f64; 2]) -> [f64; 2] {
-        turned([if self.is_mirrored { -first } else { first }, second], self.angle_deg)
+        turned([if self.is_mirrored { -first } else { first }, second], self.angle_deg).map(|along| self.factor * along)
     }
 
     /// A vector of the work frame in turned coordinates.
     fn vector_unturned(&self, vector: [f64; 2]) -> [f64; 2] {
-        let [first, second] = turned(vector, -self.angle_deg);
+        let [first, second] = turned(vector, -self.angle_deg).map(|along| along / self.factor);
         [if self.is_mirrored { -first } else { first }, second]
     }
 
@@ -69,34 +117,38 @@ impl Rotation {
 
     /// Coordinates (X, Y, Z, A, B, C) of a point of the work frame, mm and rad, before the rotation.
     pub fn unturned(&self, work: [f64; 6]) -> [f64; 6] {
-        let [first, second, _] = self.plane.axes();
-        let from = [work[first] - self.offset_mm[0], work[second] - self.offset_mm[1]];
-        let mut out = work;
-        [out[first], out[second]] = self.vector_unturned(from);
-        out
+        let [first, second, normal] = self.plane.axes();
+        let mut from = work;
+        from[first] -= self.offset_mm[0];
+        from[second] -= self.offset_mm[1];
+        from[normal] -= self.normal.offset_mm;
+        self.displacement_unturned(from)
     }
 
     /// Displacement in the work frame of one of turned coordinates.
     pub fn displacement(&self, of: [f64; 6]) -> [f64; 6] {
-        let [first, second, _] = self.plane.axes();
+        let [first, second, normal] = self.plane.axes();
         let mut out = of;
         [out[first], out[second]] = self.vector_in_work([of[first], of[second]]);
+        out[normal] *= self.normal.factor;
         out
     }
 
     /// Displacement of turned coordinates that leads to one in the work frame.
     pub fn displacement_unturned(&self, of: [f64; 6]) -> [f64; 6] {
-        let [first, second, _] = self.plane.axes();
+        let [first, second, normal] = self.plane.axes();
         let mut out = of;
         [out[first], out[second]] = self.vector_unturned([of[first], of[second]]);
+        out[normal] /= self.normal.factor;
         out
     }
 
     /// A position in the work frame. Without one of the two turned coordinates neither is known there.
     pub(crate) fn in_work(&self, turned: Position) -> Position {
-        let [first, second, _] = self.plane.axes();
+        let [first, second, normal] = self.plane.axes();
         let mut out = turned;
         [out.nominal[first], out.nominal[second]] = self.point_in_work([turned.nominal[first], turned.nominal[second]]);
+        out.nominal[normal] = self.normal.in_work(turned.nominal[normal]);
         out.keep_pair(first, second);
         out
     }
@@ -143,11 +195,27 @@ mod tests {
     #[test]
     fn a_further_rotation_is_one_of_turned_coordinates() {
         let (first, centre) = (Rotation::about(Plane::Xy, [3.0, -2.0], 25.0), [7.0, 1.0]);
-        let both = first.then(centre, -70.0);
         let further = Rotation::about(Plane::Xy, centre, -70.0);
+        let both = first.then(&further);
         for point in [[0.0, 0.0], [4.0, 9.0], centre] {
             assert!(near(both.point_in_work(point), first.point_in_work(further.point_in_work(point))));
         }
+    }
+
+    #[test]
+    fn a_scaling_keeps_its_centre_and_acts_on_what_follows() {
+        let scaling = Rotation::scaling(Plane::Zx, [3.0, 10.0, -1.0], [2.0, 0.5]);
+        // Z and X are the plane, Y the normal.
+        let at = |of: &Rotation, nominal: [f64; 6]| of.in_work(Position { nominal, known: 0b111111 }).nominal;
+        assert_eq!(at(&scaling, [10.0, -1.0, 3.0, 0.0, 0.0, 0.0]), [10.0, -1.0, 3.0, 0.0, 0.0, 0.0]);
+        assert_eq!(at(&scaling, [11.0, 1.0, 5.0, 0.1, 0.0, 0.0]), [12.0, 0.0, 7.0, 0.1, 0.0, 0.0]);
+        assert!(scaling.scales_normal() && scaling.factor() == 2.0);
+        let further = Rotation::about(Plane::Zx, [1.0, 2.0], 90.0).then(&Rotation::scaling(Plane::Zx, [0.0; 3], [3.0, 3.0]));
+        let both = scaling.then(&further);
+        let point = [4.0, 5.0, 6.0, 0.0, 0.0, 0.0];
+        let wanted = at(&scaling, at(&further, point));
+        assert!(at(&both, point).iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert_eq!(both.factor(), 6.0);
     }
 
     #[test]
@@ -163,6 +231,7 @@ mod tests {
         are_turned_back(Rotation::about(Plane::Yz, [1.0, 2.0], 33.0));
         are_turned_back(Rotation::mirror(Plane::Yz, [Some(3.0), None]));
         are_turned_back(Rotation::mirror(Plane::Yz, [None, Some(-4.0)]));
+        are_turned_back(Rotation::about(Plane::Yz, [1.0, 2.0], 33.0).then(&Rotation::scaling(Plane::Yz, [5.0; 3], [1.5, 0.75])));
     }
 
     fn are_turned_back(rotation: Rotation) {

@@ -37,9 +37,15 @@ fn are_alike(turned: &Toolpath, plain: &Toolpath, what: &str) {
     }
 }
 
-/// A contour in a plane with the letters of its axes, written in coordinates turned by `turn`; `vector` turns a distance.
+/// A contour in a plane with the letters of its axes, written in coordinates turned by `turn`.
 fn contour(letters: [&str; 5], turn: impl Fn([f64; 2]) -> [f64; 2]) -> String {
+    scaled_contour(letters, turn, 1.0, |depth| depth)
+}
+
+/// The same where `turn` scales by `factor`, and the normal is mapped by `deep`.
+fn scaled_contour(letters: [&str; 5], turn: impl Fn([f64; 2]) -> [f64; 2], factor: f64, deep: impl Fn(f64) -> f64) -> String {
     let [first, second, normal, i, j] = letters;
+    let down = |to: f64| format!("{normal}{:.12}", deep(to));
     let vector = |by: [f64; 2]| {
         let (from, to) = (turn([0.0; 2]), turn(by));
         [to[0] - from[0], to[1] - from[1]]
@@ -58,22 +64,27 @@ fn contour(letters: [&str; 5], turn: impl Fn([f64; 2]) -> [f64; 2]) -> String {
     };
     [
         format!("G0 {}", at([2.0, 1.0])),
-        format!("G0 {normal}5."),
-        format!("G1 {normal}-1. F300."),
+        format!("G0 {}", down(5.0)),
+        format!("G1 {} F300.", down(-1.0)),
         format!("G1 {} F600.", at([20.0, 1.0])),
         format!("G3 {} {}", at([30.0, 11.0]), centre([0.0, 10.0])),
-        format!("G2 {} R4.", at([34.0, 15.0])),
-        format!("G2 {} {normal}-2.", centre([6.0, 1.0])),
-        format!("G1 {} {normal}-1.5", at([2.0, 15.0])),
+        format!("G2 {} R{:.12}", at([34.0, 15.0]), 4.0 * factor),
+        format!("G2 {} {}", centre([6.0, 1.0]), down(-2.0)),
+        format!("G1 {} {}", at([2.0, 15.0]), down(-1.5)),
         "G91".to_owned(),
         format!("G1 {}", by([3.0, -4.0])),
         format!("G3 {} {}", by([0.0, -6.0]), centre([0.0, -3.0])),
         "G90".to_owned(),
         format!("G1 {}", at([2.0, 1.0])),
-        format!("G0 {normal}5."),
+        format!("G0 {}", down(5.0)),
         String::new(),
     ]
     .join("\n")
+}
+
+/// Radii as SINUMERIK writes them.
+fn sinumerik(text: &str) -> String {
+    text.replace(" R", " CR=")
 }
 
 const XY: [&str; 5] = ["X", "Y", "Z", "I", "J"];
@@ -101,7 +112,6 @@ fn g68_is_the_program_written_out_without_it() {
 #[test]
 fn rotations_of_sinumerik_add_up_about_the_zero_of_the_frame() {
     let head = "G710 G90 G17 G54\nG0 X0 Y0 Z5\n";
-    let sinumerik = |text: &str| text.replace("R4.", "CR=4.");
     let plain = sinumerik(&contour(XY, |point| point));
     let tail = format!("TRANS\n{AFTER}");
     let about_zero = |angle: f64| move |point: [f64; 2]| turned([0.0; 2], angle, point);
@@ -128,6 +138,76 @@ fn rotations_of_sinumerik_add_up_about_the_zero_of_the_frame() {
     let MoveKind::Arc(arc) = path.moves[2].kind else { panic!("an arc") };
     assert!(arc.centre_mm[0].hypot(arc.centre_mm[1]) < NEAR_MM);
     assert!(path.moves[2].end.nominal_mm()[0] + 10.0 < NEAR_MM && path.moves.last().unwrap().shiftable == YES);
+}
+
+#[test]
+fn scalings_of_sinumerik_are_those_of_their_frame() {
+    let head = "G710 G90 G17 G54\nG0 X0 Y0 Z5\n";
+    let plain = sinumerik(&contour(XY, |point| point));
+    let by = |factor: f64, point: [f64; 2]| [factor * point[0], factor * point[1]];
+    let place = |point: [f64; 2]| [point[0] + 10.0, point[1] + 5.0];
+    let quarter = |point: [f64; 2]| turned([0.0; 2], 90.0, point);
+    let once = |point: [f64; 2]| by(1.02, point);
+    let placed = |point: [f64; 2]| place(by(1.5, point));
+    let shifted = |point: [f64; 2]| place(by(1.5, [point[0] + 2.0, point[1] - 3.0]));
+    let both = |point: [f64; 2]| place(by(1.5, quarter(point)));
+    type Place<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
+    // Frame, place of a point, factor in the plane, and factor and shift of Z.
+    let cases: [(&str, Place<'_>, f64, [f64; 2]); 8] = [
+        ("SCALE X1.02 Y1.02 Z1.02", &once, 1.02, [1.02, 0.0]),
+        ("SCALE X1.02 Y1.02", &once, 1.02, [1.0, 0.0]),
+        ("ASCALE Z0.75", &|point| point, 1.0, [0.75, 0.0]),
+        ("TRANS X10 Y5 Z1\nASCALE X1.5 Y1.5 Z0.5", &placed, 1.5, [0.5, 1.0]),
+        ("TRANS X10 Y5\nSCALE X1.02 Y1.02", &once, 1.02, [1.0, 0.0]),
+        ("TRANS X10 Y5\nASCALE X1.5 Y1.5 Z0.5\nATRANS X2 Y-3 Z1", &shifted, 1.5, [0.5, 0.5]),
+        ("TRANS X10 Y5\nASCALE X1.5 Y1.5\nAROT RPL=90", &both, 1.5, [1.0, 0.0]),
+        ("TRANS X10 Y5\nAROT RPL=90\nASCALE X1.2 Y1.2 ; shrinkage\nASCALE X1.25 Y1.25", &both, 1.5, [1.0, 0.0]),
+    ];
+    for (on, turn, factor, [along, shift]) in cases {
+        let path = read(Dialect::Sinumerik, &format!("{head}{on}\nG0 Z5\n{plain}TRANS\n{AFTER}"));
+        let text = scaled_contour(XY, turn, factor, |depth| along * depth + shift);
+        let deep = 5.0 * along + shift;
+        let text = format!("{head}G0 Z{deep}\n{}{AFTER}", sinumerik(&text));
+        are_alike(&path, &read(Dialect::Sinumerik, &text), on);
+        assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", path.warnings);
+        assert!(path.warnings.is_empty(), "{on}: {:?}", path.warnings);
+    }
+}
+
+#[test]
+fn uncertain_scalings_are_left_alone() {
+    let inside = "G0 X5 Y5 Z0\nG1 X9 F500\n";
+    for on in [
+        "SCALE X1.5",
+        "SCALE X1.5 Y1.2",
+        "SCALE X1.5 Y1.5 Z0",
+        "SCALE X-1.5 Y-1.5",
+        "SCALE X3 Y3",
+        "SCALE X=AC(1.5) Y=AC(1.5)",
+        "SCALE X1.5 Y1.5 C2",
+        "SCALE X1.5 Y1.5 RPL=30",
+        "SCALE X=R99 Y=R99",
+        "SCALE X1.5 Y1.5 M8",
+        "G1 SCALE X1.5 Y1.5",
+        "/SCALE X1.5 Y1.5",
+        "MIRROR X0\nASCALE X1.5 Y1.5",
+        "G41 D1 G1 X1 F100\nSCALE X1.5 Y1.5\nG40",
+        "SCALE X1.5 Y1.5\nG18",
+        "SCALE X1.5 Y1.5\nG55",
+        "SCALE X1.5 Y1.5\nAMIRROR X0",
+        "SCALE X1.5 Y1.5\nG700",
+    ] {
+        let path = read(Dialect::Sinumerik, &format!("G710 G90 G17 G54\nG0 X0 Y0 Z0\n{on}\n{inside}TRANS\nG0 X1 Y1 Z1\nM30\n"));
+        let found = feeds(&path);
+        assert!(*found.last().unwrap() != YES, "{on}: {found:?}");
+    }
+    // A scaled Z has to be stated as the axes of the plane have.
+    let path = |moves: &str| {
+        let text = format!("G710 G90 G17 G54\nG0 X0 Y0 Z0\nSCALE X1.5 Y1.5 Z1.5\n{moves}\nM30\n");
+        feeds(&read(Dialect::Sinumerik, &text))
+    };
+    assert_eq!(path("G0 X1 Y1\nG1 X2 F500"), [Shiftable::No(Fixed::UnknownStart)]);
+    assert_eq!(path("G0 X1 Y1 Z1\nG1 X2 F500"), [YES]);
 }
 
 #[test]

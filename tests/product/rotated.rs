@@ -1,4 +1,4 @@
-//! Programs in rotated and mirrored coordinates: what is written, turned or mirrored by hand, is what the same program without becomes.
+//! Programs in rotated, mirrored and scaled coordinates: what is written, turned, mirrored or scaled by hand, is what the same program without becomes.
 
 use std::fmt::Write;
 
@@ -25,6 +25,11 @@ fn turned(point: [f64; 2]) -> [f64; 2] {
 /// Mirror image about X = 12.
 fn mirrored([x, y]: [f64; 2]) -> [f64; 2] {
     [2.0 * CENTRE[0] - x, y]
+}
+
+/// Scaled by 1.25 about the centre.
+fn scaled(point: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|axis| CENTRE[axis] + 1.25 * (point[axis] - CENTRE[axis]))
 }
 
 /// How a control writes a contour.
@@ -94,8 +99,9 @@ fn program(control: &Control, with: bool, place: impl Fn([f64; 2]) -> [f64; 2]) 
 /// X and Y of every block that names one of them, by its words alone.
 fn points(text: &str) -> Vec<[f64; 2]> {
     let (mut at, mut incremental, mut points) = ([0.0; 2], false, Vec::new());
-    let is_frame =
-        |line: &&str| ["G68", "G51.1", "G50.1", "TRANS", "CYCL"].iter().any(|name| line.contains(name)) || line.starts_with("CC");
+    let is_frame = |line: &&str| {
+        ["G68", "G51.1", "G50.1", "TRANS", "SCALE", "CYCL"].iter().any(|name| line.contains(name)) || line.starts_with("CC")
+    };
     for line in text.lines().filter(|line| !is_frame(line)) {
         incremental = line.contains("G91") || (incremental && !line.contains("G90"));
         let value = |letter: char| {
@@ -176,6 +182,16 @@ fn a_frame_of_sinumerik() {
     let on = "TRANS X12 Y-7\nAROT RPL=37\nATRANS X-12 Y7\n";
     let control = Control { head: "G710 G90 G17 G54\n", on, off: "TRANS\n", ..FANUC };
     check("part.mpf", &control, &[]);
+}
+
+#[test]
+fn a_scaled_frame_of_sinumerik() {
+    let on = "TRANS X12 Y-7\nASCALE X1.25 Y1.25\nATRANS X-12 Y7\n";
+    let control = Control { head: "G710 G90 G17 G54\n", on, off: "TRANS\n", image: scaled, ..FANUC };
+    for options in [&["--format", "keep"][..], &["--format", "g93"]] {
+        check("part.mpf", &control, options);
+    }
+    check("part.mpf", &Control { is_incremental: true, ..control }, &[]);
 }
 
 #[test]

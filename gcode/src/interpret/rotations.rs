@@ -1,10 +1,11 @@
-//! Rotations by known angles: G68 with centre and angle, ROT and AROT about the normal of the plane.
+//! Rotations by known angles: G68 with centre and angle, ROT and AROT about the normal of the plane. Scalings by known factors: SCALE and ASCALE with
+//! one factor for both axes of the plane.
 //!
 //! Moves are read in turned coordinates and put into the work frame when they are recorded. After a rotation begins or ends, the coordinates of its
 //! plane are unknown until one block states both. A rotation that is uncertain in any way is a section that is left alone.
 //!
 //! Source: Fanuc 0i-F Operator's Manual (B-64604EN), "Coordinate System Rotation (G68, G69)"; SINUMERIK "NC programming", "Programmable rotation (ROT,
-//! AROT, RPL)".
+//! AROT, RPL)", "Programmable scaling factor (SCALE, ASCALE)".
 
 use super::codes::{Code, OneShot, written};
 use super::gather::{GWord, Gathered};
@@ -25,6 +26,8 @@ const ROTATION_ON: u16 = 680;
 const ROTATION_OFF: u16 = 690;
 /// Largest angle, degrees (both manuals).
 const LARGEST_ANGLE_DEG: f64 = 360.0;
+/// Scale factors that are followed: shrinkage and oversize. The rounding of a written coordinate grows with them.
+const FACTORS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 impl Interpreter<'_> {
     /// Begins, changes or ends the rotation.
@@ -37,9 +40,12 @@ impl Interpreter<'_> {
             self.position = rotation.out_of_work(self.position);
         }
         for turned in [before, rotation].into_iter().flatten() {
-            let [first, second, _] = turned.plane().axes();
+            let [first, second, normal] = turned.plane().axes();
             self.position.forget(first);
             self.position.forget(second);
+            if turned.scales_normal() {
+                self.position.forget(normal);
+            }
             self.polar.lose();
         }
     }
@@ -81,20 +87,27 @@ impl Interpreter<'_> {
         Some(Rotation::about(plane, centre_mm, angle?))
     }
 
-    /// The rotation that a block with ROT or AROT (the word `index`) leads to: by RPL, or about the axis that is normal to the plane.
-    pub fn frame_rotation(&self, words: &Gathered, index: usize) -> Option<Rotation> {
-        let name = self.program.text(self.span(index)).to_ascii_uppercase();
-        let is_rotation = matches!(name.as_slice(), b"ROT" | b"AROT");
-        let normal = AXIS_LETTERS[self.modal.plane.axes()[2]];
+    /// The rotation or scaling that a block with ROT, AROT, SCALE or ASCALE (the word `index`) leads to, where nothing else stands in the block.
+    pub fn known_frame(&self, words: &Gathered, index: usize) -> Option<Rotation> {
         let is_other = |(at, name): &(usize, Name)| *at != index && !matches!(name, Name::Angle | Name::Label | Name::Silent);
-        if !is_rotation
-            || !words.g.is_empty()
-            || words.named.iter().any(is_other)
-            || !self.is_plain(words)
-            || !self.may_turn_frame()
-        {
+        if !words.g.is_empty() || words.named.iter().any(is_other) || !self.is_plain(words) || !self.may_turn_frame() {
             return None;
         }
+        let frame = match self.program.text(self.span(index)).to_ascii_uppercase().as_slice() {
+            b"ROT" | b"AROT" => self.frame_rotation(words)?,
+            b"SCALE" | b"ASCALE" => self.frame_scaling(words)?,
+            _ => return None,
+        };
+        match self.modal.rotation {
+            None => Some(frame),
+            Some(before) => (before.plane() == self.modal.plane).then(|| before.then(&frame)),
+        }
+    }
+
+    /// By RPL, or about the axis that is normal to the plane. The zero of the programmable frame stays.
+    fn frame_rotation(&self, words: &Gathered) -> Option<Rotation> {
+        let [first, second, normal] = self.modal.plane.axes();
+        let normal = AXIS_LETTERS[normal];
         let angle = match (words.name(Name::Angle), words.index(normal)) {
             (Some(angle), None) if states_only(words, b"N") => angle,
             (None, Some(angle)) if states_only(words, &[normal, b'N']) => angle,
@@ -103,13 +116,24 @@ impl Interpreter<'_> {
         let word = &self.program.words()[angle];
         let angle_deg =
             word.number().filter(|angle| angle.abs() <= LARGEST_ANGLE_DEG && matches!(word.name, Name::None | Name::Angle))?;
-        let [first, second, _] = self.modal.plane.axes();
-        // The zero of the programmable frame stays.
-        let centre_mm = [self.modal.shift[first], self.modal.shift[second]];
-        match self.modal.rotation {
-            None => Some(Rotation::about(self.modal.plane, centre_mm, angle_deg)),
-            Some(before) => (before.plane() == self.modal.plane).then(|| before.then(centre_mm, angle_deg)),
+        Some(Rotation::about(self.modal.plane, [self.modal.shift[first], self.modal.shift[second]], angle_deg))
+    }
+
+    /// By the same factor in both axes of the plane: arcs stay arcs. The zero of the programmable frame stays.
+    fn frame_scaling(&self, words: &Gathered) -> Option<Rotation> {
+        let plane = self.modal.plane;
+        if words.name(Name::Angle).is_some() || !states_only(words, b"XYZN") {
+            return None;
         }
+        let factor = |axis: usize| -> Option<f64> {
+            let Some(index) = words.index(AXIS_LETTERS[axis]) else { return Some(1.0) };
+            let word = &self.program.words()[index];
+            word.number().filter(|factor| FACTORS.contains(factor) && word.name == Name::None)
+        };
+        let [first, second, normal] = plane.axes();
+        let factors = [factor(first)?, factor(second)?, factor(normal)?];
+        let centre_mm = [first, second, normal].map(|axis| self.modal.shift[axis]);
+        (factors[0] == factors[1]).then(|| Rotation::scaling(plane, centre_mm, [factors[0], factors[2]]))
     }
 
     /// Whether the block states nothing but known values of these letters, where nothing else is active that may act on a mirror image.
@@ -144,7 +168,7 @@ impl Interpreter<'_> {
         let code = words.g.iter().find(|g| !self.keeps_rotation(g.code, rotation.plane()));
         let name = || words.named.iter().find(|(_, name)| matches!(name, Name::Opens(_)));
         let help = match self.mirrored {
-            _ if self.is_sinumerik() => "TRANS ends the rotation",
+            _ if self.is_sinumerik() => "TRANS ends it",
             0 => "G69 ends the rotation",
             _ => "G50.1 with its axes ends the mirror image",
         };
@@ -167,7 +191,7 @@ impl Interpreter<'_> {
     pub fn lose_rotation(&mut self, index: usize, what: &str, help: &str) {
         self.turn(None);
         let (cause, under) = match self.mirrored {
-            _ if self.is_sinumerik() => (Cause::Named(Section::Frame), "a rotation"),
+            _ if self.is_sinumerik() => (Cause::Named(Section::Frame), "a rotation or scaling"),
             0 => (Cause::Transform(ROTATION_ON), "a rotation"),
             _ => (Cause::Transform(MIRROR_ON), "a mirror image"),
         };

@@ -122,7 +122,7 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame. A known rotation in the plane is followed.
+    /// Rotation, scaling, mirroring. Without words the replacing ones delete the programmable frame. What is known is followed.
     fn transform(&mut self, words: &Gathered, index: usize, replaces: bool) {
         let has_words = words.any(b"XYZABCUVW").is_some() || words.unknown.is_some();
         let has_names = words.named.iter().any(|(_, name)| *name == Name::Angle || name.is_coordinate());
@@ -136,7 +136,7 @@ impl Interpreter<'_> {
             self.update_shift();
         }
         if has_words || has_names {
-            match self.frame_rotation(words, index) {
+            match self.known_frame(words, index) {
                 Some(rotation) => self.turn(Some(rotation)),
                 None => self.open_frame(index),
             }
