@@ -104,19 +104,53 @@ fn ends_alike(a: &Move, b: &Move) -> bool {
     (coordinates(&a.end) - coordinates(&b.end)).iter().all(|off| off.abs() <= ROUNDING_MM)
 }
 
-/// Distance of a point from the curve of a move, mm: the least over the chords of a dense polyline.
+/// Distance of a point from the curve of a move, mm.
 fn distance(of: &Move, point: Vec3) -> f64 {
-    let pieces = match of.kind {
-        MoveKind::Arc(arc) => ((arc.sweep.abs() / 0.01).ceil() as usize).clamp(8, 4096),
-        _ => 1,
+    let at = |share: f64| Vec3::from(of.point_mm(share));
+    // The share of a chord that is nearest to the point.
+    let nearest = |from: f64, to: f64| {
+        let (a, b) = (at(from), at(to));
+        let chord = b - a;
+        let share = ((point - a).dot(&chord) / chord.norm_squared().max(1e-18)).clamp(0.0, 1.0);
+        (from + share * (to - from), (point - a - chord * share).norm())
     };
-    let at = |i: usize| Vec3::from(of.point_mm(i as f64 / pieces as f64));
-    (0..pieces)
-        .map(|i| {
-            let (a, b) = (at(i), at(i + 1));
-            let chord = b - a;
-            let share = ((point - a).dot(&chord) / chord.norm_squared().max(1e-18)).clamp(0.0, 1.0);
-            (point - a - chord * share).norm()
-        })
-        .fold(f64::INFINITY, f64::min)
+    let MoveKind::Arc(arc) = of.kind else { return nearest(0.0, 1.0).1 };
+    let pieces = (arc.sweep.abs() / 0.01).ceil().clamp(8.0, 4096.0) as usize;
+    let width = 1.0 / pieces as f64;
+    let chords = (0..pieces).map(|i| nearest(i as f64 * width, (i + 1) as f64 * width));
+    let (mut share, _) = chords.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+    // A chord leaves an arc of metres by hundredths of a millimetre.
+    for beside in SHORTER.map(|part| part * width) {
+        (share, _) = nearest((share - beside).max(0.0), (share + beside).min(1.0));
+    }
+    (point - at(share)).norm()
+}
+
+/// Lengths of the chords that follow each other where the nearest point of an arc is sought, as shares of the first ones.
+const SHORTER: [f64; 3] = [0.5, 0.1, 0.01];
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn the_distance_from_a_long_arc_is_that_from_the_arc() {
+        // A half circle of 2540 mm, whose points of 0.01 rad leave chords of 0.03 mm.
+        let program = gcode::parse("G21 G90 G17\nG0 X0 Y0 Z0\nG2 X5080 Y0 I2540 J0 F1000\nM2\n");
+        let toolpath = gcode::interpret(&program, &gcode::Dialect::LinuxCnc.into()).unwrap();
+        let arc = toolpath.moves.iter().find(|step| step.is_feed()).unwrap();
+        for k in 0..200 {
+            let (sin, cos) = (0.5 * TAU * (f64::from(k) + 0.37) / 200.0).sin_cos();
+            for off in [-0.05, 0.0, 0.002, 0.05] {
+                let (radius, rise) = (2540.0 + off, 0.5 * off);
+                let point = Vec3::new(2540.0 - radius * cos, radius * sin, rise);
+                let wanted = f64::hypot(off, rise);
+                assert!((distance(arc, point) - wanted).abs() < 1e-6, "{} {wanted}", distance(arc, point));
+            }
+        }
+        // Beyond its ends, the distance from these.
+        assert!((distance(arc, Vec3::new(-0.03, -0.04, 0.0)) - 0.05).abs() < 1e-9);
+    }
 }
