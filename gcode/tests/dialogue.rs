@@ -149,8 +149,9 @@ fn what_is_not_interpreted_leaves_the_moves_after_it_alone() {
     let known = "L X+0 Y+0 Z+0 FMAX";
     let unknown = Some(Fixed::NotUnderstood);
     for (between, why) in [
-        ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X", unknown),
-        ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\nCYCL DEF 8.0\nCYCL DEF 8.1", None),
+        ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X", None),
+        ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 Z", unknown),
+        ("CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 Z\nCYCL DEF 8.0\nCYCL DEF 8.1", None),
         ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+35", None),
         ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 IROT+35", unknown),
         ("CYCL DEF 10.1 ROT+35\nCYCL DEF 10.1 ROT+0", None),

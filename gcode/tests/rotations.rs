@@ -253,6 +253,54 @@ fn cycle_10_turns_the_working_plane_about_the_datum() {
 }
 
 #[test]
+fn cycle_8_mirrors_the_plane_about_the_datum() {
+    let head = "0 BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F600\nL X+0 Y+0 Z+5 FMAX\n";
+    let tail = "L X+1 Y+2 Z+5 FMAX\nL Z-1\nL X+9\nEND PGM A MM\n";
+    let shift = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+12\nCYCL DEF 7.2 Y-8\n";
+    let contour = |place: &dyn Fn([f64; 2]) -> [f64; 2], flips: bool| {
+        let at = |point: [f64; 2]| {
+            let [x, y] = place(point);
+            format!("X{x:+} Y{y:+}")
+        };
+        let [left, right] = if flips { ["DR-", "DR+"] } else { ["DR+", "DR-"] };
+        let by = |point: [f64; 2]| {
+            let (from, to) = (place([0.0; 2]), place(point));
+            format!("IX{:+} IY{:+}", to[0] - from[0], to[1] - from[1])
+        };
+        [
+            format!("L {} Z+5 R0 FMAX", at([0.0, 0.0])),
+            "L Z-1 F300".to_owned(),
+            format!("L {} F600", at([20.0, 0.0])),
+            format!("CC {}", at([20.0, 10.0])),
+            format!("C {} {left}", at([30.0, 10.0])),
+            format!("CR {} R+5 {right}", at([34.0, 14.0])),
+            format!("L {}", by([-3.0, 8.0])),
+            format!("CT {}\n", at([20.0, 40.0])),
+        ]
+        .join("\n")
+    };
+    let read = |text: &str| interpret(&parse(text), &Dialect::Fanuc.into()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let plain = contour(&|point| point, false);
+    type Place<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
+    let cases: [(&str, Place<'_>, bool); 3] =
+        [("X", &|[x, y]| [-x, y], true), ("Y", &|[x, y]| [x, -y], true), ("X Y", &|[x, y]| [-x, -y], false)];
+    for (axes, place, flips) in cases {
+        for (shift, by) in [("", [0.0; 2]), (shift, [12.0, -8.0])] {
+            let back = if shift.is_empty() { "" } else { "CYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\n" };
+            let on = format!("{shift}CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 {axes}\n");
+            let path = read(&format!("{head}{on}{plain}CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1\n{back}{tail}"));
+            let moved = |point: [f64; 2]| {
+                let [x, y] = place(point);
+                [x + by[0], y + by[1]]
+            };
+            are_alike(&path, &read(&format!("{head}{}{tail}", contour(&moved, flips))), &on);
+            assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", path.warnings);
+            assert!(path.warnings.is_empty(), "{on}: {:?}", path.warnings);
+        }
+    }
+}
+
+#[test]
 fn after_a_rotation_begins_or_ends_one_block_states_both_coordinates() {
     const UNKNOWN: Shiftable = Shiftable::No(Fixed::UnknownStart);
     let head = "G21 G90 G17\nG0 X0 Y0 Z0\n";
@@ -397,6 +445,23 @@ fn uncertain_rotations_of_dialogue_are_left_alone() {
         "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+30",
         "CYCL DEF 10.1 ROT+30\nCYCL DEF 8.1 X",
         "CYCL DEF 10.1 ROT+30\nCYCL DEF 8.1 X\nCYCL DEF 8.1",
+        "CYCL DEF 8.1 Z",
+        "CYCL DEF 8.1 X Z",
+        "CYCL DEF 8.1 X X",
+        "CYCL DEF 8.1 X+5",
+        "CYCL DEF 8.1 Q1",
+        "CYCL DEF 8.1 X\nCYCL DEF 8.1 Y",
+        "CYCL DEF 8.1 X\nCYCL DEF 7.1 X+5",
+        "CYCL DEF 8.1 X\nCYCL DEF 11.1 SCL2",
+        "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+0",
+        "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+30\nCYCL DEF 10.1 ROT+0",
+        "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+30\nCYCL DEF 8.1",
+        "CYCL DEF 8.1 X\nPLANE RESET STAY",
+        "CYCL DEF 8.1 X\nTOOL CALL 2 Y S100",
+        "CYCL DEF 8.1 X\nTRANS DATUM AXIS X+5",
+        "L X+5 RL F100\nCYCL DEF 8.1 X\nL X+6 R0",
+        "/CYCL DEF 8.1 X",
+        "CYCL DEF 8.1 X\n/CYCL DEF 8.1",
         "CYCL DEF 10.1 ROT+30\nCYCL DEF 11.1 SCL2",
         "CYCL DEF 10.1 ROT+30\nCYCL DEF 7.1 X+5",
         "CYCL DEF 10.1 ROT+30\nTRANS DATUM AXIS X+5",

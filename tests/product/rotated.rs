@@ -196,11 +196,21 @@ fn a_scaled_frame_of_sinumerik() {
 
 #[test]
 fn cycle_10_of_dialogue() {
-    // Both programs have the datum at the centre.
-    let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F2400\n";
     let on = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+12\nCYCL DEF 7.2 Y-7\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+37\n";
-    let off = "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\n";
-    let control = Control { head, on, off, is_dialogue: true, ..FANUC };
+    check_dialogue(&Control { on, off: "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\n", ..DIALOGUE });
+}
+
+#[test]
+fn cycle_8_of_dialogue() {
+    let on = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+12\nCYCL DEF 7.2 Y-7\nCYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\n";
+    let off = "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1\n";
+    check_dialogue(&Control { on, off, image: mirrored, flips: true, ..DIALOGUE });
+}
+
+/// `on` has the datum at the centre.
+const DIALOGUE: Control = Control { head: "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F2400\n", is_dialogue: true, ..FANUC };
+
+fn check_dialogue(control: &Control) {
     let folder = Folder::with_model();
     let compensated = |text: String| {
         folder.write("part.h", text);
@@ -210,11 +220,11 @@ fn cycle_10_of_dialogue() {
         points(&without_mark(&folder.read("out.h")))
     };
     let about_datum = |point: [f64; 2]| [point[0] - CENTRE[0], point[1] - CENTRE[1]];
-    let rotated = compensated(program(&control, true, about_datum));
-    let plain = compensated(program(&control, false, turned));
+    let rotated = compensated(program(control, true, about_datum));
+    let plain = compensated(program(control, false, control.image));
     assert_eq!(rotated.len(), plain.len());
     for (a, b) in rotated.iter().zip(&plain) {
-        let a = turned([a[0] + CENTRE[0], a[1] + CENTRE[1]]);
+        let a = (control.image)([a[0] + CENTRE[0], a[1] + CENTRE[1]]);
         assert!((a[0] - b[0]).hypot(a[1] - b[1]) <= ROUNDED_IN_DIALOGUE_MM, "{a:?} {b:?}");
     }
 }

@@ -28,8 +28,9 @@ impl Interpreter<'_> {
             CycleEffect::Tolerance if part == "1" => self.set_tolerance(block),
             CycleEffect::Shift => self.shift(block, has_values),
             CycleEffect::Transform(Cause::Rotation) if has_values => self.rotate(block),
-            CycleEffect::Transform(Cause::Rotation) => {}
-            CycleEffect::Transform(cause) => self.transform(block, cause, has_values),
+            CycleEffect::Transform(Cause::Mirror) if has_values => self.mirror(block),
+            CycleEffect::Transform(Cause::Scaling) if has_values => self.scale(block),
+            CycleEffect::Transform(_) => {}
             CycleEffect::Preset => {
                 self.lose_place();
                 self.modal.work_offset = WorkOffset::Unpredictable;
@@ -90,17 +91,12 @@ impl Interpreter<'_> {
         }
     }
 
-    /// Mirror image, scaling: on, or off again.
-    fn transform(&mut self, block: &Block<'_>, cause: Cause, has_values: bool) {
-        let off = match cause {
-            Cause::Mirror => has_values && block.words.len() == 3,
-            Cause::Scaling => block.value("SCL") == Some(1.0),
-            _ => false,
-        };
-        if off {
-            self.close(cause);
-        } else if has_values {
-            self.open(cause, self.span_of_block(), "mirror image and scaling are not interpreted", None);
+    /// CYCL DEF 11.1: on, or off again. Which axes it scales depends on machine parameter 7410.
+    fn scale(&mut self, block: &Block<'_>) {
+        if block.value("SCL") == Some(1.0) {
+            self.close(Cause::Scaling);
+        } else {
+            self.open(Cause::Scaling, self.span_of_block(), "scaling is not interpreted", None);
             self.lose_place();
         }
     }

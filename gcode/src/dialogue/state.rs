@@ -57,6 +57,8 @@ pub(super) struct Interpreter<'a> {
     pub ended: bool,
     /// Whether the program names A, B or C anywhere.
     pub names_rotary: bool,
+    /// Whether the known rotation is a mirror image.
+    pub is_image: bool,
     pub moves: Vec<Move>,
     pub modals: Vec<Modal>,
     /// Moves whose ends a move depends on beside its own start: that before a tangent, or that of a pole.
@@ -90,6 +92,7 @@ impl<'a> Interpreter<'a> {
             continued_preset: false,
             ended: false,
             names_rotary: program.words().iter().any(|word| is_rotary(program, word)),
+            is_image: false,
             moves: Vec::new(),
             modals: Vec::new(),
             needs: Vec::new(),
