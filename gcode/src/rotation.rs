@@ -78,6 +78,11 @@ impl Rotation {
         self.factor
     }
 
+    /// Factors on lengths in the plane, and along its normal.
+    pub(crate) fn factors(&self) -> [f64; 2] {
+        [self.factor, self.normal.factor]
+    }
+
     /// Whether the coordinate along the normal of the plane is another one.
     pub(crate) fn scales_normal(&self) -> bool {
         self.normal != Normal::SAME

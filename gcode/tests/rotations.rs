@@ -192,6 +192,8 @@ fn uncertain_scalings_are_left_alone() {
         "/SCALE X1.5 Y1.5",
         "MIRROR X0\nASCALE X1.5 Y1.5",
         "G41 D1 G1 X1 F100\nSCALE X1.5 Y1.5\nG40",
+        "ASCALE X2 Y2\nASCALE X2 Y2",
+        "ASCALE Z0.7\nASCALE Z0.7",
         "SCALE X1.5 Y1.5\nG18",
         "SCALE X1.5 Y1.5\nG55",
         "SCALE X1.5 Y1.5\nAMIRROR X0",
@@ -297,6 +299,24 @@ fn cycle_8_mirrors_the_plane_about_the_datum() {
             assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", path.warnings);
             assert!(path.warnings.is_empty(), "{on}: {:?}", path.warnings);
         }
+    }
+}
+
+#[test]
+fn a_datum_shift_is_known_again_when_all_its_axes_are_stated() {
+    for between in [
+        "CYCL DEF 7.1 #5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\nCYCL DEF 7.3 Z+1",
+        "CYCL DEF 7.1 X+Q5\nCYCL DEF 7.1 X+3",
+        "CYCL DEF 7.1 X+Q5 Y+2\nTRANS DATUM RESET",
+        "CYCL DEF 8.1 X\nCYCL DEF 7.1 X+10\nCYCL DEF 8.1\nCYCL DEF 7.1 X+4",
+        // None is none in every frame.
+        "CYCL DEF 7.1 X+9\nCYCL DEF 10.1 ROT+30\nCYCL DEF 7.1 X+0\nCYCL DEF 10.1 ROT+0",
+    ] {
+        let text = format!(
+            "0 BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F600\nL X+0 Y+0 Z+0 FMAX\n{between}\nL X+1 Y+1 Z+0 FMAX\nL X+5 F100\nL Y+7\nEND PGM A MM\n"
+        );
+        let path = interpret(&parse(&*text), &Dialect::Fanuc.into()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert_eq!(feeds(&path), [YES; 2], "{between}: {:?}", path.warnings);
     }
 }
 
@@ -452,6 +472,13 @@ fn uncertain_rotations_of_dialogue_are_left_alone() {
         "CYCL DEF 8.1 Q1",
         "CYCL DEF 8.1 X\nCYCL DEF 8.1 Y",
         "CYCL DEF 8.1 X\nCYCL DEF 7.1 X+5",
+        "CYCL DEF 8.1 X\nCYCL DEF 7.0\nCYCL DEF 7.1 X+10\nCYCL DEF 8.0\nCYCL DEF 8.1",
+        "CYCL DEF 10.1 ROT+30\nCYCL DEF 7.1 X+10\nCYCL DEF 10.1 ROT+0",
+        "CYCL DEF 10.1 ROT+30\nTRANS DATUM AXIS X+10\nCYCL DEF 10.1 ROT+0",
+        "CYCL DEF 11.1 SCL2\nCYCL DEF 7.1 X+10\nCYCL DEF 11.1 SCL1",
+        "CYCL DEF 7.1 X+Q5\nCYCL DEF 7.0\nCYCL DEF 7.1 Y+10\nCYCL DEF 8.1 X",
+        "CYCL DEF 7.1 X+Q5\nCYCL DEF 7.0\nCYCL DEF 7.1 IX+10",
+        "CYCL DEF 7.1 #5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0",
         "CYCL DEF 8.1 X\nCYCL DEF 11.1 SCL2",
         "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+0",
         "CYCL DEF 8.1 X\nCYCL DEF 10.1 ROT+30\nCYCL DEF 10.1 ROT+0",

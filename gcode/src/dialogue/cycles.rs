@@ -67,27 +67,39 @@ impl Interpreter<'_> {
     /// CYCL DEF 7: moves the datum. Axes that it does not name keep their shift.
     fn shift(&mut self, block: &Block<'_>, has_values: bool) {
         self.lose_place();
-        if !has_values {
-            self.sections.close(Cause::Shift);
-            return;
+        if has_values {
+            self.apply_shift(block);
         }
-        self.apply_shift(block);
     }
 
-    /// Sets the shifts of the words behind the first three, or adds to them.
+    /// Sets the shifts of the words behind the first three, or adds to them. Shifts that are not known open a section, which ends when all of them are
+    /// stated.
     fn apply_shift(&mut self, block: &Block<'_>) {
         // The words of a positioning block follow its first word.
         let words = PathWords::of(&block.without(2), self, false);
-        if words.stray.is_some() || !words.is_known() || !words.moves() {
-            let help = "write the shift as numbers; CYCL DEF 7.0 with numbers ends this";
-            self.open(Cause::Shift, self.span_of_block(), "a datum shift that is not stated by numbers", Some(help));
-            return;
+        if words.stray.is_some() || !words.moves() {
+            // A line of a table holds all axes.
+            self.unknown_shifts = [true, true, true, self.names_rotary, self.names_rotary, self.names_rotary];
         }
+        // Whether a shift within another frame is one of its axes depends on their order. None at all is none in every frame.
+        let in_frame =
+            self.sections.any(|cause| matches!(cause, Cause::Mirror | Cause::Rotation | Cause::Scaling | Cause::Plane));
         for (axis, word) in words.axes.iter().enumerate() {
-            let Some((word, value)) = word.and_then(|word| Some((word, word.value?))) else { continue };
+            let Some(word) = word else { continue };
+            let Some(value) = word.value.filter(|value| !in_frame || (*value == 0.0 && !word.incremental)) else {
+                self.unknown_shifts[axis] = true;
+                continue;
+            };
             let unit = if axis < 3 { self.modal.units.mm() } else { 1.0_f64.to_radians() };
             let before = if word.incremental { self.modal.shift[axis] } else { 0.0 };
             self.modal.shift[axis] = before + value * unit;
+            self.unknown_shifts[axis] &= word.incremental;
+        }
+        if self.unknown_shifts == [false; 6] {
+            self.sections.close(Cause::Shift);
+        } else {
+            let help = "state all axes of the shift by numbers, outside of other frames";
+            self.open(Cause::Shift, self.span_of_block(), "a datum shift that is not known", Some(help));
         }
     }
 
@@ -125,6 +137,7 @@ impl Interpreter<'_> {
             self.lose_place();
         } else if starts(&["TRANS", "DATUM", "RESET"]) {
             self.modal.shift = [0.0; 6];
+            self.unknown_shifts = [false; 6];
             self.sections.close(Cause::Shift);
             self.lose_place();
         } else if starts(&["TRANS", "DATUM", "AXIS"]) {

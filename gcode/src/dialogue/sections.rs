@@ -3,7 +3,7 @@
 /// A function whose effect is not interpreted, until its own end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cause {
-    /// CYCL DEF 7 from a table or a parameter.
+    /// CYCL DEF 7 from a table or a parameter, or within another frame.
     Shift,
     /// CYCL DEF 8.
     Mirror,

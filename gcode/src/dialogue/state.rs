@@ -57,6 +57,8 @@ pub(super) struct Interpreter<'a> {
     pub ended: bool,
     /// Whether the program names A, B or C anywhere.
     pub names_rotary: bool,
+    /// Axes whose datum shift is not known.
+    pub unknown_shifts: [bool; 6],
     /// Whether the known rotation is a mirror image.
     pub is_image: bool,
     pub moves: Vec<Move>,
@@ -92,6 +94,7 @@ impl<'a> Interpreter<'a> {
             continued_preset: false,
             ended: false,
             names_rotary: program.words().iter().any(|word| is_rotary(program, word)),
+            unknown_shifts: [false; 6],
             is_image: false,
             moves: Vec::new(),
             modals: Vec::new(),

@@ -26,7 +26,7 @@ const ROTATION_ON: u16 = 680;
 const ROTATION_OFF: u16 = 690;
 /// Largest angle, degrees (both manuals).
 const LARGEST_ANGLE_DEG: f64 = 360.0;
-/// Scale factors that are followed: shrinkage and oversize. The rounding of a written coordinate grows with them.
+/// Scale factors that are followed, all that act together: shrinkage and oversize. The rounding of a written coordinate grows with them.
 const FACTORS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 impl Interpreter<'_> {
@@ -98,10 +98,12 @@ impl Interpreter<'_> {
             b"SCALE" | b"ASCALE" => self.frame_scaling(words)?,
             _ => return None,
         };
-        match self.modal.rotation {
-            None => Some(frame),
-            Some(before) => (before.plane() == self.modal.plane).then(|| before.then(&frame)),
-        }
+        let frame = match self.modal.rotation {
+            None => frame,
+            Some(before) if before.plane() == self.modal.plane => before.then(&frame),
+            Some(_) => return None,
+        };
+        frame.factors().iter().all(|factor| FACTORS.contains(factor)).then_some(frame)
     }
 
     /// By RPL, or about the axis that is normal to the plane. The zero of the programmable frame stays.
@@ -128,7 +130,7 @@ impl Interpreter<'_> {
         let factor = |axis: usize| -> Option<f64> {
             let Some(index) = words.index(AXIS_LETTERS[axis]) else { return Some(1.0) };
             let word = &self.program.words()[index];
-            word.number().filter(|factor| FACTORS.contains(factor) && word.name == Name::None)
+            word.number().filter(|factor| *factor > 0.0 && word.name == Name::None)
         };
         let [first, second, normal] = plane.axes();
         let factors = [factor(first)?, factor(second)?, factor(normal)?];

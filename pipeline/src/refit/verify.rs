@@ -63,9 +63,10 @@ pub fn verify(
             // bounded.
             let bounded = has_rotary_axes && part.words_of(original) == ProgramWords::Axes;
             let at = |share: f64| distance(original, Vec3::from(step.point_mm(share)));
-            let off = at(1.0).max(at(0.5) - BETWEEN_MM);
-            if !bounded && off > max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm(part, index) {
-                return Err(VerifyError::TooFar { line, off_mm: off });
+            let (end_mm, off_mm) = (at(1.0), at(1.0).max(at(0.5) - BETWEEN_MM));
+            let allowed_mm = max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm(part, index);
+            if !bounded && !(end_mm.is_finite() && off_mm <= allowed_mm) {
+                return Err(VerifyError::TooFar { line, off_mm });
             }
         }
     }
