@@ -65,7 +65,9 @@ pub fn verify(
             let at = |share: f64| distance(original, Vec3::from(step.point_mm(share)));
             let (end_mm, off_mm) = (at(1.0), at(1.0).max(at(0.5) - BETWEEN_MM));
             let allowed_mm = max_shift_mm + rounding_mm * 3.0_f64.sqrt() + corner_mm(part, index);
-            if !bounded && !(end_mm.is_finite() && off_mm <= allowed_mm) {
+            // A distance that is no number is not within it.
+            let is_within = end_mm.is_finite() && off_mm <= allowed_mm;
+            if !(bounded || is_within) {
                 return Err(VerifyError::TooFar { line, off_mm });
             }
         }
