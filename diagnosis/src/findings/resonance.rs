@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Schur};
 
 use crate::bootstrap::interval;
 use crate::context::AxisContext;
@@ -23,6 +23,9 @@ const HIGHEST: f64 = 0.85;
 const PROMINENT: f64 = 3.0;
 /// Points of the picture.
 const POINTS: usize = 300;
+/// Iterations and tolerance of a Schur decomposition: without exceptional shifts it may go round in circles.
+const SCHUR_ITERATIONS: usize = 2000;
+const SCHUR_TOLERANCE: f64 = 1e-14;
 
 /// Autocovariance of one stretch: sums of products by lag, and their number.
 struct Stretch {
@@ -136,14 +139,17 @@ impl Autoregressive {
         Some(Self { coefficients, innovation, period_s })
     }
 
-    /// Lightly damped poles, as continuous ones.
+    /// Lightly damped poles, as continuous ones; none where they are not found.
     fn poles(&self) -> Vec<Pole> {
         let order = self.coefficients.len();
         let companion = DMatrix::from_fn(order, order, |i, j| match i {
             0 => self.coefficients[j],
             _ => f64::from(u8::from(i == j + 1)),
         });
-        let poles = companion.complex_eigenvalues();
+        let transposed = companion.transpose();
+        let decomposed = |matrix| Schur::try_new(matrix, SCHUR_TOLERANCE, SCHUR_ITERATIONS);
+        let Some(schur) = decomposed(companion).or_else(|| decomposed(transposed)) else { return Vec::new() };
+        let poles = schur.complex_eigenvalues();
         let continuous = poles.iter().filter(|z| z.im > 1e-9).map(|z| {
             let s = z.ln() / self.period_s;
             Pole { frequency_hz: s.norm() / TAU, damping: -s.re / s.norm() }
@@ -199,6 +205,16 @@ mod tests {
     use rand::RngExt;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
+
+    #[test]
+    fn poles_on_a_circle_end_the_search() {
+        // z⁸ = 0.98: every shift of the QR iteration is as good as any other.
+        let coefficients = (1..=8).map(|i| if i == 8 { 0.98 } else { 0.0 }).collect();
+        let model = Autoregressive { coefficients, innovation: 1.0, period_s: 0.002 };
+        for pole in model.poles() {
+            assert!((pole.frequency_hz / 62.5).fract().min(1.0 - (pole.frequency_hz / 62.5).fract()) < 1e-2, "{pole:?}");
+        }
+    }
 
     #[test]
     fn a_ringing_signal_gives_its_pole() {

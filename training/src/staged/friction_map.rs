@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DMatrixViewMut};
 use super::dataset::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw};
-use super::operators::{FittedPass, fit_pass, penalties};
+use super::operators::{FittedPass, fit_pass, penalties, right_singular};
 use super::recipe::StagedRecipe;
 use crate::TrainingError;
 
@@ -210,7 +210,7 @@ impl Friction {
                 table[(row, (lag - first) as usize)] = *tap;
             }
         }
-        let svd = table.clone().svd(false, true);
+        let svd = right_singular(table.clone())?;
         let directions = svd.v_t?;
         let largest = svd.singular_values.max();
         let kept = (0..directions.nrows().min(FILTERS)).filter(|&i| svd.singular_values[i] > LEAST_FILTER * largest);

@@ -3,7 +3,7 @@
 use models::staged::{FeatureGroup, FeatureSet, Fir, LagBasis, MotionFactor, Pass, Regressor};
 use nalgebra::DMatrix;
 
-use super::operators::every;
+use super::operators::{every, right_singular};
 
 /// A harmonic and its effects.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +89,7 @@ pub fn leading_filters(pass: &Pass, count: usize) -> Option<LagBasis> {
     let first = rows.first()?;
     let (first_lag, width) = (first.first_lag, first.taps.len());
     let table = DMatrix::from_fn(rows.len(), width, |i, j| rows[i].taps[j]);
-    let directions = table.svd(false, true).v_t?;
+    let directions = right_singular(table)?.v_t?;
     let filters = directions.row_iter().take(count).map(|row| Fir { first_lag, taps: row.iter().copied().collect() }).collect();
     Some(LagBasis::new(filters))
 }

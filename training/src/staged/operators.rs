@@ -2,6 +2,8 @@
 
 use models::staged::{FeatureSet, LagBasis, MotionFactor, Pass, Scales};
 
+use nalgebra::{DMatrix, Dyn, SVD};
+
 use super::dataset::AxisDataset;
 use super::gram::{FoldErrors, FoldGrams, Penalty};
 use super::linear::{Candidate, LinearLaw, group};
@@ -76,6 +78,14 @@ pub fn every(knots: &[isize], step: usize) -> Vec<isize> {
     kept.sort_unstable();
     kept.dedup();
     kept
+}
+
+/// Iterations after which a decomposition is given up: there is no other bound on them.
+const SVD_ITERATIONS: usize = 10_000;
+
+/// Singular values and right singular vectors; `None` where they are not found.
+pub fn right_singular(table: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
+    table.try_svd(false, true, 5.0 * f64::EPSILON, SVD_ITERATIONS)
 }
 
 /// RMS below which a column counts as hardly excited: columns get the additional penalty of a
