@@ -2,21 +2,20 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use servo::clustered;
+use servo::{clustered, disturbed};
 
 use crate::context::AxisContext;
-use crate::disturbed::disturbed;
 
 /// Ridge of a regression against each regressor's own square: the scales of regressors differ by many orders.
 const RIDGE: f64 = 1e-6;
 
 /// Responses of an axis to signals of every run, as the logged position shows them: a signal of 1 is a force that would deflect the loops
-/// without integrator by 1 mm.
-pub fn responses(axis: &AxisContext<'_>, signal: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Vec<f64>> {
+/// without integrator by 1 mm, `on_table` of it on the table.
+pub fn responses(axis: &AxisContext<'_>, on_table: f64, signal: impl Fn(usize, usize) -> f64 + Sync) -> Vec<Vec<f64>> {
     let servo = axis.fit.servo;
     let run = |(index, run): (usize, &crate::record::Run)| {
         let signal: Vec<f64> = (0..run.len()).map(|k| signal(index, k)).collect();
-        disturbed(&servo, &signal, axis.record.period_s)
+        disturbed(&servo, &signal, on_table, axis.record.period_s)
     };
     axis.record.runs.par_iter().enumerate().map(run).collect()
 }

@@ -6,7 +6,6 @@ pub mod circle;
 mod context;
 mod diagnosis;
 mod disturbance;
-mod disturbed;
 mod error;
 mod finding;
 mod findings;

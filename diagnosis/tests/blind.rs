@@ -6,7 +6,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Patient, cogging_effect_um, logs, patient};
+use common::{Patient, logs, patient};
 use diagnosis::threshold::GOOD_UM;
 use diagnosis::{Diagnosis, Quantity, Settings, diagnose};
 
@@ -27,7 +27,7 @@ struct Tally {
     lines: Vec<String>,
 }
 
-fn compare(patient: &Patient, found: &Diagnosis, seconds: f64, tallies: &mut BTreeMap<&'static str, Tally>) {
+fn compare(patient: &Patient, found: &Diagnosis, tallies: &mut BTreeMap<&'static str, Tally>) {
     let mut note = |name: &'static str, quantity: Quantity, axis: &str, truth: f64, size: Option<&dyn Fn(f64) -> bool>| {
         let tally = tallies.entry(name).or_default();
         let Some(finding) = found.finding(quantity, axis) else { return };
@@ -64,9 +64,7 @@ fn compare(patient: &Patient, found: &Diagnosis, seconds: f64, tallies: &mut BTr
         note("coulomb", Quantity::CoulombFriction, axis, truth.coulomb_um, Some(&|um| um > GOOD_UM));
         note("stribeck", Quantity::StribeckFriction, axis, truth.stribeck, None);
         note("backlash", Quantity::Backlash, axis, truth.backlash_um, Some(&|um| um > GOOD_UM));
-    }
-    for ((truth, axis), cogging) in patient.truths.iter().zip(&found.axes).zip(cogging_effect_um(patient, seconds)) {
-        note("ripple", Quantity::Ripple, axis, cogging, Some(&|um| um > GOOD_UM));
+        note("ripple", Quantity::Ripple, axis, truth.cogging_um, Some(&|um| um > GOOD_UM));
         note("place", Quantity::PlaceFriction, axis, 100.0 * truth.wave, None);
     }
     for (i, one) in patient.truths.iter().enumerate() {
@@ -103,7 +101,7 @@ fn run(seeds: std::ops::Range<u64>, seconds: f64) -> BTreeMap<&'static str, Tall
                         );
                     }
                 }
-                compare(&patient, &found, seconds, &mut tallies);
+                compare(&patient, &found, &mut tallies);
             }
             Err(error) => println!("{seed}: {error}"),
         }
@@ -123,16 +121,17 @@ fn print(tallies: &BTreeMap<&'static str, Tally>) {
 }
 
 /// What is held of each quantity: share of the cases whose interval holds the truth, share of the faults that are found, share of sound cases
-/// that give an alarm. Lag and mismatch reach the aim of 0.9, 0.95 and 0.05; the others are held at what they reach, less a few cases
-/// (`docs/diagnosis.md`).
-const HELD: [(&str, f64, f64, f64); 7] = [
+/// that give an alarm. The aim is 0.9, 0.95 and 0.05; gain, feed-forward, backlash and the alarms of friction are held at what they reach, less a
+/// few cases (`docs/diagnosis.md`).
+const HELD: [(&str, f64, f64, f64); 8] = [
     ("lag", 0.9, 0.95, 0.05),
     ("mismatch", 0.9, 0.95, 0.05),
     ("gain", 0.84, 0.95, 0.05),
     ("feed-forward", 0.85, 0.93, 0.1),
-    ("coulomb", 0.8, 0.95, 0.45),
-    ("backlash", 0.8, 0.8, 0.1),
-    ("ripple", 0.75, 0.0, 0.05),
+    ("coulomb", 0.9, 0.95, 0.45),
+    ("backlash", 0.75, 0.8, 0.1),
+    ("ripple", 0.9, 0.95, 0.05),
+    ("place", 0.9, 0.95, 0.05),
 ];
 
 fn check(tallies: &BTreeMap<&'static str, Tally>) {
@@ -149,7 +148,7 @@ fn check(tallies: &BTreeMap<&'static str, Tally>) {
 #[test]
 #[ignore = "forty machines take minutes; two of them are in `two_machines`"]
 fn forty_machines() {
-    let seeds = std::env::var("SEEDS").unwrap_or_else(|_| "0..40".to_owned());
+    let seeds = std::env::var("SEEDS").unwrap_or_else(|_| "200..240".to_owned());
     let (first, last) = seeds.split_once("..").expect("SEEDS=first..last");
     let tallies = run(first.parse().unwrap()..last.parse().unwrap(), SECONDS);
     print(&tallies);

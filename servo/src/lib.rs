@@ -4,6 +4,7 @@
 mod command;
 mod contacts;
 mod covariance;
+mod disturbed;
 mod fit;
 mod parameters;
 mod record;
@@ -13,6 +14,7 @@ mod starts;
 mod table;
 
 pub use covariance::clustered;
+pub use disturbed::disturbed;
 pub use fit::{Fit, Free, fit};
 pub use parameters::{COUNT, PLACES, Servo, index};
 pub use record::{Record, Run, Scope};

@@ -345,7 +345,9 @@ impl Servo {
     /// The axis without friction, backlash and constant force.
     #[must_use]
     pub fn linear(&self) -> Self {
-        Self { coulomb_mm: 0.0, backlash_mm: 0.0, outer_backlash_mm: 0.0, offset_mm: 0.0, ..*self }
+        // The loop stays closed by its own sensor.
+        let outer_backlash_mm = if self.outer_backlash_mm > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
+        Self { coulomb_mm: 0.0, backlash_mm: 0.0, outer_backlash_mm, offset_mm: 0.0, ..*self }
     }
 
     /// The axis with the same friction everywhere: for a run whose place on the machine is not known.

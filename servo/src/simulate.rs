@@ -17,7 +17,7 @@ use crate::parameters::Servo;
 use crate::table::Table;
 
 /// Largest step of the integration, s: half the period of a usual position loop.
-const STEP_S: f64 = 5e-4;
+pub const STEP_S: f64 = 5e-4;
 
 /// A simulated run.
 #[derive(Debug, Clone, Default)]
@@ -113,7 +113,7 @@ pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, s
 }
 
 /// State of the model.
-struct Axis<'a> {
+pub struct Axis<'a> {
     servo: &'a Servo,
     step_s: f64,
     friction: f64,
@@ -122,6 +122,8 @@ struct Axis<'a> {
     /// Share of the motor in the moved mass.
     motor_mass: f64,
     constant: f64,
+    /// Another force on the table, mm/s².
+    table_force: f64,
     motor: f64,
     velocity: f64,
     sensor: f64,
@@ -142,7 +144,7 @@ struct Axis<'a> {
 
 impl<'a> Axis<'a> {
     /// The axis at rest or in steady motion.
-    fn at(servo: &'a Servo, step_s: f64, steps: usize, command: f64, start: Start) -> Self {
+    pub fn at(servo: &'a Servo, step_s: f64, steps: usize, command: f64, start: Start) -> Self {
         let Start { position_mm: position, velocity_mm_s: velocity, held } = start;
         let stiffness = servo.bandwidth_1_s * servo.position_gain_1_s;
         let contacts = Contacts::at(servo, velocity);
@@ -163,6 +165,7 @@ impl<'a> Axis<'a> {
             level,
             motor_mass: if servo.table_pulsation_1_s > 0.0 { 1.0 - servo.table_mass } else { 1.0 },
             constant,
+            table_force: 0.0,
             motor: position,
             velocity,
             sensor: position,
@@ -184,7 +187,20 @@ impl<'a> Axis<'a> {
         self.level = self.servo.level(self.logged);
     }
 
-    fn step(&mut self, command: f64, slope: f64) {
+    /// The logged position, mm.
+    pub fn logged(&self) -> f64 {
+        self.logged
+    }
+
+    /// Sets a force, as the deflection of the loops without integrator, and the share of it that acts on the table.
+    pub fn push(&mut self, deflection_mm: f64, on_table: f64) {
+        let force = deflection_mm * self.servo.bandwidth_1_s * self.servo.position_gain_1_s;
+        self.constant = (1.0 - on_table) * force;
+        self.table_force = on_table * force;
+    }
+
+    /// One step of the integration under a command, mm, and its slope, mm/s.
+    pub fn step(&mut self, command: f64, slope: f64) {
         let Servo { position_gain_1_s, feed_forward, bandwidth_1_s, integral, position_integral_1_s, .. } = *self.servo;
         let error = command - self.sensor;
         self.position_integral += position_integral_1_s * error * self.step_s;
@@ -197,7 +213,7 @@ impl<'a> Axis<'a> {
         let level = self.friction * self.level;
         let Servo { table_pulsation_1_s, table_friction, table_mass, .. } = *self.servo;
         if table_pulsation_1_s == 0.0 {
-            let friction = level * self.motor_contacts.step(self.servo, self.velocity, self.step_s);
+            let friction = level * self.motor_contacts.step(self.servo, self.velocity, self.step_s) - self.table_force;
             self.velocity = (self.velocity + self.step_s * (torque - friction)) / (1.0 + self.step_s * damping);
             self.motor += self.step_s * self.velocity;
             (self.sensor, self.logged) = (self.motor, self.motor);
@@ -210,7 +226,7 @@ impl<'a> Axis<'a> {
         let motor = (torque - on_motor - table_mass * screw) / self.motor_mass;
         self.velocity = (self.velocity + self.step_s * motor) / (1.0 + self.step_s * damping);
         self.motor += self.step_s * self.velocity;
-        self.table.velocity += self.step_s * (screw - on_table);
+        self.table.velocity += self.step_s * (screw - on_table + self.table_force / table_mass);
         self.table.position += self.step_s * self.table.velocity;
         self.logged = self.table.position;
         self.sensor = if self.servo.outer_backlash_mm > 0.0 { self.motor } else { self.logged };

@@ -1,11 +1,16 @@
 #!/usr/bin/env bash
 # Runs programs on a LinuxCNC without a screen and logs commanded and table positions: run.sh PROGRAM LOG [PROGRAM LOG …]
-# A log is halsampler's text; the file LOG.columns beside it names the columns and the period.
+# A log is halsampler's text; the file LOG.columns beside it names the columns and the period. SETTINGS=FILE: an INI file whose values take the
+# place of those of sim.ini.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp "$here"/sim.ini "$here"/sim.hal "$here"/driver.py "$work"
+if [ -n "${SETTINGS:-}" ]; then
+  awk -F ' *= *' '/^\[/ { section = $0 } NR == FNR { if (!/^#/ && NF == 2) value[section, $1] = $2; next }
+    (section, $1) in value { $0 = $1 " = " value[section, $1] } { print }' "$SETTINGS" "$here"/sim.ini > "$work"/sim.ini
+fi
 touch "$work"/sim.tbl
 joint=0
 for drive in x:100 y:95 z:105; do

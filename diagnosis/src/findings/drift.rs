@@ -20,7 +20,13 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     }
     let group = |run: usize| run * groups / record.runs.len();
     let mut regressors: Vec<Vec<Vec<f64>>> = (0..groups)
-        .map(|wanted| responses(axis, |run, k| if group(run) == wanted { -axis.friction_mm[run][k] } else { 0.0 }))
+        .map(|wanted| {
+            responses(
+                axis,
+                axis.fit.servo.table_friction,
+                |run, k| if group(run) == wanted { -axis.friction_mm[run][k] } else { 0.0 },
+            )
+        })
         .collect();
     for wanted in 0..groups {
         let speed = |(index, run): (usize, &crate::record::Run)| {

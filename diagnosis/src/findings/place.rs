@@ -14,9 +14,79 @@ const FEWEST: usize = 4;
 const LEAST_FRICTION_MM: f64 = 2e-4;
 
 /// Standard deviation of what the model gets wrong, absolute and relative: from the blind test's development machines.
-const STRUCTURAL: (f64, f64) = (0.025, 0.15);
+const STRUCTURAL: (f64, f64) = (0.025, 0.1);
+/// Share of the residual that levels may explain by chance, because it repeats with the motion: from the same machines.
+const UNLIKE: f64 = 0.15;
+/// Upper bound of the variance between places.
+const LARGEST_SPREAD: f64 = 100.0;
 /// Amplitude above which the friction does not explain what is seen.
 const MOST_AMPLITUDE: f64 = 0.9;
+
+/// Values of one quantity at several places, each with its variance.
+struct Levels {
+    values: Vec<(f64, f64)>,
+}
+
+impl Levels {
+    /// Mean, weighted for a variance between places.
+    fn mean(&self, between: f64) -> f64 {
+        let weight = |variance: f64| (variance + between).max(f64::MIN_POSITIVE).recip();
+        let total: f64 = self.values.iter().map(|(_, variance)| weight(*variance)).sum();
+        self.values.iter().map(|(value, variance)| value * weight(*variance)).sum::<f64>() / total
+    }
+
+    /// Harmonic mean of the variances.
+    fn variance(&self) -> f64 {
+        let precisions: f64 = self.values.iter().map(|(_, variance)| variance.max(f64::MIN_POSITIVE).recip()).sum();
+        self.values.len() as f64 / precisions
+    }
+
+    /// Sum of squares about the mean over their variances.
+    fn squares(&self, between: f64) -> f64 {
+        let mean = self.mean(between);
+        let one = |(value, variance): &(f64, f64)| (value - mean).powi(2) / (variance + between).max(f64::MIN_POSITIVE);
+        self.values.iter().map(one).sum()
+    }
+
+    /// Variance between places, the lower end of its 95 % interval, value and upper end: that at which the squares are as large as χ² of the
+    /// degrees of freedom on average (Paule and Mandel 1982), and at the ends of its 95 % interval (Viechtbauer 2007).
+    fn spreads(&self) -> [f64; 3] {
+        let freedom = (self.values.len() - 1) as f64;
+        [chi_squared(freedom, SPREAD), freedom, chi_squared(freedom, -SPREAD)].map(|wanted| self.spread(wanted))
+    }
+
+    /// Variance between places at which the squares are `wanted`; 0 where they are less without any. They fall with it.
+    fn spread(&self, wanted: f64) -> f64 {
+        let (mut low, mut high) = (0.0, LARGEST_SPREAD);
+        if self.squares(low) <= wanted {
+            return 0.0;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.squares(middle) > wanted { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
+/// Quantile of χ² where a normal variable has `deviations` (Wilson and Hilferty 1931).
+fn chi_squared(freedom: f64, deviations: f64) -> f64 {
+    let part = 2.0 / (9.0 * freedom);
+    freedom * (1.0 - part + deviations * part.sqrt()).max(0.0).powi(3)
+}
+
+/// RMS of what all places together show in the logs, for a level of 1, mm.
+fn shown_mm(regressors: &[Vec<Vec<f64>>], first: usize) -> f64 {
+    let runs = regressors.first().map_or(0, Vec::len);
+    let (mut squares, mut count) = (0.0, 0_usize);
+    for run in 0..runs {
+        for k in first..regressors[0][run].len() {
+            squares += regressors.iter().map(|places| places[run][k]).sum::<f64>().powi(2);
+            count += 1;
+        }
+    }
+    (squares / count.max(1) as f64).sqrt()
+}
 
 /// Level of friction along the axis.
 pub fn finding(axis: &AxisContext<'_>) -> Finding {
@@ -35,24 +105,24 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     let spacing = (high - low) / (places - 1) as f64;
     let hat = |place: usize, x: f64| (1.0 - ((x - low) / spacing - place as f64).abs()).max(0.0);
     let regressors: Vec<Vec<Vec<f64>>> = (0..places)
-        .map(|place| responses(axis, |run, k| -axis.friction_mm[run][k] * hat(place, record.runs[run].actual[k])))
+        .map(|place| {
+            responses(axis, axis.fit.servo.table_friction, |run, k| {
+                -axis.friction_mm[run][k] * hat(place, record.runs[run].actual[k])
+            })
+        })
         .collect();
     let Some(levels) = Regression::of(&axis.residuals, &regressors, record.first_scored(), record.period_s) else {
         return Finding::not_observable(quantity, axis.name(), "%", "the places are passed too seldom", "record more strokes");
     };
-    // Weighted by how well each place is known: the ends of the travel are passed seldom.
-    let variance = |i: usize| levels.covariance[(i, i)].max(1e-12);
-    let total: f64 = (0..places).map(|i| variance(i).recip()).sum();
-    let mean = (0..places).map(|i| levels.weights[i] / variance(i)).sum::<f64>() / total;
-    let spread = (0..places).map(|i| (levels.weights[i] - mean).powi(2) / variance(i)).sum::<f64>() / total;
-    // Noise alone spreads the levels by this much.
-    let noise = (places - 1) as f64 / total;
-    let amplitude = (2.0 * (spread - noise).max(0.0)).sqrt();
-    // Of a sum of squares about its mean: twice the square of the noise, and four times its product with the spread.
-    let deviation =
-        (2.0 * noise * noise / (places - 1) as f64 + 4.0 * noise * (spread - noise).max(0.0) / (places - 1) as f64).sqrt();
-    let half = |square: f64| (2.0 * square.max(0.0)).sqrt();
-    let (least, most) = (half(spread - noise - SPREAD * deviation), half(spread - noise + SPREAD * deviation));
+    let unlike = UNLIKE * axis.fit.mean_square.sqrt() / shown_mm(&regressors, record.first_scored()).max(f64::MIN_POSITIVE);
+    let variance = |i: usize| levels.covariance[(i, i)].max(0.0) + unlike * unlike;
+    let measured = Levels { values: (0..places).map(|i| (levels.weights[i], variance(i))).collect() };
+    // Amplitude of a wave of this spread.
+    let amplitude_of = |spread: f64| (2.0 * spread).sqrt();
+    let [least, amplitude, most] = measured.spreads().map(amplitude_of);
+    // A spread as large as that of the values alone would not be seen.
+    let most = most.max(amplitude_of(measured.variance()));
+    let mean = measured.mean(0.5 * amplitude * amplitude);
     let structural = SPREAD * (STRUCTURAL.0 + STRUCTURAL.1 * amplitude);
     let estimate = Estimate { value: amplitude, low: (least - structural).max(0.0), high: most + structural }.times(100.0);
     if amplitude > MOST_AMPLITUDE {
@@ -92,5 +162,29 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
                 series("level", Mark::Line, 0.0),
             ],
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spread_between_places_is_found_beside_that_of_their_values() {
+        // Levels 1 ± 0.2, known to 0.05; one place is hardly known.
+        let mut values = [(1.2, 0.05 * 0.05), (0.8, 0.05 * 0.05)].repeat(8);
+        values.push((9.0, 100.0));
+        let levels = Levels { values };
+        let [least, found, most] = levels.spreads().map(f64::sqrt);
+        assert!((found - 0.2).abs() < 0.02 && least > 0.13 && most < 0.33, "{least} {found} {most}");
+        let equal = Levels { values: (0..10).map(|i| (1.0 + 0.01 * f64::from(i % 2), 0.01)).collect() };
+        assert_eq!(equal.spreads()[..2], [0.0, 0.0]);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_tables() {
+        for (freedom, deviations, quantile) in [(10.0, SPREAD, 20.48), (10.0, -SPREAD, 3.25), (3.0, SPREAD, 9.35)] {
+            assert!((chi_squared(freedom, deviations) / quantile - 1.0).abs() < 0.03, "{freedom} {deviations}");
+        }
     }
 }

@@ -23,6 +23,8 @@ const SAMPLES: usize = 20_000;
 const NEIGHBOURS: usize = 25;
 const RATIO: f64 = 8.0;
 const FITTED: usize = 6;
+/// Peaks that are fitted because they explain most, whatever their neighbourhood.
+const STRONGEST: usize = 3;
 /// Wald statistic per weight above which a wave is there: of 3000 frequencies one in a hundred logs exceeds it by chance.
 const CERTAIN: f64 = 13.0;
 
@@ -50,14 +52,16 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     let picture = Some(spectrum.picture(axis));
     let Some(wave) = strongest else {
         // What would have been seen.
-        let limit = waves.iter().map(|wave| wave.effect_um.high).fold(HIDDEN * 1e3 * axis.fit.mean_square.sqrt(), f64::max);
-        let estimate = Estimate { value: 0.0, low: 0.0, high: limit };
+        let hidden = HIDDEN * 1e3 * axis.fit.mean_square.sqrt();
+        let unseen = |high: f64| Estimate { value: 0.0, low: 0.0, high };
+        let effect = unseen(waves.iter().map(|wave| wave.effect_um.high).fold(hidden, f64::max));
+        let estimate = unseen(waves.iter().map(|wave| wave.deflection_um.high.max(hidden / wave.shown)).fold(hidden, f64::max));
         return Finding {
             quantity: Quantity::Ripple,
             axis: axis.name().to_owned(),
             estimate: Some(estimate),
             unit: "µm",
-            effect_um: Some(estimate),
+            effect_um: Some(effect),
             verdict: Verdict::Good,
             details: Vec::new(),
             meaning: "no error repeats with the position over 0.2 to 25 mm".to_owned(),
@@ -69,17 +73,17 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     Finding {
         quantity: Quantity::Ripple,
         axis: axis.name().to_owned(),
-        estimate: Some(wave.effect_um),
+        estimate: Some(wave.deflection_um),
         unit: "µm",
         effect_um: Some(wave.effect_um),
         verdict,
         details: vec![
             ("period, mm", 1.0 / wave.per_mm),
-            ("amplitude as a deflection without integrator, µm", wave.deflection_um.value),
             ("waves found", waves.iter().filter(|wave| wave.certainty > CERTAIN).count() as f64),
         ],
         meaning: format!(
-            "amplitude in these logs of the error that repeats every {:.3} mm: lead of the screw, pole pitch of the motor, or a fraction of them",
+            "amplitude of a force that repeats every {:.3} mm, as a deflection of the loops without integrator: lead of the screw, pole pitch of the \
+             motor, or a fraction of them; effect: amplitude of the error in these logs",
             1.0 / wave.per_mm
         ),
         remedy: match verdict {
@@ -90,17 +94,6 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
         },
         picture,
     }
-}
-
-/// Response of the position to a force at a pulsation, both as deflections.
-fn response(servo: &Servo, pulsation: f64) -> Complex<f64> {
-    let s = Complex::new(0.0, if pulsation == 0.0 { 1e-6 } else { pulsation });
-    let bandwidth = servo.bandwidth_1_s;
-    let velocity_loop = s.inv() * (servo.integral * bandwidth * bandwidth) + bandwidth;
-    let late = Complex::from_polar(servo.position_gain_1_s, -s.im * servo.loop_delay_s);
-    let position_loop = late * (s.inv() * servo.position_integral_1_s + 1.0);
-    let stiffness = bandwidth * servo.position_gain_1_s;
-    (s * s + velocity_loop * (s + position_loop)).inv() * stiffness
 }
 
 /// Share of the residual that a wave of each frequency explains.
@@ -137,22 +130,26 @@ impl Spectrum {
         Some(Self { per_mm, power, travel_mm })
     }
 
-    /// Frequencies of the strongest peaks above their neighbourhood, at least a cycle and a half over the travel apart.
+    /// Frequencies of the strongest peaks: those that explain most, then those that stand out most from their neighbourhood, at least a
+    /// cycle and a half over the travel apart.
     fn peaks(&self) -> Vec<f64> {
         let count = self.power.len();
-        let mut all: Vec<(f64, f64)> = (1..count.saturating_sub(1))
-            .filter(|&i| self.power[i] >= self.power[i - 1] && self.power[i] >= self.power[i + 1])
-            .map(|i| {
-                let around = self.power[i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(count)].to_vec();
-                (self.power[i] / crate::bootstrap::median(around).max(f64::MIN_POSITIVE), self.per_mm[i])
-            })
-            .collect();
-        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let is_peak = |i: &usize| self.power[*i] >= self.power[i - 1] && self.power[*i] >= self.power[i + 1];
+        let peaks: Vec<usize> = (1..count.saturating_sub(1)).filter(is_peak).collect();
+        let ratio = |&i: &usize| {
+            let around = self.power[i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(count)].to_vec();
+            self.power[i] / crate::bootstrap::median(around).max(f64::MIN_POSITIVE)
+        };
+        let mut by_power: Vec<(f64, usize)> = peaks.iter().map(|&i| (self.power[i], i)).collect();
+        let mut by_ratio: Vec<(f64, usize)> = peaks.iter().map(|i| (ratio(i), *i)).filter(|(ratio, _)| *ratio > RATIO).collect();
         let mut found: Vec<f64> = Vec::new();
-        for (ratio, per_mm) in all {
-            let is_apart = found.iter().all(|other| (other - per_mm).abs() > 1.5 / self.travel_mm);
-            if found.len() < FITTED && is_apart && (ratio > RATIO || found.is_empty()) {
-                found.push(per_mm);
+        for (peaks, most) in [(&mut by_power, STRONGEST), (&mut by_ratio, FITTED)] {
+            peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for &(_, i) in peaks.iter() {
+                let is_apart = found.iter().all(|other| (other - self.per_mm[i]).abs() > 1.5 / self.travel_mm);
+                if found.len() < most && is_apart {
+                    found.push(self.per_mm[i]);
+                }
             }
         }
         found
@@ -173,7 +170,7 @@ impl Spectrum {
 fn explained(samples: &[[f64; 3]], per_mm: f64, servo: &Servo, nyquist: f64) -> f64 {
     // A wave's response by speed, on a grid.
     const GRID: usize = 64;
-    let table: Vec<Complex<f64>> = (0..=GRID).map(|i| response(servo, nyquist * i as f64 / GRID as f64)).collect();
+    let table: Vec<Complex<f64>> = (0..=GRID).map(|i| servo.disturbance_response(nyquist * i as f64 / GRID as f64)).collect();
     let at = |pulsation: f64| {
         let place = pulsation.abs() / nyquist * GRID as f64;
         let k = (place as usize).min(GRID - 1);
@@ -208,6 +205,8 @@ struct WaveFit {
     effect_um: Estimate,
     /// Amplitude of the force as a deflection.
     deflection_um: Estimate,
+    /// Share of the deflection that the logs show.
+    shown: f64,
     /// Wald statistic per weight.
     certainty: f64,
 }
@@ -215,7 +214,7 @@ struct WaveFit {
 /// All waves fitted together, with their exact responses.
 fn fitted(axis: &AxisContext<'_>, peaks: &[f64]) -> Vec<WaveFit> {
     let (record, first) = (axis.record, axis.record.first_scored());
-    let wave = |per_mm: f64, phase: f64| responses(axis, |run, k| (TAU * per_mm * record.runs[run].actual[k] - phase).cos());
+    let wave = |per_mm: f64, phase: f64| responses(axis, 0.0, |run, k| (TAU * per_mm * record.runs[run].actual[k] - phase).cos());
     let regressors: Vec<Vec<Vec<f64>>> =
         peaks.iter().flat_map(|&per_mm| [0.0, 0.25 * TAU].map(|phase| wave(per_mm, phase))).collect();
     let Some(regression) = Regression::of(&axis.residuals, &regressors, first, record.period_s) else { return Vec::new() };
@@ -238,7 +237,13 @@ fn fitted(axis: &AxisContext<'_>, peaks: &[f64]) -> Vec<WaveFit> {
             }
         }
         let shown = (2.0 * squares / count.max(1) as f64).sqrt() / amplitude.max(1e-30);
-        WaveFit { per_mm, effect_um: deflection_um.times(shown), deflection_um, certainty: regression.wald(2 * i, 2 * i + 2) }
+        WaveFit {
+            per_mm,
+            effect_um: deflection_um.times(shown),
+            deflection_um,
+            shown,
+            certainty: regression.wald(2 * i, 2 * i + 2),
+        }
     };
     peaks.iter().enumerate().map(fit).collect()
 }

@@ -203,31 +203,3 @@ fn is_stable(spec: &MachineSpec) -> bool {
         })
     })
 }
-
-/// Amplitude of the error that cogging makes in the excitation, µm, by axis: √2 times the RMS, while it moves, of the
-/// difference to the machine without cogging, both without noise.
-pub fn cogging_effect_um(patient: &Patient, seconds: f64) -> Vec<f64> {
-    let mut smooth = patient.spec.clone();
-    for axis in &mut smooth.axes {
-        let AxisSpec::Linear(axis) = axis else { panic!("a linear axis is wanted") };
-        axis.drive.as_mut().unwrap().motor.cogging.clear();
-    }
-    let mut squares = vec![(0.0, 0_usize); patient.truths.len()];
-    for (_, reference) in references(&patient.spec, seconds, patient.seed) {
-        let run = |spec: &MachineSpec| {
-            let machine = SimulatedMachine::new(spec, 1).unwrap().with_options(SimulationOptions::noise_free()).unwrap();
-            let run = machine.run_with_seed(&reference, 1).unwrap();
-            if patient.sensor == Sensor::Table { run.table } else { run.motor }
-        };
-        let (with, without) = (run(&patient.spec), run(&smooth));
-        let step = reference.period_s();
-        let columns = reference.columns().iter().zip(with.columns().iter().zip(without.columns()));
-        for ((sum, count), (reference, (with, without))) in squares.iter_mut().zip(columns) {
-            for k in (1..reference.len()).filter(|&k| (reference[k] - reference[k - 1]).abs() > step) {
-                *sum += (with[k] - without[k]).powi(2);
-                *count += 1;
-            }
-        }
-    }
-    squares.into_iter().map(|(sum, count)| 1e3 * (2.0 * sum / count as f64).sqrt()).collect()
-}
