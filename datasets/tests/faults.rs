@@ -182,6 +182,34 @@ fn a_command_with_the_noise_of_a_sensor_is_the_actual_position() {
 }
 
 #[test]
+fn a_well_tuned_axis_under_a_command_without_jerk_limit_is_no_swapped_log() {
+    // Strokes of jerky acceleration; the axis smooths them, leads by 0.2 ms and settles after each.
+    let period = 0.001;
+    let (mut position, mut velocity, mut planned) = (0.0_f64, 0.0_f64, Vec::new());
+    for k in 0..40_000 {
+        let (stroke, within) = (k / 1000, k % 1000);
+        let direction = if stroke % 2 == 0 { 1.0 } else { -1.0 };
+        let jerky = 1.0 + 0.5 * (1.7 * f64::from(within)).sin();
+        let push = match within {
+            0..450 => 200.0,
+            450..900 => -200.0,
+            _ => 0.0,
+        };
+        velocity = if within < 900 { velocity + period * direction * push * jerky } else { 0.0 };
+        position += period * velocity;
+        planned.push(position);
+    }
+    let at = |k: usize| planned[k.min(planned.len() - 1)];
+    let smooth = |k: usize| (0..21).map(|i| at((k + i).saturating_sub(10))).sum::<f64>() / 21.0;
+    let actual = (0..planned.len()).map(|k| smooth(k) + 0.2 * (smooth(k + 1) - smooth(k))).collect();
+    let axes = vec![motion::Axis::named("x")];
+    let trajectory = |column: Vec<f64>| motion::Trajectory::new(period, axes.clone(), vec![column]).unwrap();
+    let log = Log::new("tuned", trajectory(planned.clone()), trajectory(actual)).unwrap();
+    let report = training(&log);
+    assert!(!report.is_refused(), "{report}");
+}
+
+#[test]
 fn units_that_cannot_be_are_named() {
     let scaled = |factor: f64| hurt(move |_, actual| actual[0].iter_mut().for_each(|v| *v *= factor));
     assert_found(&training(&scaled(1e3)), Refuse, Check::Units, "mm against µm");

@@ -16,6 +16,8 @@ const LEAD_PERIODS: f64 = 0.5;
 /// position.
 const SWAPPED_LEAD_PERIODS: f64 = 0.02;
 const NOISIER: f64 = 1.5;
+/// Samples without any change that are a rest.
+const RESTING: usize = 5;
 /// Ratio of errors below which the actual positions of two axes are swapped.
 const EXCHANGED: f64 = 0.2;
 /// The third quartile of a normal distribution's magnitude, in standard deviations.
@@ -88,6 +90,8 @@ fn check_lead(axis: &Signals, report: &mut Report) {
         lead_s > LEAD_PERIODS * axis.period_s && roughness(&axis.reference_steps) > ROUGHER * roughness(&axis.actual_steps);
     let (of_command, of_actual) = (noise(axis.reference), noise(axis.actual));
     let noisier = of_command > NOISIER * of_actual && of_command > axis.of_kind(1e-6, 1e-8);
+    // A command without jerk limit is as rough as a sensor, and a well-tuned axis leads or lags by microseconds.
+    let noisier = noisier && (lead_s > LEAD_PERIODS * axis.period_s || !command_rests_first(axis));
     let (severity, remedy) = if rougher || noisier {
         (
             Severity::Refuse,
@@ -106,6 +110,22 @@ fn check_lead(axis: &Signals, report: &mut Report) {
         )
         .in_column(axis.actual_name()),
     );
+}
+
+/// Whether the command comes to rest exactly while the actual position still moves, more often than the reverse: a planned motion ends
+/// at once, a machine settles.
+fn command_rests_first(axis: &Signals) -> bool {
+    let while_other_rests = |moving: &[f64], resting: &[f64]| {
+        let mut still = 0;
+        let mut count = 0_usize;
+        for (moving, resting) in moving.iter().zip(resting) {
+            still = if *resting == 0.0 { still + 1 } else { 0 };
+            count += usize::from(still >= RESTING && *moving != 0.0);
+        }
+        count
+    };
+    let settling = while_other_rests(&axis.actual_steps, &axis.reference_steps);
+    settling >= RESTING && settling > while_other_rests(&axis.reference_steps, &axis.actual_steps)
 }
 
 /// Sample-to-sample noise of positions without that of their rounding, from the third quartile of
