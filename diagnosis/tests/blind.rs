@@ -157,7 +157,7 @@ fn forty_machines() {
 
 #[test]
 fn two_machines() {
-    let tallies = run(1010..1012, 20.0);
+    let tallies = run(200..202, SECONDS);
     print(&tallies);
     check(&tallies);
 }
