@@ -20,9 +20,10 @@ const HOPELESS: f64 = 1e8;
 const CORRELATED_S: f64 = 0.05;
 
 /// Samples that count as independent against what the structure of the model gets wrong: such an error repeats with every motion of the same
-/// kind, so that longer logs do not average it out. From the blind test's development machines (seeds 1000 to 1039 and 0 to 39).
+/// kind, so that longer logs do not average it out. From the blind test's development machines (seeds 1000 to 1017).
 const COHERENT: f64 = 25.0;
-/// The same where the position is that of a table behind elastic screw and backlash: the model of contacts is coarser.
+/// The same where the position is that of a table behind elastic screw and backlash: the model of contacts is coarser. From seeds
+/// 1000 to 1039 and 0 to 39.
 const COHERENT_TABLE: f64 = 3.5;
 
 /// Parameters that a fit moves.

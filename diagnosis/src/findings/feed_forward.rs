@@ -3,6 +3,7 @@
 use crate::circle::radius_deviation_mm;
 use crate::context::{AxisContext, SPREAD};
 use crate::finding::{Estimate, Finding, Quantity, Verdict};
+use crate::findings::gain::STRUCTURAL;
 use crate::threshold;
 use servo::{Servo, index};
 
@@ -30,6 +31,8 @@ fn velocity(axis: &AxisContext<'_>) -> Finding {
             "record reversals and stops at full acceleration (precomp excite)",
         );
     }
+    // The lag is certain: a wrong gain makes a wrong share of it.
+    let deviation = deviation.hypot(STRUCTURAL * (1.0 - servo.feed_forward));
     let estimate = Estimate::within(servo.feed_forward, SPREAD * deviation);
     let full = Servo { feed_forward: 1.0, ..servo };
     let shrinks = |servo: &Servo| {

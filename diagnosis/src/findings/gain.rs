@@ -6,6 +6,9 @@ use servo::index;
 
 /// Relative deviation above which a gain counts as not shown by the logs.
 const TOO_WIDE: f64 = 0.5;
+/// Relative standard deviation of the gain for what the structure of the loops gets wrong: on machines of the blind test that nothing had been
+/// set on (seeds 200 to 279) it came out 1 % too large at the median, 2 to 9 % where it missed its interval.
+pub const STRUCTURAL: f64 = 0.05;
 /// Points of a picture.
 const POINTS: usize = 800;
 
@@ -27,6 +30,7 @@ fn gain(axis: &AxisContext<'_>) -> Finding {
             "record reversals and stops at full acceleration (precomp excite)",
         );
     }
+    let relative = relative.hypot(STRUCTURAL);
     let value = servo.position_gain_1_s;
     let estimate = Estimate { value, low: value * (-SPREAD * relative).exp(), high: value * (SPREAD * relative).exp() };
     let structure = match (servo.integral > 0.0, servo.position_integral_1_s > 0.0) {

@@ -19,7 +19,7 @@ const STRUCTURAL: (f64, f64) = (0.025, 0.1);
 const UNLIKE: f64 = 0.15;
 /// Upper bound of the variance between places.
 const LARGEST_SPREAD: f64 = 100.0;
-/// Amplitude above which the friction does not explain what is seen.
+/// Upper end of an amplitude above which the friction does not explain what is seen.
 const MOST_AMPLITUDE: f64 = 0.9;
 
 /// Values of one quantity at several places, each with its variance.
@@ -125,7 +125,7 @@ pub fn finding(axis: &AxisContext<'_>) -> Finding {
     let mean = measured.mean(0.5 * amplitude * amplitude);
     let structural = SPREAD * (STRUCTURAL.0 + STRUCTURAL.1 * amplitude);
     let estimate = Estimate { value: amplitude, low: (least - structural).max(0.0), high: most + structural }.times(100.0);
-    if amplitude > MOST_AMPLITUDE {
+    if most > MOST_AMPLITUDE {
         let why = "what the servo model leaves is larger than the friction";
         return Finding::not_observable(quantity, axis.name(), "%", why, "record slower strokes over the whole travel");
     }
