@@ -120,6 +120,18 @@ fn every_axis_is_seen_near_its_top_speed_whatever_the_path_may() {
 }
 
 #[test]
+fn every_axis_is_seen_near_its_acceleration_however_soon_it_reaches_its_speed() {
+    // Full speed within half a millimetre.
+    let limits = Limits::uniform(3, 48.0, 2500.0, 0.015);
+    let runs = runs(&ExcitationPlan::of_seconds(120.0), &limits, &Axis::xyz(), 60.0);
+    for axis in 0..3 {
+        let accelerations = runs.iter().flat_map(|(_, run)| differences(&run.columns()[axis], 2));
+        let top = accelerations.fold(0.0_f64, |top, a| top.max(a.abs()));
+        assert!(top > 0.9 * limits.axes[axis].acceleration, "axis {axis}: {top}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_runs() {
     let plan = ExcitationPlan::of_seconds(10.0);
     let once = |seed| excite(&plan, &limits(), &Axis::xyz(), &[(-50.0, 50.0); 3], PERIOD_S, seed).unwrap();

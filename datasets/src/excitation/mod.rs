@@ -107,7 +107,7 @@ impl Generator<'_> {
     fn generate(&mut self) -> Result<Trajectory, DatasetError> {
         let home: Vec<f64> = self.travel.iter().map(|(low, high)| f64::midpoint(*low, *high)).collect();
         match self.run.shape {
-            Shape::Splines => self.splines_and_dwells(&home),
+            Shape::Splines | Shape::Reversals => self.splines_and_dwells(&home),
             // A machine with other axis names, such as an arm's joints, has no lines.
             Shape::Lines => match self.lines(&home)? {
                 Some(run) => Ok(run),
@@ -224,7 +224,11 @@ impl Generator<'_> {
             AxisKind::Linear => self.run.sigma_mm,
             AxisKind::Rotary => self.run.sigma_mm / LEVER_MM,
         };
-        Draw { middle: f64::midpoint(low, high), half: 0.5 * (high - low), sigma: sigma.min(0.25 * (high - low)) }
+        let ramps = match self.run.shape {
+            Shape::Reversals => self.limits.axes[axis].velocity.powi(2) / self.limits.axes[axis].acceleration,
+            Shape::Splines | Shape::Lines => f64::INFINITY,
+        };
+        Draw { middle: f64::midpoint(low, high), half: 0.5 * (high - low), sigma: sigma.min(0.25 * (high - low)).min(ramps) }
     }
 }
 

@@ -12,6 +12,9 @@ const LONGEST_S: f64 = 400.0;
 pub enum Shape {
     /// Splines through random positions (Paper D, eq. 13).
     Splines,
+    /// The same through positions no further apart than an axis needs to reach its speed and to stop again, so that
+    /// acceleration, not speed, is the limit.
+    Reversals,
     /// Straight lines with rounded corners and stops, as by jerk-limited controls.
     Lines,
 }
@@ -43,10 +46,10 @@ impl RunPlan {
         Self { name: name.to_owned(), seconds, sigma_mm: 18.0, speed_share, shape: Shape::Splines, pieces: 2, dwell_s: 0.1 }
     }
 
-    /// Many small sharp reversals, σ = 4 mm.
+    /// Many small sharp reversals, σ = 4 mm or less.
     #[must_use]
     pub fn sharp(name: &str, seconds: f64) -> Self {
-        Self { sigma_mm: 4.0, ..Self::standard(name, seconds, 1.0) }
+        Self { sigma_mm: 4.0, shape: Shape::Reversals, ..Self::standard(name, seconds, 1.0) }
     }
 
     /// Straight lines with lengths up to a few times σ = 18 mm.
