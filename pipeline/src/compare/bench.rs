@@ -118,7 +118,7 @@ impl Bench<'_> {
         for law in self.plant.laws()? {
             let Some(settings) = self.tuned.of(law) else { continue };
             self.steps.at(&format!("{}: {}", path.name(), law.name()))?;
-            let correction_limits = ilc_correction_limits(desired, uncompensated, settings)?;
+            let correction_limits = ilc_correction_limits(desired, path.limits(), uncompensated, settings)?;
             let mut learner = settings.law(law, desired.trajectory().period_s(), &responses)?;
             let runs = run_ilc(machine, learner.as_mut(), desired, &correction_limits, self.settings.ilc_runs)?;
             let Some(last) = runs.last() else { continue };

@@ -131,6 +131,26 @@ mod tests {
     }
 
     #[test]
+    fn ilc_keeps_the_limits_of_the_axes_like_the_first_run() {
+        let spec = MachineSpec::builtin("ballscrew").unwrap();
+        let path = Input::curve("circle", FEED_MM_S, &Setup::new(&spec, None).unwrap()).unwrap();
+        let (desired, limits) = (path.desired(), path.limits().unwrap());
+        let settings = tuning::LawSettings::NormOptimal { s: 0.0, r: 0.0 };
+        let bounds = tuning::ilc_correction_limits(desired, Some(limits), desired.trajectory(), settings).unwrap();
+        // 20 µm to and fro every other sample.
+        let shaken = |column: &Vec<f64>| column.iter().enumerate().map(|(k, x)| x + 0.02 * f64::from(k as u32 % 2)).collect();
+        let asked = desired.trajectory().with_columns(desired.trajectory().columns().iter().map(shaken).collect()).unwrap();
+        let period_s = asked.period_s();
+        let most = |reference: &motion::Trajectory| {
+            let rate = |at: &[f64]| (at[2] - 2.0 * at[1] + at[0]).abs() / (period_s * period_s);
+            reference.columns().iter().flat_map(|column| column.windows(3).map(rate)).fold(0.0, f64::max)
+        };
+        let allowed = compensation::OVERSHOOT[1] * limits.axes[0].acceleration;
+        let kept = most(&bounds.apply(desired, &asked).unwrap());
+        assert!(most(&asked) > 5.0 * allowed && kept <= allowed * (1.0 + 1e-6), "{kept} of {allowed}");
+    }
+
+    #[test]
     fn training_tuning_and_every_compared_seed_have_noise_of_their_own() {
         let settings = CompareSettings { seeds: 20, ..CompareSettings::default() };
         let mut seeds: Vec<u64> = (0..settings.seeds).map(|index| settings.noise_seed(index)).collect();

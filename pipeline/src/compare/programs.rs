@@ -76,7 +76,7 @@ pub fn compare_programs(
 fn learned(part: &Part, machine: &mut dyn Machine, updates: usize, law: Ilc, settings: LawSettings) -> Result<ProgramRun> {
     let desired = &part.plan.desired;
     let uncompensated = machine.run(desired.trajectory())?;
-    let correction_limits = ilc_correction_limits(desired, &uncompensated, settings)?;
+    let correction_limits = ilc_correction_limits(desired, Some(&part.limits), &uncompensated, settings)?;
     let mut learner = settings.law(law, desired.trajectory().period_s(), &[])?;
     let runs = learn_program(part, machine, learner.as_mut(), Pairing::Place, updates, &correction_limits)?;
     runs.into_iter().next_back().ok_or(Error::NoRun(law.name()))

@@ -13,7 +13,7 @@ use compensation::{CompensationLaw, CorrectionLimits, Held, ImpulseResponse, Ite
 use machine::Machine;
 use motion::contour::Exact;
 use motion::curves::{Curve, OnSaddle, library};
-use motion::{AxisKind, DesiredPath, Trajectory, plan_curve_on, poses_of};
+use motion::{AxisKind, DesiredPath, Limits, Trajectory, plan_curve_on, poses_of};
 use rayon::prelude::*;
 
 use super::method::Ilc;
@@ -100,7 +100,7 @@ impl Tuned {
             return Ok(Self { laws: laws.iter().map(given).collect(), searched: false });
         }
         let desired = tuning_curve(setup).map_err(|error| Error::TuningCurve(Box::new(error)))?;
-        let trial = Trial { plant, desired, settings, grid };
+        let trial = Trial { plant, desired, limits: setup.limits.clone(), settings, grid };
         let steps = Steps::new(progress, Job::TuningIlc, laws.len());
         let tuned = |law: &Ilc| {
             let best = trial.best(*law)?.settings(*law, &trial.grid);
@@ -209,6 +209,7 @@ impl Candidate {
 struct Trial<'a> {
     plant: Plant<'a>,
     desired: DesiredPath,
+    limits: Limits,
     settings: &'a CompareSettings,
     grid: Grid,
 }
@@ -244,7 +245,7 @@ impl Trial<'_> {
         let responses = if law.is_norm_optimal() { probe(machine, desired)? } else { Vec::new() };
         let settings = point.settings(law, &self.grid);
         let mut law = settings.law(law, desired.trajectory().period_s(), &responses)?;
-        let correction_limits = ilc_correction_limits(desired, &uncompensated, settings)?;
+        let correction_limits = ilc_correction_limits(desired, Some(&self.limits), &uncompensated, settings)?;
         let most = MOST_GROWTH * statistics::figures(desired, None, &uncompensated)?.cost_mm();
         let mut reference = desired.trajectory().clone();
         let mut actual = uncompensated;
@@ -293,13 +294,14 @@ pub fn probe(machine: &mut dyn Machine, desired: &DesiredPath) -> Result<Vec<Imp
 /// it.
 const SHIFT_OF_ERROR: f64 = 2.0;
 
-/// Correction limits of an ILC law: they allow the machine's whole lag, and corrections at stops for as long as the
-/// law's window.
+/// Correction limits of an ILC law: the machine's `limits` as for the first run, its whole lag, and corrections at stops
+/// for as long as the law's window.
 ///
 /// # Errors
 /// When the axes of the run are not those of the path.
 pub fn ilc_correction_limits(
     desired: &DesiredPath,
+    limits: Option<&Limits>,
     uncompensated: &Trajectory,
     settings: LawSettings,
 ) -> Result<CorrectionLimits> {
@@ -326,6 +328,7 @@ pub fn ilc_correction_limits(
     Ok(CorrectionLimits {
         max_shift: default.max_shift.max(SHIFT_OF_ERROR * tip_mm),
         max_rotation_rad: default.max_rotation_rad.max(SHIFT_OF_ERROR * turn_rad),
+        limits: limits.cloned(),
         settle_s,
         // As for the first run.
         held: Held::AllAxes,
