@@ -221,6 +221,11 @@ fn a_servo_model_below_the_passes_is_stored_to_the_last_bit() {
     assert!(staged().on_servo(Some(ServoBase { mm_per_unit: 0.0, ..lever })).is_err());
 
     let (manifest, weights) = parts(&bytes);
+    // A model from before creep was known.
+    let without = manifest.replacen("\"creep_mm_s\": 0.0,", "", 1);
+    assert_ne!(without, manifest);
+    let read = Bundle::from_bytes(&packed(&[("manifest.json", without.as_bytes()), ("weights.safetensors", &weights)]));
+    assert!(read.and_then(|bundle| bundle.predictors()).is_ok());
     let mutated = manifest.replacen("\"bandwidth_1_s\": 2000.0", "\"bandwidth_1_s\": 1e300", 1);
     assert_ne!(mutated, manifest);
     let error = refusal(&packed(&[("manifest.json", mutated.as_bytes()), ("weights.safetensors", &weights)]));

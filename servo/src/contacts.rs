@@ -1,11 +1,12 @@
 //! Contacts between sliding surfaces: friction before and during sliding.
 //!
 //! ```text
-//! LuGre      ż = v − |v| z / (d g(v)),  c = z/d
-//! elements   ċ_i = v / w_i, |c_i| ≤ g(v),  c = Σ s_i c_i / Σ s_i      (Maxwell slip)
+//! LuGre      ż = v − √(v² + v_c²) z / (d g(v)),  c = z/d
+//! elements   ċ_i = (v − v_c c_i) / w_i, |c_i| ≤ g(v),  c = Σ s_i c_i / Σ s_i      (Maxwell slip)
 //! both       g(v) = 1 + s exp(−(v/v_s)²)
 //! ```
-//! `d` is the presliding distance, `w_i` the slip distances [`SLIPS`] times it.
+//! `d` is the presliding distance, `w_i` the slip distances [`SLIPS`] times it, `v_c` the mean speed of vibrations: under them contacts at
+//! rest give way, so that an integrator brings the axis home that dry friction alone would hold.
 
 use crate::parameters::{ELEMENTS, SLIPS, Servo};
 
@@ -41,19 +42,22 @@ impl Contacts {
 
     /// That friction after a step at a velocity.
     pub fn step(&mut self, servo: &Servo, velocity: f64, step_s: f64) -> f64 {
-        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, slips, .. } = *servo;
+        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, slips, creep_mm_s, .. } = *servo;
         let ratio = velocity / stribeck_mm_s;
         let square = ratio * ratio;
         let level = if square < 20.0 { 1.0 + stribeck * (-square).exp() } else { 1.0 };
         let travelled = velocity * step_s / presliding_mm;
         let force = if slips {
+            let given_way = creep_mm_s * step_s / presliding_mm;
             for (element, slip) in self.elements.iter_mut().zip(&SLIPS) {
-                *element = (*element + travelled / slip).clamp(-level, level);
+                let kept = if given_way > 0.0 { (-given_way / slip).exp() } else { 1.0 };
+                *element = (*element * kept + travelled / slip).clamp(-level, level);
             }
             self.force()
         } else {
-            let settled = level.copysign(velocity);
-            let part = travelled.abs() / level;
+            let speed = if creep_mm_s > 0.0 { velocity.hypot(creep_mm_s) } else { velocity.abs() };
+            let settled = if speed > 0.0 { level * velocity / speed } else { 0.0 };
+            let part = speed * step_s / presliding_mm / level;
             // Past a few presliding distances only the settled value is left.
             self.elements[0] = if part > 20.0 { settled } else { settled + (self.elements[0] - settled) * (-part).exp() };
             self.elements[0]
@@ -80,6 +84,27 @@ mod tests {
         let apart = lugre.iter().zip(&elements).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(apart < 0.03, "{apart}");
         assert!((lugre[199] - (1.0 - (-1f64).exp())).abs() < 1e-3);
+    }
+
+    /// Force of contacts that start fully deflected, after a time at a velocity.
+    fn force_after(mut servo: Servo, creep_mm_s: f64, velocity: f64, seconds: f64) -> f64 {
+        servo.creep_mm_s = creep_mm_s;
+        let mut contacts = Contacts::at(&servo, velocity);
+        (0..(seconds / 5e-4) as usize).fold(0.0, |_, _| contacts.step(&servo, velocity, 5e-4))
+    }
+
+    #[test]
+    fn contacts_at_rest_give_way_under_vibrations_and_sliding_ones_do_not() {
+        for slips in [false, true] {
+            let servo = Servo { start_deflection: 1.0, slips, ..Servo::usual(50.0, 1.0) };
+            let before = force_after(servo, 0.0, 0.0, 0.5);
+            assert!(before > 0.5, "{before}");
+            // 5 µm of presliding at 10 µm/s.
+            let kept = force_after(servo, 0.01, 0.0, 0.5) / before;
+            assert!((0.2..0.6).contains(&kept), "{kept}");
+            assert!(force_after(servo, 0.01, 0.0, 20.0).abs() < 0.05);
+            assert!((force_after(servo, 0.01, 10.0, 0.5) - 1.0).abs() < 1e-3);
+        }
     }
 
     #[test]

@@ -18,5 +18,5 @@ pub use disturbed::disturbed;
 pub use fit::{Fit, Free, fit};
 pub use parameters::{COUNT, PLACES, Servo, index};
 pub use record::{Record, Run, Scope};
-pub use search::{identify, refit};
+pub use search::{identify, identify_all, refit};
 pub use simulate::{MOVING_MM_S, Simulated, Start, simulate, simulate_with_friction, speed_at_start};

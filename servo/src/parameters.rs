@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Number of parameters that are single numbers.
-const SCALARS: usize = 26;
+const SCALARS: usize = 27;
 /// Number of elements of the contacts.
 pub const ELEMENTS: usize = 7;
 /// Number of places of the friction level.
@@ -75,6 +75,9 @@ pub struct Servo {
     pub start_deflection: f64,
     /// Command less actual position at such a rest, mm.
     pub start_error_mm: f64,
+    /// Mean speed of the vibrations under which contacts at rest give way, mm/s.
+    #[serde(default)]
+    pub creep_mm_s: f64,
     /// Whether the contacts are elements that slip one after the other (Maxwell slip) instead of LuGre's.
     pub slips: bool,
     /// Share of each element in the friction; only their ratios count.
@@ -116,6 +119,7 @@ pub mod index {
     pub const COMMAND_LAG: usize = 23;
     pub const START_DEFLECTION: usize = 24;
     pub const START_ERROR: usize = 25;
+    pub const CREEP: usize = 26;
     /// Shares of the elements.
     pub const SHARES: std::ops::Range<usize> = super::SCALARS..super::SCALARS + super::ELEMENTS;
     /// Friction levels by place.
@@ -195,6 +199,7 @@ const SINGLE: [Scale; SCALARS] = [
     linear(0.0, 0.1, 2e-5),
     Scale { prior: (0.0, 0.7), ..linear(-1.5, 1.5, 1e-2) },
     linear(-0.1, 0.1, 1e-5),
+    linear(0.0, 1.0, 1e-4),
 ];
 
 impl Servo {
@@ -228,6 +233,7 @@ impl Servo {
             command_lag_s: 0.0,
             start_deflection: 0.0,
             start_error_mm: 0.0,
+            creep_mm_s: 0.0,
             slips: false,
             shares: LUGRE_SHARES,
             first_place_mm: 0.0,
@@ -267,6 +273,7 @@ impl Servo {
             self.command_lag_s,
             self.start_deflection,
             self.start_error_mm,
+            self.creep_mm_s,
         ];
         let mut all = [0.0; COUNT];
         all[..SCALARS].copy_from_slice(&scalars);
@@ -304,6 +311,7 @@ impl Servo {
             command_lag_s: all[23],
             start_deflection: all[24],
             start_error_mm: all[25],
+            creep_mm_s: all[26],
             shares: std::array::from_fn(|element| all[index::SHARES.start + element]),
             levels: std::array::from_fn(|place| all[index::LEVELS.start + place]),
             ..self

@@ -1,9 +1,11 @@
 //! Which servo model follows an axis best: starts, structures, and the final fit.
 
+use rayon::prelude::*;
+
 use crate::fit::{Fit, Free, fit, residuals, scored};
 use crate::parameters::{Servo, index};
 use crate::record::{Record, Scope};
-use crate::starts::{TABLE_1_S, promising};
+use crate::starts::{Control, TABLE_1_S, of_every_control, promising};
 
 /// Length of the record on which starts and structures are compared, and of that of the final fit, s.
 const COMPARED_S: f64 = 12.0;
@@ -42,7 +44,7 @@ pub fn identify(record: &Record, scope: Scope) -> Option<Fit> {
     let integral = |fit: &Fit| fit.servo.integral > 0.0;
     let others = fits.iter().skip(1).find(|fit| integral(fit) != integral(first));
     let followed = [Some(first), others.filter(|other| other.mean_square < RIVAL * first.mean_square)];
-    let structured = followed.into_iter().flatten().map(|fit| best_structure(fit.clone(), &short, scope));
+    let structured = followed.into_iter().flatten().map(|fit| best_structure(fit.clone(), &short, scope, false));
     let best = structured.reduce(|best, other| if is_better(&other, &best, seconds, scope) { other } else { best })?;
     let Fit { servo, free, .. } = best;
     let long = record.shortened(FITTED_S);
@@ -50,12 +52,70 @@ pub fn identify(record: &Record, scope: Scope) -> Option<Fit> {
     if scope.whole { Some(with_whole_friction(found, &long)) } else { Some(found) }
 }
 
-/// The best structure that is reached from a fit, one part after the other.
-fn best_structure(start: Fit, record: &Record, scope: Scope) -> Fit {
+/// Ratio of the mean squares of an axis's own control and of that of all axes up to which it has the latter.
+const DEPARTURE: f64 = 0.25;
+
+/// Servo models of the axes of one machine, for a prediction: as [`identify`], with the same kind of loop and the same smoothing of the command on all
+/// of them. A log of smooth motion hardly tells a slow loop from a smoothed command; the axes together do. An axis that its own control fits far
+/// better keeps it.
+#[must_use]
+pub fn identify_all(records: &[Record]) -> Vec<Option<Fit>> {
+    let scope = Scope { sees_backlash: false, whole: true };
+    if let [record] = records {
+        return vec![identify(record, scope)];
+    }
+    let shorts: Vec<Record> = records.par_iter().map(|record| record.shortened(COMPARED_S)).collect();
+    let of_axes: Vec<Vec<(Control, Fit)>> = shorts.par_iter().map(|short| controls(short, scope)).collect();
+    let shared = shared_control(&of_axes, &shorts);
+    let finish = |((record, short), fits): ((&Record, &Record), &Vec<(Control, Fit)>)| {
+        let own = fits.iter().min_by(|a, b| a.1.mean_square.total_cmp(&b.1.mean_square))?;
+        let common = fits.iter().find(|(control, _)| Some(*control) == shared);
+        let (_, start) = common.filter(|(_, fit)| own.1.mean_square > DEPARTURE * fit.mean_square).unwrap_or(own);
+        let best = best_structure(start.clone(), short, scope, true);
+        let long = record.shortened(FITTED_S);
+        Some(with_whole_friction(fit(best.servo, &long, &best.free, None)?, &long))
+    };
+    records.par_iter().zip(&shorts).zip(&of_axes).map(finish).collect()
+}
+
+/// Fits of every control to an axis, each with its friction.
+fn controls(record: &Record, scope: Scope) -> Vec<(Control, Fit)> {
+    let full = |(control, start): &(Control, Fit)| {
+        // Without them a smoothed command takes their place.
+        let free = of_friction(start, scope).with([index::ACCELERATION, index::LOOP_DELAY]);
+        Some((*control, fit(start.servo, record, &free, Some(STRUCTURE_ITERATIONS))?))
+    };
+    of_every_control(record, scope).par_iter().filter_map(full).collect()
+}
+
+/// The control that the axes together prefer (Bayesian information criterion), of those that every axis with a fit has.
+fn shared_control(of_axes: &[Vec<(Control, Fit)>], records: &[Record]) -> Option<Control> {
+    let samples: f64 = records.iter().map(|record| record.fitted_s() / WHOLE_S).sum();
+    let known: Vec<(&Vec<(Control, Fit)>, &Record)> = of_axes.iter().zip(records).filter(|(fits, _)| !fits.is_empty()).collect();
+    let cost = |control: Control| -> Option<f64> {
+        let of_axis = |(fits, record): &(&Vec<(Control, Fit)>, &Record)| {
+            let (_, fit) = fits.iter().find(|(known, _)| *known == control)?;
+            Some(record.fitted_s() / WHOLE_S * fit.mean_square.ln() + fit.effective * samples.max(2.0).ln())
+        };
+        known.iter().map(of_axis).sum()
+    };
+    let (first, _) = known.first()?;
+    let costs = first.iter().filter_map(|(control, _)| Some((*control, cost(*control)?)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(control, _)| control)
+}
+
+/// The best structure that is reached from a fit, one part after the other. Kind of loop and smoothing stay where the control `is_known`.
+fn best_structure(start: Fit, record: &Record, scope: Scope, is_known: bool) -> Fit {
+    use index::{AVERAGE, COMMAND_LAG, INTEGRAL, POSITION_INTEGRAL};
+    let of_control = |free: &Free| [INTEGRAL, POSITION_INTEGRAL, AVERAGE, COMMAND_LAG].map(|part| free.0.contains(&part));
+    let control = of_control(&start.free);
     let mut best = start;
     for _ in 0..if scope.whole { ROUNDS } else { 1 } {
         let before = best.free.clone();
         for (servo, free) in structures(&best, scope) {
+            if is_known && of_control(&free) != control {
+                continue;
+            }
             let trial = fit(servo, record, &free, Some(TRIAL_ITERATIONS));
             let Some(trial) = trial.filter(|trial| trial.mean_square < PROMISING * best.mean_square) else { continue };
             let Some(other) = fit(trial.servo, record, &free, Some(STRUCTURE_ITERATIONS)) else { continue };
@@ -144,7 +204,7 @@ fn of_friction(start: &Fit, scope: Scope) -> Free {
     let mut free = start.free.with([STRIBECK, STRIBECK_SPEED, PRESLIDING, ASYMMETRY]);
     if scope.whole {
         // Short runs show little else than how they start.
-        free = free.with([START_DEFLECTION, START_ERROR]);
+        free = free.with([START_DEFLECTION, START_ERROR, CREEP]);
     }
     if scope.sees_backlash { free.with([TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS]) } else { free }
 }

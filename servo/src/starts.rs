@@ -17,14 +17,19 @@ const BACKLASHES_MM: [f64; 2] = [0.0, 8e-3];
 const POSITION_INTEGRAL_1_S: f64 = 10.0;
 /// Share of the lag that a smoothed command is taken to have at first, and the longest such time, s.
 const SMOOTHING: (f64, f64) = (0.5, 0.03);
+/// Speed of vibrations from which it starts, mm/s.
+const CREEP_MM_S: f64 = 5e-3;
 /// Iterations of a start.
 const ITERATIONS: usize = 6;
 /// Starts that are followed, and the ratio of their mean squares to the best up to which they are.
 const FOLLOWED: (usize, f64) = (3, 4.0);
 
+/// What the axes of a machine have of their control: kind of loop, and smoothing of the command.
+pub type Control = (Kind, Smoothing);
+
 /// Kinds of loops that are started from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub enum Kind {
     Cascade,
     /// A PID position loop over a velocity loop without integrator.
     Pid,
@@ -32,7 +37,7 @@ enum Kind {
 
 /// Ways in which a control smooths its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Smoothing {
+pub enum Smoothing {
     None,
     Average,
     Lag,
@@ -40,6 +45,14 @@ enum Smoothing {
 
 /// The best start, and for the whole model the best of other kinds beside it, after a few iterations each.
 pub fn promising(record: &Record, scope: Scope) -> Vec<Fit> {
+    let fits = of_every_control(record, scope);
+    let best = fits.first().map_or(0.0, |(_, fit)| fit.mean_square);
+    let followed = fits.into_iter().map(|(_, fit)| fit).filter(|fit| fit.mean_square <= FOLLOWED.1 * best);
+    followed.take(if scope.whole { FOLLOWED.0 } else { 1 }).collect()
+}
+
+/// The best start of every control, best first.
+pub fn of_every_control(record: &Record, scope: Scope) -> Vec<(Control, Fit)> {
     let Some(lag_s) = mean_lag_s(record) else { return Vec::new() };
     let (kinds, smoothings): (&[Kind], &[Smoothing]) = if scope.whole {
         (&[Kind::Cascade, Kind::Pid], &[Smoothing::None, Smoothing::Average, Smoothing::Lag])
@@ -53,34 +66,27 @@ pub fn promising(record: &Record, scope: Scope) -> Vec<Fit> {
         for &smoothing in smoothings {
             for gain in GAINS_1_S {
                 starts.extend(backlashes_mm.iter().map(|&backlash_mm| {
-                    let (servo, free) = start((kind, smoothing), gain, lag_s, backlash_mm, scope.sees_backlash);
+                    let (mut servo, free) = start((kind, smoothing), gain, lag_s, backlash_mm, scope.sees_backlash);
+                    servo.creep_mm_s = if scope.whole { CREEP_MM_S } else { 0.0 };
                     ((kind, smoothing), servo, free)
                 }));
             }
         }
     }
-    let fitted =
-        |(kind, servo, free): &((Kind, Smoothing), Servo, Free)| Some((*kind, fit(*servo, record, free, Some(ITERATIONS))?));
-    let mut fits: Vec<((Kind, Smoothing), Fit)> = starts.par_iter().filter_map(fitted).collect();
+    let fitted = |(control, servo, free): &(Control, Servo, Free)| Some((*control, fit(*servo, record, free, Some(ITERATIONS))?));
+    let mut fits: Vec<(Control, Fit)> = starts.par_iter().filter_map(fitted).collect();
     fits.sort_by(|a, b| a.1.mean_square.total_cmp(&b.1.mean_square));
     let mut seen = Vec::new();
-    let best = fits.first().map_or(0.0, |(_, fit)| fit.mean_square);
-    fits.retain(|(kind, fit)| {
-        let first = !seen.contains(kind);
-        seen.push(*kind);
-        first && fit.mean_square <= FOLLOWED.1 * best
+    fits.retain(|(control, _)| {
+        let is_first = !seen.contains(control);
+        seen.push(*control);
+        is_first
     });
-    fits.into_iter().take(if scope.whole { FOLLOWED.0 } else { 1 }).map(|(_, fit)| fit).collect()
+    fits
 }
 
 /// A start, and the parameters that it moves.
-fn start(
-    (kind, smoothing): (Kind, Smoothing),
-    gain_1_s: f64,
-    lag_s: f64,
-    backlash_mm: f64,
-    sees_backlash: bool,
-) -> (Servo, Free) {
+fn start((kind, smoothing): Control, gain_1_s: f64, lag_s: f64, backlash_mm: f64, sees_backlash: bool) -> (Servo, Free) {
     use index::*;
     let smoothing_s = if smoothing == Smoothing::None { 0.0 } else { (SMOOTHING.0 * lag_s).clamp(1e-3, SMOOTHING.1) };
     let feed_forward = (1.0 - gain_1_s * (lag_s - smoothing_s)).clamp(0.0, 1.1);

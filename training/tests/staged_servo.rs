@@ -38,7 +38,7 @@ fn stages_on_a_servo_model_halve_the_error_of_a_slow_axis_with_a_smoothed_comman
     let mut recipe = StagedRecipe { memory_s: vec![0.02, 0.2], ..StagedRecipe::default() };
     (recipe.harmonics.rounds, recipe.map.rounds) = (0, 0);
 
-    let servo = ServoFit::identify(&runs, false).unwrap();
+    let servo = ServoFit::identify_all(&[(runs.clone(), false)]).remove(0).unwrap();
     assert!(servo.optimism() > 1.0 && servo.optimism() < 1.5);
     let (plain, _) = fit(&runs, &recipe).unwrap();
     let (best, report, taken) = fit_best(&runs, Some(&servo), &recipe).unwrap();

@@ -3,7 +3,7 @@
 use datasets::Fold;
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, HeldOut, OperatingRange, PredictionInterval};
-use motion::{Axis, AxisKind};
+use motion::Axis;
 use training::AxisRun;
 use training::network::NetworkRecipe;
 use training::staged::{ServoFit, StagedRecipe, StagedReport};
@@ -33,12 +33,13 @@ pub(super) struct FittedAxis {
 /// When a fit fails, or `at`, which is told every fit before it, cancels.
 pub(super) fn fit_axis(
     runs: &[AxisRun],
+    servo: Option<ServoFit>,
     folds: &[Fold],
     axis: &Axis,
     settings: &TrainSettings,
     at: &dyn Fn(&str) -> Result<()>,
 ) -> Result<FittedAxis> {
-    let stages = Stages::find(runs, axis, settings, at)?;
+    let stages = Stages::find(runs, servo, axis, settings, at)?;
     let mut fold_errors = Vec::new();
     let mut kept = None;
     let mut networks_paid = 0;
@@ -103,6 +104,14 @@ fn period_of(runs: &[AxisRun]) -> f64 {
     runs.first().map_or(0.002, |run| run.period_s)
 }
 
+/// Servo models of the axes, for their runs; none for a recipe that does not ask for friction.
+pub(super) fn servo_models(axes: &[(Vec<AxisRun>, bool)], settings: &TrainSettings) -> Vec<Option<ServoFit>> {
+    match &settings.recipe.staged {
+        Some(recipe) if !recipe.stop_half_widths.is_empty() => ServoFit::identify_all(axes),
+        _ => vec![None; axes.len()],
+    }
+}
+
 /// A predictor fitted to runs.
 struct Fit {
     predictor: Box<dyn AxisPredictor>,
@@ -135,12 +144,14 @@ struct Stages {
 }
 
 impl Stages {
-    fn find(runs: &[AxisRun], axis: &Axis, settings: &TrainSettings, at: &dyn Fn(&str) -> Result<()>) -> Result<Self> {
+    fn find(
+        runs: &[AxisRun],
+        servo: Option<ServoFit>,
+        axis: &Axis,
+        settings: &TrainSettings,
+        at: &dyn Fn(&str) -> Result<()>,
+    ) -> Result<Self> {
         let Some(recipe) = &settings.recipe.staged else { return Ok(Self { fitted: None, servo: None }) };
-        at(&format!("{}, servo model", axis.name))?;
-        // A recipe of the linear law alone asks for no friction.
-        let wanted = !recipe.stop_half_widths.is_empty();
-        let servo = if wanted { ServoFit::identify(runs, axis.kind == AxisKind::Rotary) } else { None };
         at(&format!("{}, stages", axis.name))?;
         let (predictor, report, taken) = training::staged::fit_best(runs, servo.as_ref(), recipe)?;
         Ok(Self { fitted: Some((predictor, report, note_of(taken))), servo: servo.filter(|_| taken) })

@@ -21,7 +21,7 @@ use models::{AxisManifest, AxisPredictor, Bundle, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind};
 use training::AxisRun;
 
-use axis::{FittedAxis, fit_axis};
+use axis::{FittedAxis, fit_axis, servo_models};
 use hash::data_hash;
 use lags::{axis_lag_s, common_delay_s};
 use limits_from_log::Reached;
@@ -158,13 +158,19 @@ fn fit(
     let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
     let folds = datasets::folds(logs, settings.held_out, most, settings.seed)?;
     let steps = Steps::new(progress, Job::Training, moving.len());
+    let runs: Vec<(Vec<AxisRun>, bool)> =
+        moving.iter().map(|&axis| (runs(logs, rows, axis), axes[axis].kind == AxisKind::Rotary)).collect();
+    steps.at("servo models")?;
+    let servos = servo_models(&runs, settings);
     let fitted: Vec<Result<FittedAxis>> = std::thread::scope(|scope| {
         let jobs: Vec<_> = moving
             .iter()
-            .map(|&axis| {
+            .zip(&runs)
+            .zip(servos)
+            .map(|((&axis, (runs, _)), servo)| {
                 let (folds, name, steps) = (&folds, &axes[axis], &steps);
                 scope.spawn(move || {
-                    let fitted = fit_axis(&runs(logs, rows, axis), folds, name, settings, &|note| steps.at(note))?;
+                    let fitted = fit_axis(runs, servo, folds, name, settings, &|note| steps.at(note))?;
                     steps.step(&name.name)?;
                     Ok(fitted)
                 })

@@ -1,7 +1,7 @@
 //! A servo model below the least-squares stages, where it lowers the error on held-out runs.
 
 use models::staged::{ServoBase, StagedPredictor};
-use servo::{Fit, Free, Record, Run, Scope};
+use servo::{Fit, Free, Record, Run};
 
 use super::fit::{fit, fit_on};
 use super::recipe::StagedRecipe;
@@ -23,14 +23,22 @@ pub struct ServoFit {
 }
 
 impl ServoFit {
-    /// The model whose structure and parameters follow the runs best; `None` where none does.
+    /// The models whose structure and parameters follow the runs of each axis of a machine best, with whether it is rotary; `None` where none does.
+    /// The axes have one control.
     #[must_use]
-    pub fn identify(runs: &[AxisRun], rotary: bool) -> Option<Self> {
-        let mm_per_unit = if rotary { LEVER_MM } else { 1.0 };
-        let record = record(runs, mm_per_unit)?;
+    pub fn identify_all(axes: &[(Vec<AxisRun>, bool)]) -> Vec<Option<Self>> {
+        let mm_per_unit = |rotary: bool| if rotary { LEVER_MM } else { 1.0 };
+        let of = |(runs, rotary): &(Vec<AxisRun>, bool)| record(runs, mm_per_unit(*rotary));
+        let records: Vec<Option<Record>> = axes.iter().map(of).collect();
+        let (indices, known): (Vec<usize>, Vec<Record>) =
+            records.into_iter().enumerate().filter_map(|(index, record)| Some((index, record?))).unzip();
+        let mut found = vec![None; axes.len()];
         // The backlash has to pay for itself: a log does not say where its sensor is.
-        let fit = servo::identify(&record, Scope { sees_backlash: false, whole: true })?;
-        Some(Self { fit, mm_per_unit, fitted_s: record.fitted_s() })
+        for ((index, fit), record) in indices.into_iter().zip(servo::identify_all(&known)).zip(&known) {
+            let mm_per_unit = mm_per_unit(axes[index].1);
+            found[index] = fit.map(|fit| Self { fit, mm_per_unit, fitted_s: record.fitted_s() });
+        }
+        found
     }
 
     /// The same structure fitted to other runs of the axis; `None` where it does not follow them.
