@@ -203,7 +203,7 @@ fn of_friction(start: &Fit, scope: Scope) -> Free {
     use index::*;
     let mut free = start.free.with([STRIBECK, STRIBECK_SPEED, PRESLIDING, ASYMMETRY]);
     if scope.whole {
-        // Short runs show little else than how they start.
+        // Short runs show little else than how they start. Creep begins at none: from more, fits of axes that have none went astray.
         free = free.with([START_DEFLECTION, START_ERROR, CREEP]);
     }
     if scope.sees_backlash { free.with([TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS]) } else { free }

@@ -17,8 +17,6 @@ const BACKLASHES_MM: [f64; 2] = [0.0, 8e-3];
 const POSITION_INTEGRAL_1_S: f64 = 10.0;
 /// Share of the lag that a smoothed command is taken to have at first, and the longest such time, s.
 const SMOOTHING: (f64, f64) = (0.5, 0.03);
-/// Speed of vibrations from which it starts, mm/s.
-const CREEP_MM_S: f64 = 5e-3;
 /// Iterations of a start.
 const ITERATIONS: usize = 6;
 /// Starts that are followed, and the ratio of their mean squares to the best up to which they are.
@@ -66,8 +64,7 @@ pub fn of_every_control(record: &Record, scope: Scope) -> Vec<(Control, Fit)> {
         for &smoothing in smoothings {
             for gain in GAINS_1_S {
                 starts.extend(backlashes_mm.iter().map(|&backlash_mm| {
-                    let (mut servo, free) = start((kind, smoothing), gain, lag_s, backlash_mm, scope.sees_backlash);
-                    servo.creep_mm_s = if scope.whole { CREEP_MM_S } else { 0.0 };
+                    let (servo, free) = start((kind, smoothing), gain, lag_s, backlash_mm, scope.sees_backlash);
                     ((kind, smoothing), servo, free)
                 }));
             }
