@@ -7,8 +7,8 @@ use motion::contour::{ContourEstimator, Exact};
 use motion::{DesiredPath, Trajectory};
 
 use crate::laws::{ContourOptimal, Gain, SpatialIlc};
-use crate::learn::learn_from;
-use crate::{CompensationError, CompensationLaw, CorrectionLimits, Iteration, LowPass, StopRule};
+use crate::learn::{learn, learn_from};
+use crate::{CompensationError, CompensationLaw, CorrectionLimits, Iteration, LowPass, StopRule, Worth};
 
 /// Why a descent ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,13 +44,15 @@ pub struct Descent {
     /// Cut-off of the shifts, Hz; `None` begins at four times the bandwidth of the
     /// machine and doubles as long as that is worth it.
     pub cut_off_hz: Option<f64>,
+    /// What a step has to save to be successful.
+    pub worth: Worth,
 }
 
 impl Default for Descent {
     /// Twelve runs. The first step ignores frequencies where the response of the machine is below
     /// one sixth, the last ones below one thirtieth.
     fn default() -> Self {
-        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3], cut_off_hz: None }
+        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3], cut_off_hz: None, worth: Worth::of_cost(WORTH) }
     }
 }
 
@@ -123,7 +125,7 @@ pub fn descend(
         let latest =
             (best + 1..iterations.len()).min_by(|a, b| iterations[*a].measure.total_cmp(&iterations[*b].measure)).unwrap_or(best);
         let reached = iterations[latest].measure;
-        let worth = reached < (1.0 - WORTH) * before;
+        let worth = settings.worth.counts(before, reached);
         if reached < before {
             (best, old) = (latest, None);
         }
@@ -239,7 +241,11 @@ pub fn spatial_candidates(
         let stop = StopRule::while_better(settings.updates, WORTH);
         // The uncompensated run is the same for every cut-off.
         let first = iterations.first().or(uncompensated.as_ref()).cloned();
-        let learned = learn_from(machine, &mut law, desired, first, None, limits, &stop, measure)?.iterations;
+        let learned = match first {
+            Some(first) => learn_from(machine, &mut law, desired, first, limits, &stop, measure),
+            None => learn(machine, &mut law, desired, None, limits, &stop, measure),
+        };
+        let learned = learned?.iterations;
         let uncompensated = learned[0].measure;
         let reached = learned.iter().map(|iteration| iteration.measure).fold(f64::INFINITY, f64::min);
         let skip = usize::from(!iterations.is_empty());

@@ -5,28 +5,57 @@ use motion::{DesiredPath, Trajectory};
 
 use crate::{CompensationError, CompensationLaw, CorrectionLimits};
 
+/// What a run has to save to count.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Worth {
+    /// Share of the expected error, the root of the sum of squares of the cost and of `unavoidable`.
+    pub share: f64,
+    /// Part of the expected error that no law lowers, in the unit of the cost: the model's own error, independent of what the model predicts.
+    pub unavoidable: f64,
+}
+
+impl Worth {
+    /// A share of the cost itself.
+    #[must_use]
+    pub fn of_cost(share: f64) -> Self {
+        Self { share, unavoidable: 0.0 }
+    }
+
+    /// The expected error of a run of this cost.
+    #[must_use]
+    pub fn expected(self, cost: f64) -> f64 {
+        cost.hypot(self.unavoidable)
+    }
+
+    /// Whether a run of the cost `after` counts beside one of the cost `before`.
+    #[must_use]
+    pub fn counts(self, before: f64, after: f64) -> bool {
+        self.expected(after) < (1.0 - self.share) * self.expected(before)
+    }
+}
+
 /// Stop criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopRule {
     /// Largest number of updates.
     pub updates: usize,
-    /// Stop after this many successive runs without a new smallest cost.
+    /// Stop after this many successive runs that do not count.
     pub patience: usize,
-    /// Minimum reduction of the cost, as a share, that counts.
-    pub worth: f64,
+    /// What a run has to save to count.
+    pub worth: Worth,
 }
 
 impl StopRule {
     /// Exactly this many updates.
     #[must_use]
     pub fn after(updates: usize) -> Self {
-        Self { updates, patience: usize::MAX, worth: 0.0 }
+        Self { updates, patience: usize::MAX, worth: Worth::default() }
     }
 
     /// At most this many updates, up to the first that does not lower the cost by this share.
     #[must_use]
     pub fn while_better(updates: usize, worth: f64) -> Self {
-        Self { updates, patience: 1, worth }
+        Self { updates, patience: 1, worth: Worth::of_cost(worth) }
     }
 }
 
@@ -71,12 +100,27 @@ pub fn learn(
     stop: &StopRule,
     measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
 ) -> Result<Learned, CompensationError> {
-    learn_from(machine, law, desired, None, start, limits, stop, measure)
+    iterate(machine, law, desired, None, start, limits, stop, measure)
 }
 
-/// As [`learn`], with a known first run.
+/// As [`learn`], from a known run, which is the first of the returned ones.
+///
+/// # Errors
+/// As [`learn`].
+pub fn learn_from(
+    machine: &mut dyn Machine,
+    law: &mut dyn CompensationLaw,
+    desired: &DesiredPath,
+    first: Iteration,
+    limits: &CorrectionLimits,
+    stop: &StopRule,
+    measure: &mut (dyn FnMut(&DesiredPath, &Trajectory) -> f64 + Send),
+) -> Result<Learned, CompensationError> {
+    iterate(machine, law, desired, Some(first), None, limits, stop, measure)
+}
+
 #[allow(clippy::too_many_arguments)] // those of `learn`, and one
-pub(crate) fn learn_from(
+fn iterate(
     machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
     desired: &DesiredPath,
@@ -98,7 +142,7 @@ pub(crate) fn learn_from(
             }
             None => (machine.run(&reference)?, None),
         };
-        let is_last = |figure: f64| figure >= (1.0 - stop.worth) * least(&rounds, best) && update - best >= stop.patience;
+        let is_last = |figure: f64| !stop.worth.counts(least(&rounds, best), figure) && update - best >= stop.patience;
         // The law does not wait for the cost, which only decides whether its update counts; where all cores have other work, it does.
         let is_alone = rayon::current_thread_index().is_none();
         if !is_alone && figure.is_none() {
@@ -113,7 +157,7 @@ pub(crate) fn learn_from(
         });
         let figure = figure.unwrap_or(f64::INFINITY);
         rounds.push(Iteration { reference, actual, measure: figure });
-        if figure < (1.0 - stop.worth) * least(&rounds, best) {
+        if stop.worth.counts(least(&rounds, best), figure) {
             best = update;
         }
         match next {
@@ -161,7 +205,11 @@ mod tests {
         };
         assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);
         assert_eq!(runs(&StopRule::while_better(6, 0.25)), 2);
-        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: 0.0 }), 6);
+        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: Worth::default() }), 6);
+        // Beside an error of 100 that no run lowers, 3 instead of 4 is nothing.
+        let worth = Worth { share: 0.005, unavoidable: 100.0 };
+        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth }), 3);
+        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: Worth { unavoidable: 1.0, ..worth } }), 6);
         assert_eq!(runs(&StopRule::after(6)), 7);
     }
 }

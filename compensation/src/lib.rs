@@ -20,5 +20,5 @@ pub use descent::{CutOffCandidates, Descent, Ended, descend, spatial_candidates}
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use law::{CompensationLaw, PoseErrors, Shift, move_poses, pose_errors};
-pub use learn::{Iteration, Learned, StopRule, learn};
+pub use learn::{Iteration, Learned, StopRule, Worth, learn, learn_from};
 pub use response::ImpulseResponse;

@@ -134,6 +134,7 @@ impl CompensateOptions {
         Settings {
             law: self.law.into(),
             iterations: self.iterations.unwrap_or(self.effort.updates()),
+            worth: self.effort.worth(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             ..self.output.learning(self.cycle_limit)

@@ -39,8 +39,6 @@ pub use settings::{FewerPoints, LawName, Settings, shift_bound};
 
 /// Least relative decrease of the forecast by an update on the reference for which the iteration continues.
 const LEAST_DECREASE: f64 = 0.02;
-/// Forecast at which the iteration ends, as a share of the model's held-out error. It adds half a per cent to that error.
-const FLOOR_SHARE: f64 = 0.1;
 
 /// Computes a compensated reference for `input` by iteration on `model`.
 ///
@@ -75,13 +73,13 @@ pub fn model_based_ilc_after(
     progress: Progress<'_>,
 ) -> Result<Outcome> {
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
-    let (mut machine, floor_mm) = (model.machine()?, FLOOR_SHARE * held_out);
-    let learned = Learner { machine: &mut machine, coverage: &model.coverage(), known, floor_mm };
+    let mut machine = model.machine()?;
+    let learned = Learner { machine: &mut machine, coverage: &model.coverage(), known, model_error_mm: held_out };
     Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..on_learner(input, learned, settings, progress)? })
 }
 
-/// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage`. The iteration ends at the
-/// forecast `floor_mm`.
+/// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage` and its error
+/// `model_error_mm`.
 ///
 /// # Errors
 /// As [`model_based_ilc`].
@@ -90,10 +88,10 @@ pub fn on_learned_machine(
     machine: &mut LearnedMachine,
     coverage: &[OperatingRange],
     settings: &Settings,
-    floor_mm: f64,
+    model_error_mm: f64,
     progress: Progress<'_>,
 ) -> Result<Outcome> {
-    on_learner(input, Learner { machine, coverage, known: None, floor_mm }, settings, progress)
+    on_learner(input, Learner { machine, coverage, known: None, model_error_mm }, settings, progress)
 }
 
 /// A learned machine, and what is known of it.
@@ -101,18 +99,18 @@ struct Learner<'a> {
     machine: &'a mut LearnedMachine,
     coverage: &'a [OperatingRange],
     known: Option<&'a KnownRuns>,
-    /// Forecast at which the iteration ends, mm.
-    floor_mm: f64,
+    /// Error of the model, mm; 0 where it is not known.
+    model_error_mm: f64,
 }
 
 fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
     input.check_original()?;
-    let Learner { machine, coverage, known, floor_mm } = learner;
+    let Learner { machine, coverage, known, model_error_mm } = learner;
     let (weights, outside) = prepare(input, machine, coverage);
     let mut control = ControlledMachine::learned(machine, input.part()).disturbed(known.map(|known| known.repeated.as_slice()));
     let (max_shift, uncompensated) = bound_of(settings, &mut control, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
-    let mut task = Task::new(input, correction_limits, floor_mm, progress);
+    let mut task = Task::new(input, correction_limits, model_error_mm, progress);
 
     let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, uncompensated, settings)?;
     let updates = runs.len() - 1;
@@ -212,7 +210,7 @@ fn learn_on_reference(
     }
     let mut law = law(settings, input.trajectory(), control)?;
     let updates = if settings.law == LawName::OneShot { 1 } else { settings.iterations };
-    let runs = task.iterate(control, law.as_mut(), None, StopRule::while_better(updates, LEAST_DECREASE))?;
+    let runs = task.iterate(control, law.as_mut(), StopRule::while_better(updates, LEAST_DECREASE))?;
     Ok(OnReference { runs, ended: None })
 }
 

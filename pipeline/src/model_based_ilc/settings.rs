@@ -48,7 +48,7 @@ pub enum FewerPoints {
 
 /// Settings of model-based ILC.
 ///
-/// Defaults: law [`LawName::ModelBased`], 4 iterations, gain 0.9 and low-pass 100 Hz (used by the papers' laws only), bound of shifts from the
+/// Defaults: law [`LawName::ModelBased`], 4 iterations, 1 % of the expected error for a run to count, gain 0.9 and low-pass 100 Hz (used by the papers' laws only), bound of shifts from the
 /// forecast, rotation 0.5°, no output (`written: None`), a cycle at most 1 % longer, as few points
 /// as the forecast allows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,8 @@ pub struct Settings {
     /// Number of updates on the model; the one-shot law uses one. A replanned program gets up to three times as many in
     /// addition, a program of hours fewer.
     pub iterations: usize,
+    /// Share of the error expected on the machine that a run of a program has to save to count; after several runs that do not, learning ends.
+    pub worth: f64,
     /// Gain of every update.
     pub gain: f64,
     /// Cut-off of the zero-phase low-pass on every update, Hz.
@@ -76,6 +78,8 @@ pub struct Settings {
     pub fewer_points: FewerPoints,
 }
 
+/// Default share of the expected error that a run has to save.
+const WORTH: f64 = 0.01;
 /// Default limit of the relative increase of the cycle time.
 const CYCLE_LIMIT: f64 = 0.01;
 
@@ -84,6 +88,7 @@ impl Default for Settings {
         Self {
             law: LawName::ModelBased,
             iterations: 4,
+            worth: WORTH,
             gain: 0.9,
             low_pass_hz: 100.0,
             max_shift: None,

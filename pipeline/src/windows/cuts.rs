@@ -12,7 +12,7 @@ use crate::setup::Setup;
 
 /// Estimated time between places at which the program can be cut, s.
 const APART_S: f64 = 0.5;
-/// Length of a window, s, and its largest number of moves.
+/// Approximate length of a window, s, and its largest number of moves; the last window may be half as long again.
 const WINDOW_S: f64 = 30.0;
 const WINDOW_MOVES: usize = 20_000;
 /// Motion before and after a window, s: memory of a model (up to 0.5 s), braking, and the low-pass of a law.
@@ -87,10 +87,13 @@ pub(super) fn scan(whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
     let refusal = |error| refused(error, program, &whole.name);
     let Some(warnings) = reader.finish().map_err(refusal)? else { return Ok(None) };
     let mut starts = vec![0];
+    // Of equal length: a short last one would leave all cores but one without work.
+    let window_s = time_s / (time_s / WINDOW_S).round().max(1.0);
     for (index, cut) in cuts.iter().enumerate() {
         let from = &cuts[starts[starts.len() - 1]];
-        let is_full = cut.time_s - from.time_s >= WINDOW_S || cut.moves - from.moves >= WINDOW_MOVES;
-        if is_full && time_s - cut.time_s > BESIDE_S {
+        let is_full = cut.time_s - from.time_s >= window_s || cut.moves - from.moves >= WINDOW_MOVES;
+        let (left_s, left) = (time_s - cut.time_s, moves - cut.moves);
+        if is_full && left_s > BESIDE_S && (left_s > 0.5 * WINDOW_S || left > WINDOW_MOVES / 2) {
             starts.push(index);
         }
     }

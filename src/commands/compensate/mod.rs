@@ -95,11 +95,11 @@ pub struct Compensate {
 /// How much time the search may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Effort {
-    /// One update on the model, and three on the replanned program: about half the time
+    /// One update on the model, and up to three on the replanned program, as long as they save 3 % of the error expected on the machine
     Fast,
-    /// Four updates on the model, and twelve on the replanned program
+    /// Four updates on the model, and up to twelve on the replanned program, as long as they save 1 %
     Normal,
-    /// Eight updates on the model, and 24 on the replanned program
+    /// Eight updates on the model, and up to 24 on the replanned program, as long as they save 0.2 %
     Best,
 }
 
@@ -111,6 +111,16 @@ impl Effort {
             Self::Fast => 1,
             Self::Normal => 4,
             Self::Best => 8,
+        }
+    }
+
+    /// Share of the expected error that a run of a program has to save to count.
+    #[must_use]
+    pub fn worth(self) -> f64 {
+        match self {
+            Self::Fast => 0.03,
+            Self::Normal => 0.01,
+            Self::Best => 0.002,
         }
     }
 }
@@ -235,6 +245,7 @@ impl Compensate {
         Settings {
             law: self.law.into(),
             iterations: self.iterations.unwrap_or(self.effort.updates()),
+            worth: self.effort.worth(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             ..self.output.learning(self.cycle_limit)

@@ -27,6 +27,12 @@ impl Tried {
         }
     }
 
+    /// Cycle time, s.
+    pub(super) fn cycle_s(&self) -> f64 {
+        let (Self::Short(candidate) | Self::Long(candidate)) = self;
+        candidate.cycle_s
+    }
+
     /// Whether this one costs no more than `other`, or has a shorter cycle where both are too long.
     pub(super) fn is_better(&self, other: &Self) -> bool {
         match (self, other) {

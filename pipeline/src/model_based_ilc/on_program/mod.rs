@@ -1,6 +1,7 @@
 //! Iteration on the replanned program: the smoothness of the correction, and the choice of the points.
 
 mod candidate;
+mod opening;
 mod search;
 
 use compensation::Iteration;
@@ -12,16 +13,19 @@ use super::task::Task;
 use crate::control::ControlledMachine;
 use crate::error::Result;
 use crate::input::Input;
-use crate::refit::{RefitSettings, TimeEncoding};
+use crate::refit::RefitSettings;
 use crate::statistics::Figures;
 
 use candidate::Tried;
-use search::{CUT_OFFS_HZ, Search};
+use opening::Opening;
+use search::{CUT_OFFS_HZ, REPLANNED_UPDATES, Search};
 
-/// Cost on the replanned program, as a multiple of that on the reference or of the forecast's floor, up to which no lower cut-off is tried.
+/// Cost on the replanned program, as a multiple of that on the reference or of the forecast's floor, up to which no other cut-off is tried; and
+/// the same for the errors expected on the machine.
 const AS_GOOD: f64 = 1.5;
-/// Cost of a cut-off, as a multiple of the least one, from which on no lower cut-off is tried.
-const WORSE: f64 = 1.1;
+const NEAR: f64 = 1.2;
+/// Cost of an opening, as a multiple of the best cost so far, from which on it is not learned with.
+const LEARNABLE: f64 = 1.5;
 
 /// Candidate for the result, on the feed profile that the control uses.
 #[derive(Default)]
@@ -73,48 +77,62 @@ pub(super) fn relearn_on_program(
 
 impl Search<'_, '_, '_> {
     /// The best of the cut-offs; with the increase of the cycle time by times of the points' own, where it is too large.
+    ///
+    /// The highest alone where it is near the best reference; otherwise learning goes on with the one whose opening is best.
     fn cut_offs(&mut self, written: RefitSettings) -> Result<(Tried, Option<f64>)> {
-        let good_mm = AS_GOOD * self.ideal.measure.max(self.task.floor_mm());
-        let (mut best, mut kept_feeds) = self.encodings(written)?;
-        if self.settings.law != LawName::ModelBased {
-            return Ok((best, kept_feeds));
+        let [first, ..] = CUT_OFFS_HZ;
+        let mut opening = self.opening(first, written)?;
+        let learns = self.settings.law == LawName::ModelBased;
+        let is_first_near = self.is_near(&opening.tried);
+        let mut others = if learns && !is_first_near { self.lower(written)? } else { Vec::new() };
+        for other in &mut others {
+            if !opening.tried.is_better(&other.tried) {
+                std::mem::swap(&mut opening, other);
+            }
         }
-        let mut serves = best.cost_mm() <= good_mm;
-        best = self.reduced(best)?;
-        let mut best_hz = self.low_pass_hz;
-        for low_pass_hz in CUT_OFFS_HZ.into_iter().skip(1) {
-            if serves {
+        let mut best = self.learned(opening, written, f64::INFINITY)?;
+        if learns && is_first_near && !self.is_near(&best.tried) {
+            others = self.lower(written)?;
+        }
+        others.sort_by(|a, b| a.tried.cost_mm().total_cmp(&b.tried.cost_mm()));
+        for other in others {
+            let least_mm = best.tried.cost_mm();
+            if self.is_near(&best.tried) || least_mm.is_finite() && other.tried.cost_mm() > LEARNABLE * least_mm {
                 break;
             }
-            self.low_pass_hz = low_pass_hz;
-            let (found, keeps) = self.encodings(written)?;
-            let cost_mm = found.cost_mm();
-            serves = cost_mm <= good_mm || cost_mm.is_finite() && cost_mm > WORSE * best.cost_mm();
-            let found = self.reduced(found)?;
-            if !best.is_better(&found) {
-                (best, kept_feeds, best_hz) = (found, keeps, low_pass_hz);
+            let next = self.learned(other, written, least_mm)?;
+            if !best.tried.is_better(&next.tried) {
+                best = next;
             }
         }
-        self.low_pass_hz = best_hz;
-        Ok((best, kept_feeds))
+        self.low_pass_hz = best.low_pass_hz;
+        Ok((best.tried, best.kept_feeds))
     }
 
-    /// The fewest points with times of their own, or without where their cycle is too long; then also its relative increase.
-    fn encodings(&mut self, written: RefitSettings) -> Result<(Tried, Option<f64>)> {
-        let found = self.points(written)?;
-        let kept = RefitSettings { encoding: TimeEncoding::Keep, ..written };
-        match found {
-            Tried::Long(shortest) if written.encoding != TimeEncoding::Keep && self.control.replans(kept) => {
-                Ok((self.points(kept)?, Some(self.slowdown(shortest.cycle_s))))
-            }
-            found => Ok((found, None)),
-        }
+    /// Openings with the lower cut-offs.
+    fn lower(&mut self, written: RefitSettings) -> Result<Vec<Opening>> {
+        CUT_OFFS_HZ[1..].iter().map(|low_pass_hz| self.opening(*low_pass_hz, written)).collect()
+    }
+
+    /// The result of learning with the cut-off of an opening.
+    fn learned(&mut self, opening: Opening, written: RefitSettings, to_beat_mm: f64) -> Result<Opening> {
+        self.low_pass_hz = opening.low_pass_hz;
+        let found = self.points(opening.tried, written, to_beat_mm)?;
+        Ok(Opening { tried: self.reduced(found)?, ..opening })
+    }
+
+    /// Whether no other cut-off can save much.
+    fn is_near(&self, tried: &Tried) -> bool {
+        let expected = |cost_mm: f64| self.task.worth(0.0).expected(cost_mm);
+        let (cost_mm, ideal_mm) = (tried.cost_mm(), self.ideal.measure.max(self.task.floor_mm()));
+        cost_mm <= AS_GOOD * ideal_mm || expected(cost_mm) <= NEAR * expected(ideal_mm)
     }
 
     /// The better one of `found` and what is learned with the same points from the command of an earlier run.
     fn resume(&mut self, found: Tried, command: &Trajectory) -> Result<Tried> {
         let Tried::Short(candidate) = &found else { return Ok(found) };
-        let resumed = self.learn(candidate.written, Some(command.clone()), f64::INFINITY)?;
+        let known = self.run(command.clone(), candidate.written)?;
+        let resumed = self.learn(known, f64::INFINITY, REPLANNED_UPDATES * self.settings.iterations)?;
         Ok(if resumed.cost_mm() < found.cost_mm() { resumed } else { found })
     }
 }

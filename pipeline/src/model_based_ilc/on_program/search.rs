@@ -15,8 +15,8 @@ use crate::model_based_ilc::task::{Runs, Task};
 use crate::refit::RefitSettings;
 use crate::statistics::Figures;
 
-/// Updates on the replanned program for each update on the reference, and largest number of consecutive updates without improvement.
-const REPLANNED_UPDATES: usize = 3;
+/// Updates on the replanned program for each update on the reference, and largest number of consecutive updates that do not count.
+pub(super) const REPLANNED_UPDATES: usize = 3;
 const REPLANNED_PATIENCE: usize = 4;
 /// The same after the first choice of points: the start is nearly learned.
 const COARSER_UPDATES: usize = 5;
@@ -37,6 +37,8 @@ const MOST_STEPS: usize = 8;
 const WORTH_A_STEP: f64 = 0.1;
 /// Increase of the cost for which fewer points are taken: a share, and mm.
 const COST_OF_FEWER: (f64, f64) = (0.02, 2e-5);
+/// Cost of a cut-off, as a multiple of that of another one, from which on no fewer points are sought.
+const WORSE: f64 = 1.1;
 /// Cost of the first run with fewer points, as a multiple of what is allowed, from which on further updates are not tried.
 const HOPELESS: f64 = 2.0;
 /// Increase of the cycle time of the first run, as a multiple of its limit, from which on the points are not tried.
@@ -48,7 +50,7 @@ const REDUCED_TO: f64 = 0.9;
 /// Least share of a correction that is written.
 const LEAST_SHARE: f64 = 0.1;
 /// Largest number of doublings of the time between points, and of the chord tolerance.
-const DOUBLINGS: usize = 4;
+pub(super) const DOUBLINGS: usize = 4;
 
 /// Search of the fewest points.
 pub(super) struct Search<'a, 'b, 'm> {
@@ -65,65 +67,64 @@ pub(super) struct Search<'a, 'b, 'm> {
 }
 
 impl Search<'_, '_, '_> {
-    /// Doubles the time between points, then the chord tolerance, for as long as the cost stays within [`COST_OF_FEWER`] of the least one,
-    /// and the former also until the cycle is short enough.
-    pub(super) fn points(&mut self, written: RefitSettings) -> Result<Tried> {
-        let mut best = self.learn(written, None, f64::INFINITY)?;
+    /// Learns with the points of `opening`. Then doubles the time between points and the chord tolerance, up to [`DOUBLINGS`] times those of
+    /// `written`, for as long as the cost stays within [`COST_OF_FEWER`] of the least one; not where that is beyond [`WORSE`] times `to_beat_mm`.
+    pub(super) fn points(&mut self, opening: Tried, written: RefitSettings, to_beat_mm: f64) -> Result<Tried> {
+        let mut best = self.learn(opening, f64::INFINITY, REPLANNED_UPDATES * self.settings.iterations)?;
         let mut least = best.cost_mm();
-        let fewer = if written.spacing_s.is_finite() { self.settings.fewer_points } else { FewerPoints::Never };
-        let finer = |at: RefitSettings| RefitSettings { spacing_s: 2.0 * at.spacing_s, ..at };
-        let looser = |at: RefitSettings| RefitSettings { chord_tolerance_mm: 2.0 * at.chord_tolerance_mm, ..at };
-        let steps: [&dyn Fn(RefitSettings) -> RefitSettings; 2] = [&finer, &looser];
-        let mut at = written;
-        for step in steps.into_iter().filter(|_| fewer != FewerPoints::Never) {
-            for _ in 0..DOUBLINGS {
-                if fewer == FewerPoints::WhereTooSlow && matches!(best, Tried::Short(_)) {
+        if self.settings.fewer_points != FewerPoints::WhereForecastAllows || least > WORSE * to_beat_mm {
+            return Ok(best);
+        }
+        let most = f64::from(1 << DOUBLINGS);
+        for step in [further_in_time as fn(_) -> _, further_from_curve] {
+            loop {
+                let Tried::Short(candidate) = &best else { return Ok(best) };
+                let next = step(candidate.written);
+                let is_coarsest =
+                    next.spacing_s > most * written.spacing_s || next.chord_tolerance_mm > most * written.chord_tolerance_mm;
+                if is_coarsest || !self.may_coarsen(next) {
                     break;
                 }
-                let (start, allowed) = match &best {
-                    Tried::Short(best) => (Some(best.run.0.reference.clone()), allowed(least)),
-                    Tried::Long(_) => (None, f64::INFINITY),
-                };
-                let next = self.learn(step(at), start, allowed)?;
-                if next.cost_mm() > allowed {
+                let known = self.run(candidate.run.0.reference.clone(), next)?;
+                let next = self.learn(known, allowed(least), COARSER_UPDATES)?;
+                if next.cost_mm() > allowed(least) {
                     break;
                 }
-                at = step(at);
                 least = least.min(next.cost_mm());
-                if matches!(next, Tried::Short(_)) || next.is_better(&best) {
-                    best = next;
-                }
+                best = next;
             }
         }
         Ok(best)
     }
 
-    /// Learns on the program with these points from `start`, or from the best reference. Gives up where a cost of `allowed` mm is out of
-    /// reach.
-    pub(super) fn learn(&mut self, written: RefitSettings, start: Option<Trajectory>, allowed: f64) -> Result<Tried> {
+    /// Whether there are points that can be further apart.
+    pub(super) fn may_coarsen(&self, written: RefitSettings) -> bool {
+        written.spacing_s.is_finite() && self.settings.fewer_points != FewerPoints::Never
+    }
+
+    /// A run of the program with these points.
+    pub(super) fn run(&mut self, reference: Trajectory, written: RefitSettings) -> Result<Tried> {
         self.control.replans(written);
-        let (is_ideal, is_first) = (start.is_none(), allowed.is_infinite());
-        let reference = match start {
-            Some(start) => start,
-            None => self.start()?,
-        };
-        let seen = self.control.run(&reference)?;
+        let actual = self.control.run(&reference)?;
         let cycle_s = self.control.last_s();
-        let figures = self.task.figures(&self.task.errors(&seen)?)?;
+        let figures = self.task.figures(&self.task.errors(&actual)?)?;
         let measure = cost(&figures);
-        let slowdown = self.slowdown(cycle_s);
-        let first = (Iteration { reference: reference.clone(), actual: seen, measure }, figures);
-        let first = self.tried(first, cycle_s, written);
-        if slowdown > HOPELESS_CYCLE * self.settings.cycle_limit {
+        Ok(self.tried((Iteration { reference, actual, measure }, figures), cycle_s, written))
+    }
+
+    /// Learns on the program from a run, by up to `updates` further ones. Gives up where a cost of `allowed` mm is out of reach. The papers' laws
+    /// are not iterated again; only their forecast is that of the replanned program.
+    pub(super) fn learn(&mut self, first: Tried, allowed: f64, updates: usize) -> Result<Tried> {
+        let (Tried::Short(known) | Tried::Long(known)) = &first;
+        let (start, written) = (&known.run.0, known.written);
+        let is_same = (start.measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
+        let is_too_slow = self.slowdown(known.cycle_s) > HOPELESS_CYCLE * self.settings.cycle_limit;
+        if self.settings.law != LawName::ModelBased || is_same || is_too_slow || start.measure > HOPELESS * allowed {
             return Ok(first);
         }
-        // The papers' laws are not iterated again; only their forecast is that of the replanned program.
-        let is_same = is_ideal && (measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
-        let iterates = self.settings.law == LawName::ModelBased && !is_same && measure <= HOPELESS * allowed;
-        if !iterates {
-            return Ok(first);
-        }
-        let runs = self.iterate(reference, is_first)?;
+        self.control.replans(written);
+        let patience = if allowed.is_finite() { COARSER_PATIENCE } else { REPLANNED_PATIENCE };
+        let runs = self.iterate(start.clone(), updates, patience)?;
         let better = |best: Tried, run: Tried| if best.is_better(&run) { best } else { run };
         Ok(self.all_tried(runs, written).into_iter().fold(first, better))
     }
@@ -142,22 +143,29 @@ impl Search<'_, '_, '_> {
             return Ok(found);
         }
         self.control.replans(candidate.written);
-        let runs = self.task.steps(self.control, candidate.run.0.clone(), self.low_pass_hz, MOST_STEPS)?;
+        let runs = self.task.steps(
+            self.control,
+            candidate.run.0.clone(),
+            self.low_pass_hz,
+            MOST_STEPS,
+            self.task.worth(self.settings.worth),
+        )?;
         self.updates += runs.len();
         let best = self.all_tried(runs, candidate.written).into_iter().min_by(|a, b| a.cost_mm().total_cmp(&b.cost_mm()));
         Ok(best.filter(|best| best.cost_mm() < (1.0 - WORTH_A_STEP) * found.cost_mm()).unwrap_or(found))
     }
 
-    fn iterate(&mut self, start: Trajectory, is_first: bool) -> Result<Runs> {
+    fn iterate(&mut self, start: Iteration, updates: usize, patience: usize) -> Result<Runs> {
         let mut law = spatial(REPLANNED_GAIN, LowPass::new(self.low_pass_hz, self.path.period_s())?)?;
         let affordable = (REPLANNED_SAMPLES / self.path.len().max(1)).max(LEAST_REPLANNED);
-        let (updates, patience) = if is_first {
-            (affordable.min(REPLANNED_UPDATES * self.settings.iterations), REPLANNED_PATIENCE)
-        } else {
-            (affordable.min(COARSER_UPDATES), COARSER_PATIENCE)
-        };
-        let runs = self.task.iterate(self.control, &mut law, Some(start), StopRule { updates, patience, worth: 0.0 })?;
-        self.updates += runs.len() - 1;
+        let updates = updates.min(affordable);
+        let runs = self.task.iterate_from(
+            self.control,
+            &mut law,
+            start,
+            StopRule { updates, patience, worth: self.task.worth(self.settings.worth) },
+        )?;
+        self.updates += runs.len();
         Ok(runs)
     }
 
@@ -168,7 +176,7 @@ impl Search<'_, '_, '_> {
     }
 
     /// The best reference, its correction smoothed with the cut-off where that is not the highest.
-    fn start(&self) -> Result<Trajectory> {
+    pub(super) fn start(&self) -> Result<Trajectory> {
         let low_pass = LowPass::new(self.low_pass_hz, self.path.period_s())?;
         let Some(low_pass) = low_pass.filter(|_| self.low_pass_hz < CUT_OFFS_HZ[0]) else {
             return Ok(self.ideal.reference.clone());
@@ -215,6 +223,16 @@ impl Search<'_, '_, '_> {
     pub(super) fn slowdown(&self, cycle_s: f64) -> f64 {
         cycle_s / self.path.duration_s() - 1.0
     }
+}
+
+/// Points at twice the time from each other.
+pub(super) fn further_in_time(points: RefitSettings) -> RefitSettings {
+    RefitSettings { spacing_s: 2.0 * points.spacing_s, ..points }
+}
+
+/// Lines at up to twice the distance from the curve.
+fn further_from_curve(points: RefitSettings) -> RefitSettings {
+    RefitSettings { chord_tolerance_mm: 2.0 * points.chord_tolerance_mm, ..points }
 }
 
 /// Largest cost of a program with fewer points, mm, where the least one is `least`.

@@ -1,0 +1,59 @@
+//! Openings of the search: every cut-off, with the first updates only.
+
+use motion::Trajectory;
+
+use super::candidate::Tried;
+use super::search::{CUT_OFFS_HZ, DOUBLINGS, Search, further_in_time};
+use crate::error::Result;
+use crate::refit::{RefitSettings, TimeEncoding};
+
+/// Updates of an opening: high cut-offs begin with a larger error and learn faster.
+const OPENING_UPDATES: usize = 2;
+
+/// A cut-off, and the best run with it.
+pub(super) struct Opening {
+    pub(super) tried: Tried,
+    pub(super) low_pass_hz: f64,
+    /// Relative increase of the cycle time by times of the points' own, where it is too large and the program therefore keeps its feeds.
+    pub(super) kept_feeds: Option<f64>,
+}
+
+impl Search<'_, '_, '_> {
+    /// The best reference with this cut-off and a few updates of it, with the finest points whose cycle is short enough: with times of their own,
+    /// or without where that is too long whatever the points.
+    pub(super) fn opening(&mut self, low_pass_hz: f64, written: RefitSettings) -> Result<Opening> {
+        self.low_pass_hz = low_pass_hz;
+        let start = self.start()?;
+        let timed = self.finest(&start, written)?;
+        let kept = RefitSettings { encoding: TimeEncoding::Keep, ..written };
+        let (tried, kept_feeds) = match timed {
+            Tried::Long(shortest) if written.encoding != TimeEncoding::Keep && self.control.replans(kept) => {
+                (self.finest(&start, kept)?, Some(self.slowdown(shortest.cycle_s)))
+            }
+            timed => (timed, None),
+        };
+        let tried = if matches!(tried, Tried::Short(_)) { self.learn(tried, f64::INFINITY, OPENING_UPDATES)? } else { tried };
+        Ok(Opening { tried, low_pass_hz, kept_feeds })
+    }
+
+    /// Doubles the time between points until the cycle is short enough; looser chords make no cycle shorter. All cut-offs but the lowest give up
+    /// where it would be too long even if every further doubling halved the slowdown.
+    fn finest(&mut self, start: &Trajectory, written: RefitSettings) -> Result<Tried> {
+        let mut best = self.run(start.clone(), written)?;
+        let (mut at, mut slowdown) = (written, self.slowdown(best.cycle_s()));
+        let is_lowest = CUT_OFFS_HZ.last() == Some(&self.low_pass_hz);
+        for left in (1..=if self.may_coarsen(written) { DOUBLINGS } else { 0 }).rev() {
+            let is_far = slowdown > self.settings.cycle_limit * f64::from(1 << left);
+            if matches!(best, Tried::Short(_)) || is_far && !is_lowest {
+                break;
+            }
+            at = further_in_time(at);
+            let next = self.run(start.clone(), at)?;
+            slowdown = self.slowdown(next.cycle_s());
+            if next.is_better(&best) {
+                best = next;
+            }
+        }
+        Ok(best)
+    }
+}
