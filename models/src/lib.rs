@@ -35,5 +35,5 @@ pub use operating_range::{OperatingRange, Outside, fade};
 pub use prediction_interval::PredictionInterval;
 pub use predictor::{Array, ArrayData, AxisPredictor, AxisSignal, SavedPredictor};
 pub use scaler::Scaler;
-pub use spread::{PEAK_S, Spread};
+pub use spread::{PEAK_S, REGIME_NAMES, REGIMES, Spread};
 pub use stacked::StackedPredictor;

@@ -23,7 +23,16 @@ const SETTLING_S: [f64; 2] = [0.06, 0.25];
 /// Number of speed regimes, in octaves below the top speed of the training data.
 const OCTAVES: usize = 3;
 /// Standstill, after an event, and one regime per octave of speed.
-const REGIMES: usize = 1 + SETTLING_S.len() + OCTAVES;
+pub const REGIMES: usize = 1 + SETTLING_S.len() + OCTAVES;
+/// The regimes in words.
+pub const REGIME_NAMES: [&str; REGIMES] = [
+    "at rest",
+    "within 60 ms of a start or reversal",
+    "60 to 250 ms after a start or reversal",
+    "below a quarter of the log's top speed",
+    "from a quarter to half of the log's top speed",
+    "above half of the log's top speed",
+];
 /// Minimum number of samples for a regime of its own.
 const FEWEST: usize = 200;
 
@@ -39,6 +48,9 @@ const FEWEST: usize = 200;
 pub struct Spread {
     /// RMS by regime, mm or rad.
     rms: [f64; REGIMES],
+    /// Length of each regime in the training data, s; zero where it is not known.
+    #[serde(default)]
+    seconds: [f64; REGIMES],
     /// Reference speed of the octaves, mm/s or rad/s.
     top_speed: f64,
     /// The upper bound as a multiple of the RMS, at least 1.
@@ -55,6 +67,7 @@ pub struct Spread {
 impl Spread {
     pub(crate) fn check(&self) -> Result<(), String> {
         all_within("spread.rms", &self.rms, LENGTH)?;
+        all_within("spread.seconds", &self.seconds, RATIO)?;
         within("spread.top_speed", self.top_speed, VELOCITY)?;
         within("spread.upper", self.upper, RATIO)?;
         all_within("spread.windows", &self.windows, RATIO)?;
@@ -101,8 +114,10 @@ impl Spread {
             return None;
         }
         let of = |values: &Vec<f64>, share: f64| quantile(values.clone(), share);
+        let period_s = runs.first().map_or(0.0, |(signal, _)| signal.period_s);
         Some(Self {
             rms: rms.map(|rms| rms * expected / overall),
+            seconds: sums.map(|(_, count)| count as f64 * period_s),
             top_speed,
             upper: (upper / expected).max(1.0),
             windows: [of(&windows, 0.05).min(1.0), of(&windows, 0.95).max(1.0)],
@@ -115,6 +130,26 @@ impl Spread {
     #[must_use]
     pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
         regimes(signal, self.top_speed).into_iter().map(|regime| self.rms[regime]).collect()
+    }
+
+    /// Expected RMS of each regime, mm or rad.
+    #[must_use]
+    pub fn by_regime(&self) -> [f64; REGIMES] {
+        self.rms
+    }
+
+    /// Length of each regime in the training data, s; zero where the model does not say.
+    #[must_use]
+    pub fn trained_s(&self) -> [f64; REGIMES] {
+        self.seconds
+    }
+
+    /// Length of each regime in `signal`, s.
+    #[must_use]
+    pub fn seconds_of(&self, signal: &AxisSignal<'_>) -> [f64; REGIMES] {
+        let mut seconds = [0.0; REGIMES];
+        regimes(signal, self.top_speed).into_iter().for_each(|regime| seconds[regime] += signal.period_s);
+        seconds
     }
 
     /// Range of the RMS of a run of a few seconds as multiples of [`Self::at`]: nine in ten lie
@@ -188,6 +223,10 @@ mod tests {
         let signal = AxisSignal::uncompensated(&reference, 0.002);
         let spread = Spread::fit(&[(signal, errors)], 10.0, 1.0, 2.0).unwrap();
         assert!(spread.at(&signal).iter().all(|rms| (rms - 1.0).abs() < 0.1));
+        // A steady 10 mm/s: all but the start.
+        let seconds = spread.seconds_of(&signal);
+        assert_eq!(seconds, spread.trained_s());
+        assert!((seconds.iter().sum::<f64>() - 120.0).abs() < 1e-6 && seconds[REGIMES - 1] > 119.0, "{seconds:?}");
         let [low, middle, high] = spread.multiples();
         assert!((0.94..1.0).contains(&low) && middle == 1.0 && (2.0..2.12).contains(&high), "{low} {middle} {high}");
         // Uniform noise ends at √3 times its RMS.

@@ -6,14 +6,18 @@ use anyhow::Result;
 use clap::Args;
 use datasets::{ExcitationPlan, excite, reference_content};
 use machine::MachineSpec;
-use models::OperatingRange;
+use models::{Bundle, OperatingRange, REGIME_NAMES};
 use motion::{AxisKind, Trajectory};
-use pipeline::Setup;
-use pipeline::excitation::{ControlProgram, Region, Style, control_test, in_program_words, program, travel};
+use pipeline::excitation::{
+    ControlProgram, NextAxis, NextExcitation, Region, Style, around_part, control_test, in_program_words, next_excitation,
+    possible_names, program, travel,
+};
+use pipeline::units::ErrorUnit;
 use pipeline::units::in_programs;
+use pipeline::{Setup, machine_of};
 use serde_json::{Map, Value, json};
 
-use crate::args::{Common, MachineArgs, OutputArgs};
+use crate::args::{Common, OutputArgs, ProgramArgs};
 use crate::files::Files;
 use crate::numbers;
 use crate::output::{Outputs, Printer};
@@ -31,15 +35,20 @@ const COVERED: f64 = 0.9;
 /// It has no reference, since its times are those of the control.
 ///
 /// Record commanded and actual positions of every run and of the control test, one log each, and hand the logs to `precomp train`.
+///
+/// With --after the runs are those that a model needs most: of the kinds of motion that add most to its expected error, in general or on the part of
+/// --for. Train on the old and the new logs together.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  precomp excite --machine mill.toml -o excitation\n  precomp excite --machine mill.toml --origin x=150,y=100,z=-40 --travel 50 -o excitation"
+    after_help = "Examples:\n  precomp excite --machine mill.toml -o excitation\n  precomp excite --machine mill.toml --origin x=150,y=100,z=-40 --travel 50 -o excitation\n  precomp excite --after mill.model --for part.nc --work-offset 120,80,-30 -o more"
 )]
 pub struct Excite {
     #[command(flatten)]
     common: Common,
-    #[command(flatten)]
-    machine: MachineArgs,
+    /// Machine description: a TOML file, a built-in machine (ballscrew, maxwell, worn, bc, xyzac), or a random one (random:SEED). When left out,
+    /// the machine of --after, else ballscrew
+    #[arg(long, value_name = "TOML")]
+    machine: Option<String>,
     /// Folder for the references and programs
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
@@ -50,7 +59,18 @@ pub struct Excite {
     region: RegionArgs,
     #[command(flatten)]
     output: OutputArgs,
+    /// Model after which to excite: more of the motion that adds most to its expected error
+    #[arg(long, value_name = "MODEL")]
+    after: Option<PathBuf>,
+    /// Part program or reference whose motion counts, and around which the axes move, where it is known where the part lies
+    #[arg(long = "for", value_name = "INPUT", requires = "after")]
+    part: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "Options of the program of --for")]
+    program: ProgramArgs,
 }
+
+/// The machine without `--machine` and `--after`.
+const USUAL_MACHINE: &str = "ballscrew";
 
 /// Where excitation moves.
 #[derive(Debug, Args)]
@@ -83,10 +103,13 @@ impl RegionArgs {
 impl Excite {
     pub fn files(&self) -> Files {
         let files = Files::of(self.common.json.as_deref())
-            .reads_machine(&*self.machine.machine)
+            .reads_machine(self.machine.as_deref())
+            .reads("--after", self.after.as_deref())
+            .reads("--for", self.part.as_deref())
             .reads_controller(self.output.controller.as_deref())
             .writes_in("-o", &*self.out);
-        let names = ExcitationPlan::of_seconds(self.seconds).names();
+        let usual = || ExcitationPlan::of_seconds(self.seconds).names();
+        let names = if self.after.is_some() { possible_names(self.seconds) } else { usual() };
         let files = files.writes("-o", &*self.control_test());
         names
             .iter()
@@ -99,12 +122,16 @@ impl Excite {
     }
 
     pub fn run(&self) -> Result<()> {
-        let machine = read::machine(&self.machine.machine)?;
+        let model = self.after.as_deref().map(read::model).transpose()?;
+        let machine = match (&self.machine, &model) {
+            (Some(named), _) => read::machine(named)?,
+            (None, Some(model)) => machine_of(model)?,
+            (None, None) => read::machine(USUAL_MACHINE)?,
+        };
         let setup = self.output.setup(&machine)?;
-        let plan = ExcitationPlan::of_seconds(self.seconds);
-        let travel = travel(&machine, &self.region.region(&machine))?;
-        let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let printer = self.common.printer();
+        let Planned { plan, travel, expected } = self.plan(&printer, &machine, &setup, model.as_ref())?;
+        let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let mut outputs = Outputs::default();
         let spacing_s = self.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
         let style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);
@@ -130,9 +157,83 @@ impl Excite {
         let covered = show_covered(&printer, &setup, &travel, &runs);
         let names: Vec<&str> = runs.iter().map(|(name, _)| name.as_str()).collect();
         let control_test = test.map(|test| json!({ "seconds": test.seconds }));
-        let figures = json!({ "runs": names, "seconds": seconds, "covered": covered, "control_test": control_test });
+        let figures =
+            json!({ "runs": names, "seconds": seconds, "covered": covered, "control_test": control_test, "expected": expected });
         outputs.write(self.common.json.as_deref(), &figures)
     }
+
+    /// The runs and where they move; with a model, what is expected of it.
+    fn plan(&self, printer: &Printer, machine: &MachineSpec, setup: &Setup, model: Option<&Bundle>) -> Result<Planned> {
+        let region = self.region.region(machine);
+        let mut travel = travel(machine, &region)?;
+        let Some(model) = model else {
+            return Ok(Planned { plan: ExcitationPlan::of_seconds(self.seconds), travel, expected: None });
+        };
+        let part =
+            self.part.as_deref().map(|part| read::input(part, setup, &self.program.settings(), self.program.feed)).transpose()?;
+        if let Some(part) = &part {
+            if part.part().is_none_or(|part| part.placement.known()) {
+                travel = around_part(machine, &region, part.trajectory())?;
+            } else {
+                printer.line(
+                    "note: it is not known where the part lies (--work-offset): the runs are of its motion, and not around it",
+                );
+            }
+        }
+        let path = part.as_ref().map(|part| part.command());
+        let next = next_excitation(model, setup, &travel, path, self.seconds, self.common.seed)?;
+        show_expected(printer, &next, part.as_ref().map(|part| part.name()));
+        let expected = expected_json(&next);
+        Ok(Planned { plan: next.plan, travel, expected: Some(expected) })
+    }
+}
+
+/// The runs of an excitation.
+struct Planned {
+    plan: ExcitationPlan,
+    /// Lowest and highest position of every axis, mm or rad.
+    travel: Vec<(f64, f64)>,
+    /// Figures of what is expected.
+    expected: Option<Value>,
+}
+
+/// Says which runs were chosen, why, and what they are expected to gain.
+fn show_expected(printer: &Printer, next: &NextExcitation, part: Option<&str>) {
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
+    for run in &next.plan.runs {
+        match kinds.iter_mut().find(|(name, _)| *name == run.name) {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((&run.name, 1)),
+        }
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    printer.line(format!("runs: {}", kinds.join(", ")));
+    for axis in &next.axes {
+        let (unit, (regime, rms, known_s)) = (ErrorUnit::from(axis.kind), axis.weakest);
+        let shown = |error: f64| format!("{:.3}", unit.value(error));
+        printer.line(format!(
+            "{}: expected error of the model{} {} → {} {} RMS with the new logs; most of it {} ({} over {known_s:.0} s of its log)",
+            axis.name,
+            part.map_or_else(String::new, |part| format!(" on {part}")),
+            shown(axis.before),
+            shown(axis.after),
+            unit.sign(),
+            REGIME_NAMES[regime],
+            shown(rms),
+        ));
+    }
+}
+
+fn expected_json(next: &NextExcitation) -> Value {
+    let axis = |axis: &NextAxis| {
+        let (unit, (regime, rms, known_s)) = (ErrorUnit::from(axis.kind), axis.weakest);
+        let weakest = json!({ "regime": REGIME_NAMES[regime], "rms": unit.value(rms), "seconds": known_s });
+        (
+            axis.name.clone(),
+            json!({ "rms_before": unit.value(axis.before), "rms_after": unit.value(axis.after), "weakest": weakest }),
+        )
+    };
+    Value::Object(next.axes.iter().map(axis).collect())
 }
 
 /// Says how far every axis goes of what it may, and returns it by axis.

@@ -66,3 +66,50 @@ fn an_origin_without_room_is_refused() {
         assert!(!folder.path("e").exists());
     }
 }
+
+/// A slow spiral of short lines about X 70, beyond the ±60 mm of the log.
+fn slow_part() -> String {
+    let mut text = String::from("G21 G90 G94 G17\nG0 X70. Y0. Z0.\nG1 F600\n");
+    for k in 1..=300 {
+        let angle = f64::from(k) * 0.1;
+        text += &format!("X{:.3} Y{:.3}\n", 70.0 + 0.02 * f64::from(k) * angle.cos(), 0.02 * f64::from(k) * angle.sin());
+    }
+    text + "M2\n"
+}
+
+#[test]
+fn the_next_excitation_is_of_what_the_model_knows_least_on_a_part() {
+    let folder = Folder::new();
+    folder.train_on("ballscrew", "20", "linear");
+    folder.write("part.nc", slow_part());
+    let words = ["excite", "--after", "machine.model", "-o", "more", "--seconds", "20"];
+    let kinds = |figures: &serde_json::Value| -> Vec<String> {
+        figures["runs"].as_array().unwrap().iter().map(|run| run.as_str().unwrap()[3..].to_owned()).collect()
+    };
+
+    // In general: every axis is expected to gain, and the machine is the model's.
+    let general = folder.figures(&words);
+    assert!((2..=20).contains(&kinds(&general).len()), "{general}");
+    assert!((14.0..=30.0).contains(&general["seconds"].as_f64().unwrap()), "{general}");
+    for axis in ["x", "y", "z"] {
+        let [before, after] = ["rms_before", "rms_after"].map(|key| general["expected"][axis][key].as_f64().unwrap());
+        assert!(after < before && after > 0.5 * before, "{general}");
+    }
+
+    // On the part: around it, and at its speed, which no run at full speed has.
+    let of_part = folder.figures(&[&words[..], &["--for", "part.nc", "--work-offset", "0,0,0"]].concat());
+    let (low, high) = covered(&of_part, "x");
+    assert!(low >= 54.0 && high <= 86.0 && high - low > 20.0, "{low} {high}");
+    let slow = |kinds: Vec<String>| kinds.iter().filter(|kind| ["slow", "creep", "slow-lines"].contains(&kind.as_str())).count();
+    assert!(slow(kinds(&of_part)) > slow(kinds(&general)), "{of_part} {general}");
+    for run in of_part["runs"].as_array().unwrap() {
+        let name = run.as_str().unwrap();
+        assert!(folder.path(&format!("more/{name}.csv")).exists() && folder.path(&format!("more/{name}.nc")).exists());
+    }
+
+    // Without an offset it is not known where the part lies.
+    let said = folder.precomp(&[&words[..], &["--for", "part.nc"]].concat());
+    assert!(crate::common::text(&said.stdout).contains("--work-offset"));
+    folder.fails(2, &["excite", "--for", "part.nc", "-o", "other"]);
+    folder.fails(1, &["excite", "--after", "part.nc", "-o", "other"]);
+}

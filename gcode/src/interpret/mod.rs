@@ -72,11 +72,7 @@ pub fn interpret(program: &Program, options: &Options) -> Result<Toolpath, Gcode
     if read.doubts_centres() {
         let mut absolute = Interpreter::new(program, options, Distance::Absolute).run();
         if !absolute.arc_faults.any {
-            absolute.report.warning(
-                Span { start: 0, end: 0 },
-                "arc centres are read as absolute (G90.1): as distances from the start they fit no circles",
-                Some("state G90.1 or G91.1, or set the option, to be sure"),
-            );
+            absolute.warn_of_absolute_centres();
             return absolute.finish();
         }
     }
@@ -99,6 +95,14 @@ impl Interpreter<'_> {
             && self.options.dialect != Dialect::Sinumerik
             && !Dialect::Fanuc.is_certain(self.program);
         is_open && self.arc_faults.is_telling && !self.arc_distance_stated
+    }
+
+    fn warn_of_absolute_centres(&mut self) {
+        self.report.warning(
+            Span { start: 0, end: 0 },
+            "arc centres are read as absolute (G90.1): as distances from the start they fit no circles",
+            Some("state G90.1 or G91.1, or set the option, to be sure"),
+        );
     }
 
     fn run(mut self) -> Self {

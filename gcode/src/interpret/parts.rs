@@ -46,6 +46,8 @@ pub struct Reader<'a> {
     words: Gathered,
     next: usize,
     is_done: bool,
+    /// Whether arc centres are read as absolute because they fit no circles otherwise.
+    absolute_centres: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -59,7 +61,20 @@ impl<'a> Reader<'a> {
             && program.is_whole()
             && is_plain(program);
         let interpreter = || Interpreter::new(program, options, assumed_centres(options));
-        in_order.then(|| Self { interpreter: interpreter(), words: Gathered::default(), next: 0, is_done: false })
+        in_order.then(|| Self {
+            interpreter: interpreter(),
+            words: Gathered::default(),
+            next: 0,
+            is_done: false,
+            absolute_centres: false,
+        })
+    }
+
+    /// A reader at the first block that takes arc centres as absolute, for a program whose arcs fit no circle otherwise ([`Reader::finish`]).
+    #[must_use]
+    pub fn with_absolute_centres(program: &'a Program, options: &'a Options) -> Option<Self> {
+        let interpreter = Interpreter::new(program, options, Distance::Absolute);
+        Some(Self { interpreter, absolute_centres: true, ..Self::new(program, options)? })
     }
 
     /// Index of the next block.
@@ -84,10 +99,10 @@ impl<'a> Reader<'a> {
         Some(Toolpath { moves, modals, warnings: Vec::new() })
     }
 
-    /// The state before the first block.
+    /// The present state, whether or not reading can be resumed from it: of use before the first block.
     #[must_use]
-    pub fn start(program: &'a Program, options: &'a Options) -> Resume {
-        resume_of(&Interpreter::new(program, options, assumed_centres(options)))
+    pub fn state(&self) -> Resume {
+        resume_of(&self.interpreter)
     }
 
     /// What the next blocks depend on. `None` where that is more than modal codes and a known position: in canned cycles, corners, open
@@ -110,13 +125,18 @@ impl<'a> Reader<'a> {
         (plain && feed_known && !unclear && !open).then(|| resume_of(at))
     }
 
-    /// The warnings of the blocks read. `None` where arcs fit no circle unless their centres are absolute, which only the whole program can
-    /// tell ([`interpret`](crate::interpret)).
+    /// The warnings of the blocks read. `None` where arcs fit no circle: unless [with absolute centres](Reader::with_absolute_centres), which only
+    /// the whole program can tell.
     ///
     /// # Errors
     /// As [`interpret`](crate::interpret).
-    pub fn finish(self) -> Result<Option<Vec<Diagnostic>>, GcodeError> {
-        if self.interpreter.doubts_centres() {
+    pub fn finish(mut self) -> Result<Option<Vec<Diagnostic>>, GcodeError> {
+        if self.absolute_centres {
+            if self.interpreter.arc_faults.any {
+                return Ok(None);
+            }
+            self.interpreter.warn_of_absolute_centres();
+        } else if self.interpreter.doubts_centres() {
             return Ok(None);
         }
         self.interpreter.finish().map(|read| Some(read.warnings))
@@ -211,6 +231,20 @@ mod tests {
         let options = Options::from(Dialect::Fanuc);
         let absolute = parse("G21 G90\nG0 X13 Y5 Z0\nG3 X5 Y13 I5 J5 F300\nM2\n");
         let mut reader = Reader::new(&absolute, &options).unwrap();
+        while reader.read(10).is_some() {}
+        assert!(reader.finish().unwrap().is_none());
+        let mut reader = Reader::with_absolute_centres(&absolute, &options).unwrap();
+        let mut moves = Vec::new();
+        while let Some(part) = reader.read(1) {
+            moves.extend(part.moves);
+        }
+        let whole = interpret(&absolute, &options).unwrap();
+        assert_eq!(moves, whole.moves);
+        let messages = |warnings: &[Diagnostic]| warnings.iter().map(|warning| warning.message.clone()).collect::<Vec<_>>();
+        assert_eq!(messages(&reader.finish().unwrap().unwrap()), messages(&whole.warnings));
+        // Arcs that are circles in neither reading.
+        let neither = parse("G21 G90\nG0 X13 Y5 Z0\nG3 X5 Y13 I6 J5 F300\nM2\n");
+        let mut reader = Reader::with_absolute_centres(&neither, &options).unwrap();
         while reader.read(10).is_some() {}
         assert!(reader.finish().unwrap().is_none());
     }

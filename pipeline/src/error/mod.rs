@@ -127,6 +127,9 @@ pub enum Error {
     /// The machine description in a model is invalid.
     #[error("the model's machine: {0}")]
     ModelMachine(#[source] MachineError),
+    /// The model does not state its errors by regime of motion.
+    #[error("the model does not say what its log holds of every kind of motion; train it anew with this version")]
+    NoRegimes,
     /// The operation needs a part program; the input is a reference or curve.
     #[error("this needs a part program; a reference has no lines, feeds or commands of its own")]
     NoProgram,

@@ -1,12 +1,14 @@
 //! Excitation: motions for the identification of the axes and of the control.
 //!
 //! [`program`] writes an excitation run as a part program for a real control, [`control_test`] the moves that show how the
-//! control plans. [`record`] runs excitation on a simulated machine.
+//! control plans. [`next_excitation`] chooses the runs for a machine that has a model. [`record`] runs excitation on a simulated machine.
 
 mod control_test;
+mod next;
 mod program;
 mod recording;
 
 pub use control_test::{ControlProgram, control_test};
+pub use next::{NextAxis, NextExcitation, around_part, next_excitation, possible_names};
 pub use program::{Style, program};
 pub use recording::{Region, TRAVEL_MM, TURN_RAD, in_program_words, record, travel};

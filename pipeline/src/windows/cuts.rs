@@ -53,10 +53,20 @@ pub(super) struct Cuts {
 /// Finds the cuts of a program; `None` where it cannot be read in parts.
 pub(super) fn scan(whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
     let (program, options) = (&whole.program, &whole.options);
-    let Some(mut reader) = Reader::new(program, options) else { return Ok(None) };
+    for reader in [Reader::new(program, options), Reader::with_absolute_centres(program, options)].into_iter().flatten() {
+        if let Some(cuts) = read_through(reader, whole, limits)? {
+            return Ok(Some(cuts));
+        }
+    }
+    Ok(None)
+}
+
+/// Reads a program to its end; `None` where its arcs fit no circle.
+fn read_through(mut reader: Reader<'_>, whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
+    let program = &whole.program;
     let mut cuts = vec![Cut {
         block: 0,
-        state: Reader::start(program, options),
+        state: reader.state(),
         time_s: 0.0,
         moves: 0,
         at: Vec6::zeros(),

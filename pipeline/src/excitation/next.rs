@@ -1,0 +1,210 @@
+//! The next excitation of a machine that has a model: more of the motion that decides the model's error.
+//!
+//! A model states its expected error by regime of motion (at rest, after starts and reversals, by speed), and how long each was in its log. What a
+//! path asks of each regime gives its expected error there. The runs of the next excitation are chosen one after the other: each is of the kind
+//! that lowers this error most for its length, where the squared error of a regime falls with its length in all logs to the power [`DECAY`].
+
+use datasets::{ExcitationPlan, RunPlan, excite};
+use machine::MachineSpec;
+use models::{AxisSignal, Bundle, REGIMES, Spread};
+use motion::{AxisKind, Trajectory};
+
+use super::recording::{Region, travel};
+use crate::error::{Error, Result};
+use crate::setup::Setup;
+
+/// Number of runs if all take as long as they should, and the largest number.
+const RUNS: usize = 10;
+const MOST_RUNS: usize = 20;
+/// Length of all runs over the requested one beyond which no run is added.
+const MOST_OF_SECONDS: f64 = 1.2;
+/// Exponent of the fall of a model's squared error with the length of its log.
+const DECAY: f64 = 0.5;
+/// Length of a regime that counts as known before any log, s: shorter ones are not told apart.
+const BEFOREHAND_S: f64 = 1.0;
+/// Motion around a part that belongs to its excitation, mm.
+const AROUND_PART_MM: f64 = 10.0;
+/// Lever arm at which an angle counts beside lengths, mm.
+const LEVER_MM: f64 = 100.0;
+
+/// The next excitation.
+#[derive(Debug, Clone)]
+pub struct NextExcitation {
+    /// Its runs.
+    pub plan: ExcitationPlan,
+    /// What is expected of every axis.
+    pub axes: Vec<NextAxis>,
+}
+
+/// Expected error of an axis on the path, mm or rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NextAxis {
+    /// Name of the axis.
+    pub name: String,
+    /// Its kind.
+    pub kind: AxisKind,
+    /// RMS with the present model.
+    pub before: f64,
+    /// RMS with a model of the present and the next logs.
+    pub after: f64,
+    /// The regime that adds most to the squared error, as an index of [`models::REGIME_NAMES`]; its RMS, and its length in the model's log, s.
+    pub weakest: (usize, f64, f64),
+}
+
+/// What the model knows of an axis, and what the path asks of it.
+struct Known<'a> {
+    axis: usize,
+    kind: AxisKind,
+    name: &'a str,
+    spread: &'a Spread,
+    /// Share of the path's time in each regime.
+    shares: [f64; REGIMES],
+}
+
+impl Known<'_> {
+    /// Expected squared error on the path, with `more` seconds of each regime.
+    fn square(&self, more: &[f64; REGIMES]) -> f64 {
+        let known_s = self.spread.trained_s();
+        let of = |regime: usize| {
+            let before_s = BEFOREHAND_S + known_s[regime];
+            let rms = self.spread.by_regime()[regime];
+            self.shares[regime] * rms * rms * (before_s / (before_s + more[regime])).powf(DECAY)
+        };
+        (0..REGIMES).map(of).sum()
+    }
+
+    /// Length of each regime of the axis in a run, s.
+    fn seconds_of(&self, run: &Trajectory) -> [f64; REGIMES] {
+        self.spread.seconds_of(&AxisSignal::uncompensated(&run.columns()[self.axis], run.period_s()))
+    }
+
+    fn weakest(&self) -> (usize, f64, f64) {
+        let rms = self.spread.by_regime();
+        let part = |regime: &usize| self.shares[*regime] * rms[*regime].powi(2);
+        let regime = (0..REGIMES).max_by(|a, b| part(a).total_cmp(&part(b))).unwrap_or_default();
+        (regime, rms[regime], self.spread.trained_s()[regime])
+    }
+}
+
+/// Kinds of runs that are chosen from.
+fn kinds(each_s: f64) -> [RunPlan; 7] {
+    [
+        RunPlan::standard("full", each_s, 1.0),
+        RunPlan::standard("half", each_s, 0.5),
+        RunPlan::standard("slow", each_s, 0.25),
+        RunPlan::standard("creep", each_s, 0.06),
+        RunPlan::sharp("sharp", each_s),
+        RunPlan::lines("lines", each_s),
+        RunPlan { speed_share: 0.25, ..RunPlan::lines("slow-lines", each_s) },
+    ]
+}
+
+/// Names of all runs that a next excitation may have.
+#[must_use]
+pub fn possible_names(seconds: f64) -> Vec<String> {
+    let kinds = kinds(seconds / RUNS as f64);
+    (0..MOST_RUNS)
+        .flat_map(|run| kinds.iter().map(move |kind| format!("{:02}-{}", run + 1, kind.name)).collect::<Vec<_>>())
+        .collect()
+}
+
+/// Plans about `seconds` of excitation within `travel` after `model`: for the motion of `path`, or for that of an excitation of all kinds where
+/// there is none.
+///
+/// # Errors
+/// When the model states no errors by regime, its axes are not those of the setup, or no excitation fits the machine.
+pub fn next_excitation(
+    model: &Bundle,
+    setup: &Setup,
+    travel: &[(f64, f64)],
+    path: Option<&Trajectory>,
+    seconds: f64,
+    seed: u64,
+) -> Result<NextExcitation> {
+    let axes = setup.kinematics.axes();
+    let runs_of = |plan: &ExcitationPlan| {
+        excite(plan, &setup.limits, axes, travel, setup.period_s, seed).map(|runs| runs.into_iter().map(|(_, run)| run))
+    };
+    let asked: Vec<Trajectory> = match path {
+        Some(path) => vec![path.clone()],
+        None => runs_of(&ExcitationPlan::of_seconds(seconds))?.collect(),
+    };
+    let known: Vec<Known> = model
+        .manifest
+        .axes
+        .iter()
+        .filter_map(|own| {
+            let axis = axes.iter().position(|axis| axis.name == own.name)?;
+            let spread = own.band.spread()?;
+            let unknown = Known { axis, kind: axes[axis].kind, name: &own.name, spread, shares: [0.0; REGIMES] };
+            let mut shares = [0.0; REGIMES];
+            for run in asked.iter().filter(|run| axis < run.columns().len()) {
+                shares.iter_mut().zip(unknown.seconds_of(run)).for_each(|(share, seconds)| *share += seconds);
+            }
+            let total = shares.iter().sum::<f64>();
+            (total > 0.0).then(|| Known { shares: shares.map(|share| share / total), ..unknown })
+        })
+        .collect();
+    if known.is_empty() || known.iter().any(|known| known.spread.trained_s().iter().sum::<f64>() == 0.0) {
+        return Err(Error::NoRegimes);
+    }
+    let kinds = kinds(seconds / RUNS as f64);
+    let candidates: Vec<Trajectory> = runs_of(&ExcitationPlan { runs: kinds.to_vec() })?.collect();
+    let adds: Vec<Vec<[f64; REGIMES]>> =
+        candidates.iter().map(|run| known.iter().map(|known| known.seconds_of(run)).collect()).collect();
+    let with = |more: &[[f64; REGIMES]], add: &[[f64; REGIMES]]| -> Vec<[f64; REGIMES]> {
+        let sum = |(more, add): (&[f64; REGIMES], &[f64; REGIMES])| std::array::from_fn(|regime| more[regime] + add[regime]);
+        more.iter().zip(add).map(sum).collect()
+    };
+    let square = |more: &[[f64; REGIMES]]| -> f64 {
+        let scale = |kind: AxisKind| if kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
+        known.iter().zip(more).map(|(known, more)| known.square(more) * scale(known.kind).powi(2)).sum()
+    };
+    let (mut more, mut runs, mut length_s) = (vec![[0.0; REGIMES]; known.len()], Vec::new(), 0.0);
+    while runs.len() < MOST_RUNS {
+        let now = square(&more);
+        let gain = |kind: &usize| (now - square(&with(&more, &adds[*kind]))) / candidates[*kind].duration_s();
+        let fits = |kind: &usize| runs.is_empty() || length_s + candidates[*kind].duration_s() <= MOST_OF_SECONDS * seconds;
+        let Some(best) = (0..kinds.len()).filter(fits).max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
+        if length_s >= seconds {
+            break;
+        }
+        more = with(&more, &adds[best]);
+        length_s += candidates[best].duration_s();
+        runs.push(kinds[best].clone());
+    }
+    let axes = known
+        .iter()
+        .zip(&more)
+        .map(|(known, more)| NextAxis {
+            name: known.name.to_owned(),
+            kind: known.kind,
+            before: known.square(&[0.0; REGIMES]).sqrt(),
+            after: known.square(more).sqrt(),
+            weakest: known.weakest(),
+        })
+        .collect();
+    Ok(NextExcitation { plan: ExcitationPlan { runs }, axes })
+}
+
+/// Lowest and highest position of every axis in an excitation for the path of a part, mm or rad: its own with some motion around it, within the
+/// travel; of rotary axes, and of axes that the part leaves at rest, those of `region`.
+///
+/// # Errors
+/// As [`travel`].
+pub fn around_part(spec: &MachineSpec, region: &Region, path: &Trajectory) -> Result<Vec<(f64, f64)>> {
+    let mut ranges = travel(spec, region)?;
+    for (range, axis) in ranges.iter_mut().zip(&spec.axes) {
+        let own = axis.axis();
+        let Some(index) = path.axes().iter().position(|of| of.name == own.name).filter(|_| own.kind == AxisKind::Linear) else {
+            continue;
+        };
+        let positions = path.columns()[index].iter();
+        let (low, high) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        if high > low {
+            let [lowest, highest] = axis.travel().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            *range = (lowest.max(low - AROUND_PART_MM), highest.min(high + AROUND_PART_MM));
+        }
+    }
+    Ok(ranges)
+}
