@@ -286,7 +286,14 @@ def measure(
     model: Model | None = None,
     **options: Unpack[MeasureOptions],
 ) -> Measurement: ...
-def excite(machine: _Spec, *, seed: int = 1, **options: Unpack[ExciteOptions]) -> Excitation: ...
+def excite(
+    machine: _Spec,
+    *,
+    seed: int = 1,
+    after: Model | None = None,
+    part: _Path | None = None,
+    **options: Unpack[ExciteOptions],
+) -> Excitation: ...
 def record(machine: _Spec, *, seconds: float = 60.0, travel: float = 60.0, seed: int = 1) -> list[Log]: ...
 def simulate(
     path: _Path,

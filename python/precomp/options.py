@@ -78,7 +78,7 @@ class MeasureOptions(ProgramOptions, LogOptions, total=False):
     readback: bool
 
 
-class ExciteOptions(OutputOptions, total=False):
+class ExciteOptions(ProgramOptions, OutputOptions, total=False):
     """Options of ``excite``."""
 
     seconds: float

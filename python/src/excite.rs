@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use datasets::{ExcitationPlan, excite as plan_runs, reference_content, write_all};
 use motion::Trajectory;
 use numpy::{PyArray1, PyArray2};
-use pipeline::excitation::{self, ControlProgram, Style, control_test, in_program_words, program, travel};
+use pipeline::excitation::{self, ControlProgram, Style, control_test, in_program_words, next_excitation, program, travel};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -13,7 +13,9 @@ use crate::arrays;
 use crate::errors::{OrRaise, UsageError};
 use crate::log::Log;
 use crate::machine::spec;
+use crate::model::Model;
 use crate::options::{self, ExciteOptions};
+use crate::path;
 use crate::progress::{self, Failure};
 
 /// One run of an excitation: a reference, and the same as a program.
@@ -110,18 +112,32 @@ impl Excitation {
 
 /// Random-spline excitation to run on a machine, as the command `excite` writes it.
 #[pyfunction]
-#[pyo3(signature = (machine, *, seed = 1, **options))]
+#[pyo3(signature = (machine, *, seed = 1, after = None, part = None, **options))]
 pub fn excite(
     py: Python<'_>,
     machine: &Bound<'_, PyAny>,
     seed: u64,
+    after: Option<PyRef<'_, Model>>,
+    part: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Excitation> {
     let (machine, options) = (spec(machine)?, options::read::<ExciteOptions>(options)?);
+    let setup = options.output.setup(&machine).or_raise()?;
+    let part = part.map(|part| path::source(part, setup.period_s, setup.kinematics.axes())).transpose()?;
+    if part.is_some() && after.is_none() {
+        return Err(UsageError::new_err("`part` needs `after`, a model"));
+    }
+    let model = after.as_ref().map(|model| &model.bundle);
     progress::run(py, None, &Failure::default(), move |_| {
-        let setup = options.output.setup(&machine)?;
-        let plan = ExcitationPlan::of_seconds(options.seconds);
-        let travel = travel(&machine, &options.region.region(&machine))?;
+        let region = options.region.region(&machine);
+        let (plan, travel) = match model {
+            Some(model) => {
+                let part = part.map(|part| part.on(&setup, &options.program.settings(), options.program.feed)).transpose()?;
+                let next = next_excitation(model, (&machine, &setup), &region, part.as_ref(), options.seconds, seed)?;
+                (next.plan, next.travel)
+            }
+            None => (ExcitationPlan::of_seconds(options.seconds), travel(&machine, &region)?),
+        };
         let runs = plan_runs(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, seed)?;
         let spacing_s = options.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
         let style = Style::of(&options.output.settings(&setup).refit(), spacing_s, &setup);

@@ -212,6 +212,8 @@ pub struct ExciteOptions {
     pub seconds: f64,
     #[command(flatten)]
     pub region: RegionArgs,
+    #[command(flatten)]
+    pub program: ProgramArgs,
 }
 
 /// Options of `compare`.

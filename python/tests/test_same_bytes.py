@@ -86,6 +86,17 @@ def test_the_excitation(tmp_path: Path, command: Command) -> None:
     assert excitation.runs[0].program.encode() == (tmp_path / "command" / f"{excitation.runs[0].name}.nc").read_bytes()
 
 
+def test_the_next_excitation(model: precomp.Model, folder: Path, part: Path, tmp_path: Path, command: Command) -> None:
+    options = ("--after", folder / "machine.model", "--for", part, "--work-offset", "0,0,0")
+    command("excite", "--machine", "ballscrew", "--seconds", 10, *options, "-o", tmp_path / "command")
+    excitation = precomp.excite("ballscrew", seconds=10, after=model, part=part, work_offset="0,0,0")
+    excitation.save(tmp_path / "python")
+    for path in (tmp_path / "command").iterdir():
+        assert (tmp_path / "python" / path.name).read_bytes() == path.read_bytes(), path.name
+    with pytest.raises(precomp.UsageError):
+        precomp.excite("ballscrew", part=part)
+
+
 def test_the_comparison(model: precomp.Model, folder: Path, command: Command) -> None:
     options = ("--gain", 0.8, "--low-pass", 100, "--runs", 2, "--seed", 4)
     figures = command("compare", "curve:circle", "--machine", "ballscrew", "-m", folder / "machine.model", *options)

@@ -9,7 +9,7 @@ use machine::MachineSpec;
 use models::{Bundle, OperatingRange, REGIME_NAMES};
 use motion::{AxisKind, Trajectory};
 use pipeline::excitation::{
-    ControlProgram, NextAxis, NextExcitation, Region, Style, around_part, control_test, in_program_words, next_excitation,
+    ControlProgram, NextAxis, NextExcitation, Region, Style, control_test, in_program_words, is_placed, next_excitation,
     possible_names, program, travel,
 };
 use pipeline::units::ErrorUnit;
@@ -165,26 +165,23 @@ impl Excite {
     /// The runs and where they move; with a model, what is expected of it.
     fn plan(&self, printer: &Printer, machine: &MachineSpec, setup: &Setup, model: Option<&Bundle>) -> Result<Planned> {
         let region = self.region.region(machine);
-        let mut travel = travel(machine, &region)?;
         let Some(model) = model else {
-            return Ok(Planned { plan: ExcitationPlan::of_seconds(self.seconds), travel, expected: None });
+            return Ok(Planned {
+                plan: ExcitationPlan::of_seconds(self.seconds),
+                travel: travel(machine, &region)?,
+                expected: None,
+            });
         };
-        let part =
-            self.part.as_deref().map(|part| read::input(part, setup, &self.program.settings(), self.program.feed)).transpose()?;
-        if let Some(part) = &part {
-            if part.part().is_none_or(|part| part.placement.known()) {
-                travel = around_part(machine, &region, part.trajectory())?;
-            } else {
-                printer.line(
-                    "note: it is not known where the part lies (--work-offset): the runs are of its motion, and not around it",
-                );
-            }
+        let read = |part| read::input(part, setup, &self.program.settings(), self.program.feed);
+        let part = self.part.as_deref().map(read).transpose()?;
+        if part.as_ref().is_some_and(|part| !is_placed(part)) {
+            printer
+                .line("note: it is not known where the part lies (--work-offset): the runs are of its motion, and not around it");
         }
-        let path = part.as_ref().map(|part| part.command());
-        let next = next_excitation(model, setup, &travel, path, self.seconds, self.common.seed)?;
+        let next = next_excitation(model, (machine, setup), &region, part.as_ref(), self.seconds, self.common.seed)?;
         show_expected(printer, &next, part.as_ref().map(|part| part.name()));
-        let expected = expected_json(&next);
-        Ok(Planned { plan: next.plan, travel, expected: Some(expected) })
+        let expected = Some(expected_json(&next));
+        Ok(Planned { plan: next.plan, travel: next.travel, expected })
     }
 }
 

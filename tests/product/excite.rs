@@ -93,7 +93,7 @@ fn the_next_excitation_is_of_what_the_model_knows_least_on_a_part() {
     assert!((14.0..=30.0).contains(&general["seconds"].as_f64().unwrap()), "{general}");
     for axis in ["x", "y", "z"] {
         let [before, after] = ["rms_before", "rms_after"].map(|key| general["expected"][axis][key].as_f64().unwrap());
-        assert!(after < before && after > 0.5 * before, "{general}");
+        assert!(after < before && after > 0.8 * before, "{general}");
     }
 
     // On the part: around it, and at its speed, which no run at full speed has.

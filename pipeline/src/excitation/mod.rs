@@ -9,6 +9,6 @@ mod program;
 mod recording;
 
 pub use control_test::{ControlProgram, control_test};
-pub use next::{NextAxis, NextExcitation, around_part, next_excitation, possible_names};
+pub use next::{NextAxis, NextExcitation, is_placed, next_excitation, possible_names};
 pub use program::{Style, program};
 pub use recording::{Region, TRAVEL_MM, TURN_RAD, in_program_words, record, travel};
