@@ -225,7 +225,7 @@ mod tests {
         assert!(spread.at(&signal).iter().all(|rms| (rms - 1.0).abs() < 0.1));
         // A steady 10 mm/s: all but the start.
         let seconds = spread.seconds_of(&signal);
-        assert_eq!(seconds, spread.trained_s());
+        assert!(seconds.iter().zip(spread.trained_s()).all(|(own, trained)| (own - trained).abs() < 1e-6), "{seconds:?}");
         assert!((seconds.iter().sum::<f64>() - 120.0).abs() < 1e-6 && seconds[REGIMES - 1] > 119.0, "{seconds:?}");
         let [low, middle, high] = spread.multiples();
         assert!((0.94..1.0).contains(&low) && middle == 1.0 && (2.0..2.12).contains(&high), "{low} {middle} {high}");

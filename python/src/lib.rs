@@ -9,6 +9,7 @@ mod compare;
 mod compensate;
 mod contour;
 mod errors;
+mod excitation;
 mod excite;
 mod frames;
 mod json;
@@ -59,8 +60,8 @@ fn _precomp(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<run::Run>()?;
     module.add_class::<compensate::Compensated>()?;
     module.add_class::<measurement::Measurement>()?;
-    module.add_class::<excite::Excitation>()?;
-    module.add_class::<excite::ExcitationRun>()?;
+    module.add_class::<excitation::Excitation>()?;
+    module.add_class::<excitation::ExcitationRun>()?;
     module.add_class::<compare::Comparison>()?;
     module.add_class::<learn::Learned>()?;
     module.add_class::<learn::Iteration>()?;

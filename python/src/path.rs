@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyString};
 
 use crate::compensate::{Compensated, Content};
 use crate::errors::OrRaise;
-use crate::excite::ExcitationRun;
+use crate::excitation::ExcitationRun;
 use crate::log::Log;
 use crate::{arrays, tables};
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import precomp
+import pytest
 from conftest import SEED
 
 Command = Callable[..., dict[str, Any]]
@@ -86,10 +87,11 @@ def test_the_excitation(tmp_path: Path, command: Command) -> None:
     assert excitation.runs[0].program.encode() == (tmp_path / "command" / f"{excitation.runs[0].name}.nc").read_bytes()
 
 
-def test_the_next_excitation(model: precomp.Model, folder: Path, part: Path, tmp_path: Path, command: Command) -> None:
+def test_the_next_excitation(model: precomp.Model, folder: Path, tmp_path: Path, command: Command) -> None:
+    part = folder / "part.nc"
     options = ("--after", folder / "machine.model", "--for", part, "--work-offset", "0,0,0")
     command("excite", "--machine", "ballscrew", "--seconds", 10, *options, "-o", tmp_path / "command")
-    excitation = precomp.excite("ballscrew", seconds=10, after=model, part=part, work_offset="0,0,0")
+    excitation = precomp.excite("ballscrew", seconds=10, after=model, part=part, work_offset=[0, 0, 0])
     excitation.save(tmp_path / "python")
     for path in (tmp_path / "command").iterdir():
         assert (tmp_path / "python" / path.name).read_bytes() == path.read_bytes(), path.name
