@@ -1,18 +1,9 @@
 #!/bin/sh
 # Finishing rows of 0.2 mm lines through `compensate` with a model of 20 s of ballscrew, by effort and as a whole: cycle, time, multiple of real time
-# and peak memory, as a table. LINES="30000" by default; the last effort is also run on MILLIONS of lines where that is given.
+# and peak memory, as a table. LINES="30000" by default; MILLIONS=2 adds two million lines with `fast`.
 set -eu
 cd "$(dirname "$0")/.."
-cargo build --release
-precomp=$PWD/target/release/precomp
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder"
-"$precomp" excite --machine ballscrew --seconds 20 -o excitation > /dev/null
-for reference in excitation/*.csv; do
-    "$precomp" simulate "$reference" --machine ballscrew -o "log-$(basename "$reference")" > /dev/null
-done
-"$precomp" train log-*.csv --machine ballscrew -o m.model > /dev/null
+. benches/short-model.sh
 rows() {
     python3 - "$1" > "$2" <<'EOF'
 import math, sys

@@ -4,16 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 programs=$(cd "${1:-../shared/data/gcode}" && pwd)
-cargo build --release
-precomp=$PWD/target/release/precomp
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-cd "$folder"
-"$precomp" excite --machine ballscrew --seconds 20 -o excitation > /dev/null
-for reference in excitation/*.csv; do
-    "$precomp" simulate "$reference" --machine ballscrew -o "log-$(basename "$reference")" > /dev/null
-done
-"$precomp" train log-*.csv --machine ballscrew -o m.model > /dev/null
+. benches/short-model.sh
 echo "| program | lines | cycle s | time s | × real time | memory MB |"
 echo "|---|---|---|---|---|---|"
 for program in "$programs"/*; do

@@ -7,6 +7,7 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
 mod correction_limits;
+mod cut_offs;
 mod descent;
 mod error;
 mod filter;
@@ -16,7 +17,8 @@ mod learn;
 mod response;
 
 pub use correction_limits::{CorrectionLimits, Held, OVERSHOOT};
-pub use descent::{CutOffCandidates, Descent, Ended, descend, spatial_candidates};
+pub use cut_offs::{CutOffCandidates, spatial_candidates};
+pub use descent::{Descent, Ended, descend};
 pub use error::CompensationError;
 pub use filter::LowPass;
 pub use law::{CompensationLaw, PoseErrors, Shift, move_poses, pose_errors};

@@ -107,6 +107,24 @@ fn the_next_excitation_is_of_what_the_model_knows_least_on_a_part() {
         assert!(folder.path(&format!("more/{name}.csv")).exists() && folder.path(&format!("more/{name}.nc")).exists());
     }
 
+    // A machine without stated travel is not sent beyond what its log shows.
+    folder.figures(&[
+        "train",
+        "log-01-full.csv",
+        "log-03-sharp.csv",
+        "log-04-lines.csv",
+        "--predictor",
+        "linear",
+        "-o",
+        "of-log.model",
+    ]);
+    let of_log = folder.figures(&["excite", "--after", "of-log.model", "-o", "bounded", "--seconds", "20"]);
+    let logged = folder.figures(&["excite", "--machine", "ballscrew", "-o", "again", "--seconds", "20"]);
+    for axis in ["x", "y", "z"] {
+        let ((low, high), (lowest, highest)) = (covered(&of_log, axis), covered(&logged, axis));
+        assert!(low >= lowest - 1e-6 && high <= highest + 1e-6, "{axis}: {low} {high}, {lowest} {highest}");
+    }
+
     // Without an offset it is not known where the part lies.
     let said = folder.precomp(&[&words[..], &["--for", "part.nc"]].concat());
     assert!(crate::common::text(&said.stdout).contains("--work-offset"));

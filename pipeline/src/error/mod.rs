@@ -127,8 +127,11 @@ pub enum Error {
     /// The machine description in a model is invalid.
     #[error("the model's machine: {0}")]
     ModelMachine(#[source] MachineError),
-    /// The model does not state its errors by regime of motion.
-    #[error("the model does not say what its log holds of every kind of motion; train it anew with this version")]
+    /// The model does not state its errors by regime of motion, or of no axis that moves.
+    #[error(
+        "the model does not say, of any axis that moves here, what its log holds of every kind of motion; train it with this version, on logs of this machine \
+         of half a minute or more"
+    )]
     NoRegimes,
     /// The operation needs a part program; the input is a reference or curve.
     #[error("this needs a part program; a reference has no lines, feeds or commands of its own")]

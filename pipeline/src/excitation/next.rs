@@ -55,19 +55,21 @@ pub struct NextAxis {
     pub weakest: (usize, f64, f64),
 }
 
+/// Seconds of each regime.
+type Seconds = [f64; REGIMES];
+
 /// What the model knows of an axis, and what the path asks of it.
 struct Known<'a> {
-    axis: usize,
-    kind: AxisKind,
     name: &'a str,
+    kind: AxisKind,
     spread: &'a Spread,
     /// Share of the path's time in each regime.
-    shares: [f64; REGIMES],
+    shares: Seconds,
 }
 
 impl Known<'_> {
     /// Expected squared error on the path, with `more` seconds of each regime.
-    fn square(&self, more: &[f64; REGIMES]) -> f64 {
+    fn square(&self, more: &Seconds) -> f64 {
         let known_s = self.spread.trained_s();
         let of = |regime: usize| {
             let before_s = BEFOREHAND_S + known_s[regime];
@@ -75,11 +77,6 @@ impl Known<'_> {
             self.shares[regime] * rms * rms * (before_s / (before_s + more[regime])).powf(DECAY)
         };
         (0..REGIMES).map(of).sum()
-    }
-
-    /// Length of each regime of the axis in a run, s.
-    fn seconds_of(&self, run: &Trajectory) -> [f64; REGIMES] {
-        self.spread.seconds_of(&AxisSignal::uncompensated(&run.columns()[self.axis], run.period_s()))
     }
 
     fn weakest(&self) -> (usize, f64, f64) {
@@ -116,7 +113,7 @@ pub fn possible_names(seconds: f64) -> Vec<String> {
 /// an excitation of all kinds within `region`.
 ///
 /// # Errors
-/// When the model states no errors by regime, its axes are not those of the setup, or no excitation fits the machine.
+/// When the model states no errors by regime, none of its axes is one of the path's, or no excitation fits the machine.
 pub fn next_excitation(
     model: &Bundle,
     (spec, setup): (&MachineSpec, &Setup),
@@ -125,74 +122,81 @@ pub fn next_excitation(
     seconds: f64,
     seed: u64,
 ) -> Result<NextExcitation> {
-    let axes = setup.kinematics.axes();
-    let travel = match part.filter(|part| is_placed(part)) {
-        Some(part) => around_part(spec, region, part.trajectory())?,
-        None => travel(spec, region)?,
+    let travel = ranges(model, spec, region, part.filter(|part| is_placed(part)))?;
+    let runs_of = |runs: Vec<RunPlan>| -> Result<Vec<Trajectory>> {
+        let plan = ExcitationPlan { runs };
+        let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, seed)?;
+        Ok(runs.into_iter().map(|(_, run)| run).collect())
     };
-    let runs_of = |plan: &ExcitationPlan| {
-        excite(plan, &setup.limits, axes, &travel, setup.period_s, seed).map(|runs| runs.into_iter().map(|(_, run)| run))
-    };
-    let asked: Vec<Trajectory> = match part {
+    let asked = match part {
         Some(part) => vec![part.command().clone()],
-        None => runs_of(&ExcitationPlan::of_seconds(seconds))?.collect(),
+        None => runs_of(ExcitationPlan::of_seconds(seconds).runs)?,
     };
-    let known: Vec<Known> = model
-        .manifest
-        .axes
-        .iter()
-        .filter_map(|own| {
-            let axis = axes.iter().position(|axis| axis.name == own.name)?;
-            let spread = own.band.spread()?;
-            let unknown = Known { axis, kind: axes[axis].kind, name: &own.name, spread, shares: [0.0; REGIMES] };
-            let mut shares = [0.0; REGIMES];
-            for run in asked.iter().filter(|run| axis < run.columns().len()) {
-                shares.iter_mut().zip(unknown.seconds_of(run)).for_each(|(share, seconds)| *share += seconds);
-            }
-            let total = shares.iter().sum::<f64>();
-            (total > 0.0).then(|| Known { shares: shares.map(|share| share / total), ..unknown })
-        })
-        .collect();
-    if known.is_empty() || known.iter().any(|known| known.spread.trained_s().iter().sum::<f64>() == 0.0) {
-        return Err(Error::NoRegimes);
-    }
+    let known = known_axes(model, &asked)?;
     let kinds = kinds(seconds / RUNS as f64);
-    let candidates: Vec<Trajectory> = runs_of(&ExcitationPlan { runs: kinds.to_vec() })?.collect();
-    let adds: Vec<Vec<[f64; REGIMES]>> =
-        candidates.iter().map(|run| known.iter().map(|known| known.seconds_of(run)).collect()).collect();
-    let with = |more: &[[f64; REGIMES]], add: &[[f64; REGIMES]]| -> Vec<[f64; REGIMES]> {
-        let sum = |(more, add): (&[f64; REGIMES], &[f64; REGIMES])| std::array::from_fn(|regime| more[regime] + add[regime]);
-        more.iter().zip(add).map(sum).collect()
+    let candidates = runs_of(kinds.to_vec())?;
+    let (chosen, more) = choose(&known, &candidates, seconds);
+    let expected = |(known, more): (&Known<'_>, &Seconds)| NextAxis {
+        name: known.name.to_owned(),
+        kind: known.kind,
+        before: known.square(&[0.0; REGIMES]).sqrt(),
+        after: known.square(more).sqrt(),
+        weakest: known.weakest(),
     };
-    let square = |more: &[[f64; REGIMES]]| -> f64 {
+    let axes = known.iter().zip(&more).map(expected).collect();
+    let runs = chosen.into_iter().map(|kind| kinds[kind].clone()).collect();
+    Ok(NextExcitation { plan: ExcitationPlan { runs }, travel, axes })
+}
+
+/// The axes of the model that the runs `asked` move, with the shares of their time in each regime.
+fn known_axes<'a>(model: &'a Bundle, asked: &[Trajectory]) -> Result<Vec<Known<'a>>> {
+    let mut known = Vec::new();
+    for (own, axis) in model.manifest.axes.iter().zip(model.axes()) {
+        let Some(spread) = own.band.spread() else { continue };
+        let mut shares = [0.0; REGIMES];
+        for run in asked {
+            shares.iter_mut().zip(seconds_of(spread, &own.name, run)).for_each(|(share, seconds)| *share += seconds);
+        }
+        let total = shares.iter().sum::<f64>();
+        if total > 0.0 {
+            known.push(Known { name: &own.name, kind: axis.kind, spread, shares: shares.map(|share| share / total) });
+        }
+    }
+    let says = |known: &Known<'_>| known.spread.trained_s().iter().sum::<f64>() > 0.0;
+    if known.is_empty() || !known.iter().all(says) { Err(Error::NoRegimes) } else { Ok(known) }
+}
+
+/// Length of each regime of an axis in a run, s; none where the run has no such axis.
+fn seconds_of(spread: &Spread, axis: &str, run: &Trajectory) -> Seconds {
+    match run.axes().iter().position(|of| of.name == axis) {
+        Some(axis) => spread.seconds_of(&AxisSignal::uncompensated(&run.columns()[axis], run.period_s())),
+        None => [0.0; REGIMES],
+    }
+}
+
+/// Indices of the kinds of runs, of which `candidates` holds one each, and what they add to each regime of every axis.
+fn choose(known: &[Known<'_>], candidates: &[Trajectory], seconds: f64) -> (Vec<usize>, Vec<Seconds>) {
+    let adds = |run: &Trajectory| known.iter().map(|known| seconds_of(known.spread, known.name, run)).collect();
+    let adds: Vec<Vec<Seconds>> = candidates.iter().map(adds).collect();
+    let with = |more: &[Seconds], kind: usize| -> Vec<Seconds> {
+        let sum = |(more, add): (&Seconds, &Seconds)| std::array::from_fn(|regime| more[regime] + add[regime]);
+        more.iter().zip(&adds[kind]).map(sum).collect()
+    };
+    let square = |more: &[Seconds]| -> f64 {
         let scale = |kind: AxisKind| if kind == AxisKind::Rotary { LEVER_MM } else { 1.0 };
         known.iter().zip(more).map(|(known, more)| known.square(more) * scale(known.kind).powi(2)).sum()
     };
-    let (mut more, mut runs, mut length_s) = (vec![[0.0; REGIMES]; known.len()], Vec::new(), 0.0);
-    while runs.len() < MOST_RUNS {
+    let (mut more, mut chosen, mut length_s) = (vec![[0.0; REGIMES]; known.len()], Vec::new(), 0.0);
+    while chosen.len() < MOST_RUNS && length_s < seconds {
         let now = square(&more);
-        let gain = |kind: &usize| (now - square(&with(&more, &adds[*kind]))) / candidates[*kind].duration_s();
-        let fits = |kind: &usize| runs.is_empty() || length_s + candidates[*kind].duration_s() <= MOST_OF_SECONDS * seconds;
-        let Some(best) = (0..kinds.len()).filter(fits).max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
-        if length_s >= seconds {
-            break;
-        }
-        more = with(&more, &adds[best]);
+        let gain = |kind: &usize| (now - square(&with(&more, *kind))) / candidates[*kind].duration_s();
+        let fits = |kind: &usize| chosen.is_empty() || length_s + candidates[*kind].duration_s() <= MOST_OF_SECONDS * seconds;
+        let Some(best) = (0..candidates.len()).filter(fits).max_by(|a, b| gain(a).total_cmp(&gain(b))) else { break };
+        more = with(&more, best);
         length_s += candidates[best].duration_s();
-        runs.push(kinds[best].clone());
+        chosen.push(best);
     }
-    let axes = known
-        .iter()
-        .zip(&more)
-        .map(|(known, more)| NextAxis {
-            name: known.name.to_owned(),
-            kind: known.kind,
-            before: known.square(&[0.0; REGIMES]).sqrt(),
-            after: known.square(more).sqrt(),
-            weakest: known.weakest(),
-        })
-        .collect();
-    Ok(NextExcitation { plan: ExcitationPlan { runs }, travel, axes })
+    (chosen, more)
 }
 
 /// Whether it is known where a part lies on the machine; a reference states it.
@@ -201,21 +205,36 @@ pub fn is_placed(part: &Input) -> bool {
     part.part().is_none_or(|part| part.placement.known())
 }
 
-/// Lowest and highest position of every axis in an excitation for the path of a part, mm or rad: its own with some motion around it, within the
-/// travel; of rotary axes, and of axes that the part leaves at rest, those of `region`.
-fn around_part(spec: &MachineSpec, region: &Region, path: &Trajectory) -> Result<Vec<(f64, f64)>> {
+/// Lowest and highest position of every axis, mm or rad. Linear axes that `part` moves: its own with some motion around it, within the travel.
+/// Others: those of `region`; of an axis without stated travel and origin as many about the middle of the model's log, and within it, since nothing else is
+/// known of how far it may go.
+fn ranges(model: &Bundle, spec: &MachineSpec, region: &Region, part: Option<&Input>) -> Result<Vec<(f64, f64)>> {
     let mut ranges = travel(spec, region)?;
     for (range, axis) in ranges.iter_mut().zip(&spec.axes) {
-        let own = axis.axis();
-        let Some(index) = path.axes().iter().position(|of| of.name == own.name).filter(|_| own.kind == AxisKind::Linear) else {
+        let name = axis.name();
+        let logged = model.manifest.axes.iter().find(|own| own.name == name).map(|own| own.coverage.position);
+        let is_stated = region.origin.iter().any(|(stated, _)| stated == name);
+        if let (None, Some((low, high)), false) = (axis.travel(), logged, is_stated) {
+            let (middle, half) = (f64::midpoint(low, high), 0.5 * (range.1 - range.0));
+            *range = (low.max(middle - half), high.min(middle + half));
+        }
+        let Some((low, high)) =
+            part.filter(|_| axis.axis().kind == AxisKind::Linear).and_then(|part| extent(part.trajectory(), name))
+        else {
             continue;
         };
-        let positions = path.columns()[index].iter();
-        let (low, high) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
-        if high > low {
-            let [lowest, highest] = axis.travel().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-            *range = (lowest.max(low - AROUND_PART_MM), highest.min(high + AROUND_PART_MM));
-        }
+        let [lowest, highest] = axis.travel().unwrap_or_else(|| {
+            let (first, last) = logged.unwrap_or((low, high));
+            [first.min(low), last.max(high)]
+        });
+        *range = (lowest.max(low - AROUND_PART_MM), highest.min(high + AROUND_PART_MM));
     }
     Ok(ranges)
+}
+
+/// Lowest and highest position of an axis on a path; `None` where it does not move.
+fn extent(path: &Trajectory, axis: &str) -> Option<(f64, f64)> {
+    let positions = &path.columns()[path.axes().iter().position(|of| of.name == axis)?];
+    let (low, high) = positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+    (high > low).then_some((low, high))
 }
