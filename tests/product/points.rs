@@ -45,7 +45,7 @@ fn a_cycle_may_become_longer_only_where_that_is_allowed() {
     let folder = Folder::with_model();
     folder.write("wave.nc", wave(0.15));
     let within = |percent: &str| compensate(&folder, "wave.nc", &["--spacing", "1", "--cycle-limit", percent]);
-    let (none, free) = (within("0"), within("1000"));
+    let (none, free) = (within("0%"), within("1000"));
     assert_eq!(none["changed"], false, "{none}");
     let words = ["compensate", "wave.nc", "-m", "machine.model", "-o", "out.nc", "--spacing", "1", "--cycle-limit", "0"];
     assert!(folder.prints(&words).contains("% longer, which --cycle-limit does not allow"));

@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 
 use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_not_negative};
 use crate::files::Files;
+use crate::numbers;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
 use crate::plot::PlotArgs;
@@ -74,7 +75,7 @@ pub struct Compensate {
     #[arg(long)]
     strict: bool,
     /// Largest increase of the cycle time by the compensated program, percent. When left out: 1, and no limit with --format or --spacing
-    #[arg(long, value_name = "PERCENT", value_parser = parse_not_negative)]
+    #[arg(long, value_name = "PERCENT", value_parser = numbers::percent)]
     cycle_limit: Option<f64>,
     #[command(flatten)]
     feeds: FeedArgs,
