@@ -17,7 +17,7 @@ use crate::errors::{OrRaise, UsageError};
 pub struct ExcitationRun {
     pub name: String,
     pub reference: Trajectory,
-    pub program: String,
+    pub program: Option<String>,
 }
 
 #[pymethods]
@@ -52,10 +52,10 @@ impl ExcitationRun {
         arrays::array(py, &self.reference)
     }
 
-    /// The run as a part program.
+    /// The run as a part program; `None` where no word of a program states an axis.
     #[getter]
-    fn program(&self) -> &str {
-        &self.program
+    fn program(&self) -> Option<&str> {
+        self.program.as_deref()
     }
 }
 
@@ -93,7 +93,9 @@ impl Excitation {
             let table = folder.join(format!("{}.csv", run.name));
             let content = reference_content(&table, &run.reference).or_raise()?;
             files.push((table, content));
-            files.push((folder.join(format!("{}.nc", run.name)), run.program.as_bytes().to_vec()));
+            if let Some(program) = &run.program {
+                files.push((folder.join(format!("{}.nc", run.name)), program.as_bytes().to_vec()));
+            }
         }
         if let Some(test) = &self.control_test {
             files.push((folder.join(format!("{}.nc", ControlProgram::NAME)), test.as_bytes().to_vec()));

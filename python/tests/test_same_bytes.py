@@ -84,7 +84,8 @@ def test_the_excitation(tmp_path: Path, command: Command) -> None:
     assert "control-test.nc" in names
     for name in names:
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
-    assert excitation.runs[0].program.encode() == (tmp_path / "command" / f"{excitation.runs[0].name}.nc").read_bytes()
+    program = excitation.runs[0].program
+    assert program is not None and program.encode() == (tmp_path / "command" / f"{excitation.runs[0].name}.nc").read_bytes()
 
 
 def test_the_next_excitation(model: precomp.Model, folder: Path, tmp_path: Path, command: Command) -> None:

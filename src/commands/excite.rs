@@ -10,7 +10,7 @@ use models::{Bundle, OperatingRange, REGIME_NAMES};
 use motion::{AxisKind, Trajectory};
 use pipeline::excitation::{
     ControlProgram, NextAxis, NextExcitation, Region, Style, control_test, in_program_words, is_placed, next_excitation,
-    possible_names, program, travel,
+    possible_names, program, travel, without_words,
 };
 use pipeline::units::ErrorUnit;
 use pipeline::units::in_programs;
@@ -138,14 +138,21 @@ impl Excite {
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));
             outputs.add(&table, reference_content(&table, reference)?);
-            let program = program(name, number, &in_program_words(reference, &setup)?, &style)?;
-            outputs.add(&self.out.join(format!("{name}.nc")), program);
+            if let Some(program) = program(name, number, &in_program_words(reference, &setup)?, &style)? {
+                outputs.add(&self.out.join(format!("{name}.nc")), program);
+            }
         }
         let test = control_test(runs.len(), &setup, &travel, &style, self.common.seed)?;
         if let Some(test) = &test {
             outputs.add(&self.control_test(), test.text.as_bytes().to_vec());
         }
-        if setup.dialect.is_none() {
+        let unnamed = without_words(setup.kinematics.axes());
+        if !unnamed.is_empty() {
+            printer.line(format!(
+                "note: no program has words for {}: only references are written, for a control that takes positions at the times of the CSV",
+                unnamed.join(", ")
+            ));
+        } else if setup.dialect.is_none() {
             printer.line("note: no dialect is stated; programs use words that most controls share (--controller, or dialect in [controller])");
         }
         let seconds: f64 = runs.iter().map(|(_, reference)| reference.duration_s()).sum();

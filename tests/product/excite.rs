@@ -51,6 +51,27 @@ fn motion_lies_within_the_travel_about_a_stated_origin_or_near_zero() {
 }
 
 #[test]
+fn joints_that_no_program_names_get_references_alone() {
+    let joint = |name: &str| {
+        format!(
+            "[[axes]]\nname = \"{name}\"\nkind = \"rotary\"\nvelocity_rad_s = 1.0\nacceleration_rad_s2 = 4.0\njerk_rad_s3 = 80.0\n"
+        )
+    };
+    let path = "velocity_mm_s = 500\nacceleration_mm_s2 = 2000\njerk_mm_s3 = 20000\ncentripetal_mm_s2 = 2000\n";
+    let arm = format!("name = \"arm\"\nsampling_period_ms = 8\n[path]\n{path}{}{}", joint("j1"), joint("j2"));
+    let folder = Folder::new();
+    folder.write("arm.toml", arm);
+    let said = folder.prints(&["excite", "--machine", "arm.toml", "-o", "e", "--seconds", "20"]);
+    assert!(said.contains("no program has words for j1, j2"), "{said}");
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder.path("e")).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert!(names.len() == 10 && names.iter().all(|name| name.ends_with(".csv")), "{names:?}");
+    let table = folder.read("e/01-full.csv");
+    assert_eq!(table.lines().find(|line| !line.starts_with('#')), Some("t,j1,j2"));
+}
+
+#[test]
 fn an_origin_without_room_is_refused() {
     let folder = Folder::new();
     std::fs::write(folder.path("router.toml"), ROUTER).unwrap();
