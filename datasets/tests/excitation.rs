@@ -132,6 +132,31 @@ fn every_axis_is_seen_near_its_acceleration_however_soon_it_reaches_its_speed() 
 }
 
 #[test]
+fn every_axis_rests_while_others_move() {
+    let rest_s = |axes: &[Axis], axis: usize| {
+        let (limits, travel) = (Limits::uniform(axes.len(), 200.0, 2000.0, 0.02), vec![(-50.0, 50.0); axes.len()]);
+        let runs = excite(&ExcitationPlan::of_seconds(120.0), &limits, axes, &travel, PERIOD_S, 1).unwrap();
+        let rests = |run: &Trajectory, k: usize| {
+            let moves = |column: &Vec<f64>| column[k] != column[k - 1];
+            // Not at home, where every run begins.
+            !moves(&run.columns()[axis]) && run.columns()[axis][k] != 0.0 && run.columns().iter().any(moves)
+        };
+        let longest = |run: &Trajectory| {
+            let resting: Vec<bool> = (1..run.len()).map(|k| rests(run, k)).collect();
+            resting.split(|rests| !rests).map(<[bool]>::len).max().unwrap_or_default()
+        };
+        runs.iter().map(|(_, run)| longest(run)).max().unwrap_or_default() as f64 * PERIOD_S
+    };
+    let five: Vec<Axis> = ["x", "y", "z", "b", "c"].map(Axis::named).to_vec();
+    for axes in [Axis::xyz(), five, vec![Axis::named("x"), Axis::named("y")]] {
+        for axis in 0..axes.len() {
+            let longest_s = rest_s(&axes, axis);
+            assert!(longest_s > 1.0, "axis {axis} of {}: {longest_s} s", axes.len());
+        }
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_runs() {
     let plan = ExcitationPlan::of_seconds(10.0);
     let once = |seed| excite(&plan, &limits(), &Axis::xyz(), &[(-50.0, 50.0); 3], PERIOD_S, seed).unwrap();

@@ -22,6 +22,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::DatasetError;
 pub use control_test::{Block, ControlTest, Coordinates, Group};
 use lines::Lines;
+use plan::RESTING_PIECE;
 pub use plan::{ExcitationPlan, RunPlan, Shape};
 use scale::Sampled;
 use spline::QuinticSpline;
@@ -138,12 +139,15 @@ impl Generator<'_> {
         self.dwell(&mut columns, STANDSTILL_S);
         for piece in 0..self.run.pieces {
             let start: Vec<f64> = columns.iter().filter_map(|column| column.last().copied()).collect();
+            let rests: Vec<bool> =
+                (0..home.len()).map(|axis| piece == RESTING_PIECE && self.run.rests(axis, home.len())).collect();
             let end = if piece + 1 == self.run.pieces {
                 home.to_vec()
             } else {
-                (0..home.len()).map(|axis| self.position(axis, home[axis], STOP_SHARE)).collect()
+                let end_of = |axis: usize| if rests[axis] { start[axis] } else { self.position(axis, home[axis], STOP_SHARE) };
+                (0..home.len()).map(end_of).collect()
             };
-            let motion = self.piece(&start, &end)?;
+            let motion = self.piece(&start, &end, &rests)?;
             for (column, samples) in columns.iter_mut().zip(motion) {
                 column.extend(samples.into_iter().skip(1));
             }
@@ -164,12 +168,12 @@ impl Generator<'_> {
 
     /// A piece from standstill to standstill: of a few draws, with more or fewer knots, the one
     /// with the duration nearest to the plan.
-    fn piece(&mut self, start: &[f64], end: &[f64]) -> Result<Vec<Vec<f64>>, DatasetError> {
+    fn piece(&mut self, start: &[f64], end: &[f64], rests: &[bool]) -> Result<Vec<Vec<f64>>, DatasetError> {
         let wanted_s = self.run.piece_s(STANDSTILL_S);
         let mut intervals: usize = 8;
         let mut best = (f64::INFINITY, Vec::new());
         for _ in 0..DRAWS {
-            let splines = self.splines(intervals, start, end)?;
+            let splines = self.splines(intervals, start, end, rests)?;
             let sampled = Sampled::within(&splines, self.limits, self.run.speed_share, self.period_s);
             let ratio = wanted_s / sampled.duration_s;
             let miss = ratio.ln().abs();
@@ -184,7 +188,13 @@ impl Generator<'_> {
         Ok(best.1)
     }
 
-    fn splines(&mut self, intervals: usize, start: &[f64], end: &[f64]) -> Result<Vec<QuinticSpline>, DatasetError> {
+    fn splines(
+        &mut self,
+        intervals: usize,
+        start: &[f64],
+        end: &[f64],
+        rests: &[bool],
+    ) -> Result<Vec<QuinticSpline>, DatasetError> {
         let total_s = intervals as f64 * MEAN_INTERVAL_S;
         (0..self.axes.len())
             .map(|axis| {
@@ -198,7 +208,8 @@ impl Generator<'_> {
                 // All axes end together.
                 times.iter_mut().for_each(|t| *t *= total_s / time);
                 let mut values = vec![start[axis]];
-                values.extend((1..intervals).map(|_| self.position(axis, centre, 1.0)));
+                let between = |_| if rests[axis] { start[axis] } else { self.position(axis, centre, 1.0) };
+                values.extend((1..intervals).map(between));
                 values.push(end[axis]);
                 let spline = QuinticSpline::through(&times, &values)?;
                 Ok(spline.squeezed(self.travel[axis]))
