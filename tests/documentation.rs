@@ -1,4 +1,4 @@
-//! The links of the documentation lead somewhere, and its book leaves no page out.
+//! The links of the documentation lead somewhere, the examples it names are there, and its book leaves no page out.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -66,6 +66,23 @@ fn links_lead_to_files_and_headings() {
         }
     }
     assert!(count > 40, "{count} links in {} pages", all.len());
+}
+
+#[test]
+fn examples_that_pages_name_are_there() {
+    let mut all = BTreeSet::new();
+    pages(&root(), &mut all);
+    let command = Regex::new(r"-p precomp-([a-z]+) --example ([a-z_]+)").unwrap();
+    let mut count = 0;
+    for page in &all {
+        let text = std::fs::read_to_string(root().join(page)).unwrap();
+        for found in command.captures_iter(&text) {
+            count += 1;
+            let file = Path::new(&found[1]).join("examples").join(format!("{}.rs", &found[2]));
+            assert!(root().join(&file).exists(), "{}: no example {}", page.display(), file.display());
+        }
+    }
+    assert!(count >= 2, "{count} examples in {} pages", all.len());
 }
 
 #[test]

@@ -149,7 +149,7 @@ impl Excite {
         let unnamed = without_words(setup.kinematics.axes());
         if !unnamed.is_empty() {
             printer.line(format!(
-                "note: no program has words for {}: only references are written, for a control that takes positions at the times of the CSV",
+                "note: no program has words for {}: the runs are written as references alone, for a control that takes positions at the times of the CSV",
                 unnamed.join(", ")
             ));
         } else if setup.dialect.is_none() {

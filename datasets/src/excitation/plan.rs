@@ -37,8 +37,8 @@ pub struct RunPlan {
     pub pieces: usize,
     /// Dwell between pieces, s.
     pub dwell_s: f64,
-    /// Axes that rest in the second piece while the others move: this one, counted from 0, and every third one after it. `None`, and on a
-    /// machine with one axis, none does.
+    /// Axes that rest in the second piece of three or more while the others move: this one, counted from 0, and every third one after it. `None`, and on
+    /// a machine with one axis, none does.
     pub resting: Option<usize>,
 }
 

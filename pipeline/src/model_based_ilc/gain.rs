@@ -18,8 +18,8 @@ const LEAST_SHARE: f64 = 0.25;
 /// How often the correction is faded around the largest errors before the whole segment is reduced; the last time it is taken out there.
 const FADES: usize = 3;
 /// Half of the time that is faded around a large error, and the time of each transition, s. The spiral of short lines on `random:170` overshoots its end
-/// by 26.9 µm, corrected by 1 nm more: half of the whole correction leaves 3.17 of 5.87 µm RMS, these times 1.33, twice or half of them the same within 1 %,
-/// a fifth of them does not help.
+/// by 26.9 µm, corrected by 1 nm more: half of the whole correction leaves 3.17 of 5.87 µm RMS, these times 1.33, half of them and 0.3 and 0.5 s the same
+/// within 1 %; a fifth of them does not help.
 const FADE_S: f64 = 0.1;
 const TRANSITION_S: f64 = 0.2;
 /// Growth of the largest error that counts as none, mm: far below what machines repeat.
