@@ -3,7 +3,7 @@
 use crate::plane::Plane;
 use crate::position::Position;
 
-/// A rotation of the coordinates in a plane (G68, ROT and AROT, CYCL DEF 10), a mirror image (G51.1), or a scaling (SCALE and ASCALE). Turned coordinates
+/// A rotation of the coordinates in a plane (G68, ROT and AROT, CYCL DEF 10), a mirror image (G51.1, MIRROR and AMIRROR, CYCL DEF 8), or a scaling (SCALE and ASCALE). Turned coordinates
 /// are programmed ones plus their shift; a point of the work frame is `s·R(angle)·turned + offset` in the plane, `s·R(angle)·F·turned + offset` where
 /// `F` reverses the first axis, and `n·turned + offset` along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,15 +58,17 @@ impl Rotation {
         Self { plane, angle_deg, factor: 1.0, offset_mm, is_mirrored, normal: Normal::SAME }
     }
 
-    /// A further rotation or scaling of the turned coordinates, in the same plane.
+    /// A further rotation, scaling or mirror image of the turned coordinates, in the same plane. In a mirror image rotations run the other way round.
     pub(crate) fn then(&self, further: &Self) -> Self {
+        let turns_deg = if self.is_mirrored { -further.angle_deg } else { further.angle_deg };
         let normal = Normal {
             factor: self.normal.factor * further.normal.factor,
             offset_mm: self.normal.in_work(further.normal.offset_mm),
         };
         Self {
-            angle_deg: self.angle_deg + further.angle_deg,
+            angle_deg: self.angle_deg + turns_deg,
             factor: self.factor * further.factor,
+            is_mirrored: self.is_mirrored != further.is_mirrored,
             offset_mm: self.point_in_work(further.offset_mm),
             normal,
             ..*self

@@ -128,7 +128,7 @@ fn sections_end_with_their_own_codes() {
         ("ROT X30", "ROT"),
         ("AROT X30", "TRANS"),
         ("SCALE X2", "TRANS X5"),
-        ("AMIRROR X0", "MIRROR"),
+        ("AMIRROR Z0", "MIRROR"),
         ("CYCLE800(1,\"TISCH\",0,57,0,0,0,0,0,0,0,0,0,1)", "CYCLE800()"),
         ("TRAORI", "TRAFOOF"),
         ("TRACYL(40)", "TRAFOOF"),

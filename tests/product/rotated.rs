@@ -100,7 +100,8 @@ fn program(control: &Control, with: bool, place: impl Fn([f64; 2]) -> [f64; 2]) 
 fn points(text: &str) -> Vec<[f64; 2]> {
     let (mut at, mut incremental, mut points) = ([0.0; 2], false, Vec::new());
     let is_frame = |line: &&str| {
-        ["G68", "G51.1", "G50.1", "TRANS", "SCALE", "CYCL"].iter().any(|name| line.contains(name)) || line.starts_with("CC")
+        ["G68", "G51.1", "G50.1", "TRANS", "MIRROR", "SCALE", "CYCL"].iter().any(|name| line.contains(name))
+            || line.starts_with("CC")
     };
     for line in text.lines().filter(|line| !is_frame(line)) {
         incremental = line.contains("G91") || (incremental && !line.contains("G90"));
@@ -188,6 +189,16 @@ fn a_frame_of_sinumerik() {
 fn a_scaled_frame_of_sinumerik() {
     let on = "TRANS X12 Y-7\nASCALE X1.25 Y1.25\nATRANS X-12 Y7\n";
     let control = Control { head: "G710 G90 G17 G54\n", on, off: "TRANS\n", image: scaled, ..FANUC };
+    for options in [&["--format", "keep"][..], &["--format", "g93"]] {
+        check("part.mpf", &control, options);
+    }
+    check("part.mpf", &Control { is_incremental: true, ..control }, &[]);
+}
+
+#[test]
+fn a_mirrored_frame_of_sinumerik() {
+    let on = "TRANS X12 Y-7\nAMIRROR X0\nATRANS X-12 Y7\n";
+    let control = Control { head: "G710 G90 G17 G54\n", on, off: "TRANS\n", image: mirrored, flips: true, ..FANUC };
     for options in [&["--format", "keep"][..], &["--format", "g93"]] {
         check("part.mpf", &control, options);
     }

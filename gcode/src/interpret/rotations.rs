@@ -1,5 +1,5 @@
 //! Rotations by known angles: G68 with centre and angle, ROT and AROT about the normal of the plane. Scalings by known factors: SCALE and ASCALE with
-//! one factor for both axes of the plane.
+//! one factor for both axes of the plane. Mirror images: `mirrors.rs`.
 //!
 //! Moves are read in turned coordinates and put into the work frame when they are recorded. After a rotation begins or ends, the coordinates of its
 //! plane are unknown until one block states both. A rotation that is uncertain in any way is a section that is left alone.
@@ -87,7 +87,8 @@ impl Interpreter<'_> {
         Some(Rotation::about(plane, centre_mm, angle?))
     }
 
-    /// The rotation or scaling that a block with ROT, AROT, SCALE or ASCALE (the word `index`) leads to, where nothing else stands in the block.
+    /// The rotation, scaling or mirror image that a block with ROT, SCALE, MIRROR or their additive forms (the word `index`) leads to, where nothing
+    /// else stands in the block.
     pub fn known_frame(&self, words: &Gathered, index: usize) -> Option<Rotation> {
         let is_other = |(at, name): &(usize, Name)| *at != index && !matches!(name, Name::Angle | Name::Label | Name::Silent);
         if !words.g.is_empty() || words.named.iter().any(is_other) || !self.is_plain(words) || !self.may_turn_frame() {
@@ -96,6 +97,7 @@ impl Interpreter<'_> {
         let frame = match self.program.text(self.span(index)).to_ascii_uppercase().as_slice() {
             b"ROT" | b"AROT" => self.frame_rotation(words)?,
             b"SCALE" | b"ASCALE" => self.frame_scaling(words)?,
+            b"MIRROR" | b"AMIRROR" => self.frame_mirror(words)?,
             _ => return None,
         };
         let frame = match self.modal.rotation {
@@ -193,7 +195,7 @@ impl Interpreter<'_> {
     pub fn lose_rotation(&mut self, index: usize, what: &str, help: &str) {
         self.turn(None);
         let (cause, under) = match self.mirrored {
-            _ if self.is_sinumerik() => (Cause::Named(Section::Frame), "a rotation or scaling"),
+            _ if self.is_sinumerik() => (Cause::Named(Section::Frame), "a rotation, scaling or mirror image"),
             0 => (Cause::Transform(ROTATION_ON), "a rotation"),
             _ => (Cause::Transform(MIRROR_ON), "a mirror image"),
         };

@@ -6,6 +6,7 @@ use super::codes::Code;
 use super::gather::Gathered;
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
+use super::transforms::axes;
 use crate::dialect::Dialect;
 use crate::modal::{Distance, FeedMode};
 use crate::position::AXIS_LETTERS;
@@ -104,8 +105,7 @@ impl Interpreter<'_> {
         let before = self.shifts.local;
         if !adds {
             self.shifts.local = [0.0; 6];
-            self.turn(None);
-            self.close_named(Section::Frame);
+            self.end_frame();
         }
         for axis in self.named(words) {
             match self.scaled(words, axis) {
@@ -131,16 +131,26 @@ impl Interpreter<'_> {
                 self.unsettled[axis] |= self.shifts.local[axis] != 0.0;
             }
             self.shifts.local = [0.0; 6];
-            self.turn(None);
-            self.close_named(Section::Frame);
+            self.end_frame();
             self.update_shift();
         }
         if has_words || has_names {
             match self.known_frame(words, index) {
-                Some(rotation) => self.turn(Some(rotation)),
+                Some(rotation) => {
+                    let is_image = self.program.text(self.span(index)).to_ascii_uppercase().ends_with(b"MIRROR");
+                    self.mirrored |= if is_image { axes(words) } else { 0 };
+                    self.turn(Some(rotation));
+                }
                 None => self.open_frame(index),
             }
         }
+    }
+
+    /// The programmable frame is deleted.
+    fn end_frame(&mut self) {
+        self.turn(None);
+        self.mirrored = 0;
+        self.close_named(Section::Frame);
     }
 
     fn open_frame(&mut self, index: usize) {

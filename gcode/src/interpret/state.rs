@@ -14,6 +14,7 @@ use crate::modal::{CutterCompensation, Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
+use crate::sinumerik::names::Name;
 use crate::toolpath::Move;
 use crate::word::{Span, Word};
 
@@ -30,7 +31,7 @@ pub(super) struct Interpreter<'a> {
     pub whole: Whole,
     pub shifts: Shifts,
     pub feed: FeedWord,
-    /// Bits of the axes of which G51.1 programs mirror images, in the order XYZABCUVW.
+    /// Bits of the axes of which G51.1 or MIRROR program mirror images, in the order XYZABCUVW.
     pub mirrored: u16,
     /// The block that ended a known mirror image last.
     pub ended_mirror: Option<usize>,
@@ -87,6 +88,8 @@ pub(super) struct Whole {
     pub states_work_offset: bool,
     /// Whether the program names A, B or C anywhere.
     pub names_rotary: bool,
+    /// Whether a MIRROR or AMIRROR anywhere has a value that is not the number 0.
+    pub mirrors_by_value: bool,
 }
 
 impl Whole {
@@ -97,8 +100,19 @@ impl Whole {
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             states_work_offset: program.words().iter().any(is_offset),
             names_rotary: program.words().iter().any(|word| matches!(word.letter, b'A'..=b'C')),
+            mirrors_by_value: (0..program.blocks().len()).any(|block| mirrors_by_value(program, block)),
         }
     }
+}
+
+/// Whether a block programs a mirror image of SINUMERIK with a value that is not the number 0.
+fn mirrors_by_value(program: &Program, block: usize) -> bool {
+    let words = program.block_words(block);
+    let is_image = |word: &Word| {
+        matches!(word.name, Name::Replace | Name::Add) && program.text(word.span).to_ascii_uppercase().ends_with(b"MIRROR")
+    };
+    let has_value = |word: &Word| matches!(word.letter, b'A'..=b'C' | b'U'..=b'Z') && word.number() != Some(0.0);
+    words.iter().any(is_image) && words.iter().any(has_value)
 }
 
 /// The modal F.

@@ -177,6 +177,45 @@ fn scalings_of_sinumerik_are_those_of_their_frame() {
 }
 
 #[test]
+fn mirror_images_of_sinumerik_are_those_of_their_frame() {
+    let head = "G710 G90 G17 G54\nG0 X0 Y0 Z5\n";
+    let plain = sinumerik(&contour(XY, |point| point));
+    let place = |point: [f64; 2]| [point[0] + 10.0, point[1] + 5.0];
+    let of_x = |point: [f64; 2]| [-point[0], point[1]];
+    let of_y = |point: [f64; 2]| [point[0], -point[1]];
+    let of_both = |point: [f64; 2]| [-point[0], -point[1]];
+    let by_30 = |point: [f64; 2]| turned([0.0; 2], 30.0, point);
+    let moved = |point: [f64; 2]| [point[0] + 3.0, point[1] - 2.0];
+    type Place<'a> = &'a dyn Fn([f64; 2]) -> [f64; 2];
+    // Frame, place of a point, and whether arcs run the other way round.
+    let cases: [(&str, Place<'_>, bool); 11] = [
+        ("MIRROR X0", &of_x, true),
+        ("MIRROR Y0 ; the other side", &of_y, true),
+        ("MIRROR X0 Y0", &of_both, false),
+        ("AMIRROR X1", &of_x, true),
+        ("MIRROR X1\nTRANS\nMIRROR Y2", &of_y, true),
+        ("TRANS X10 Y5\nMIRROR X0", &of_x, true),
+        ("TRANS X10 Y5\nAMIRROR X0", &|point| place(of_x(point)), true),
+        ("TRANS X10 Y5\nAMIRROR Y0\nATRANS X3 Y-2", &|point| place(of_y(moved(point))), true),
+        ("TRANS X10 Y5\nAMIRROR X0\nAROT RPL=30", &|point| place(of_x(by_30(point))), true),
+        ("TRANS X10 Y5\nAMIRROR Y0\nAROT RPL=30\nATRANS X3 Y-2", &|point| place(of_y(by_30(moved(point)))), true),
+        ("TRANS X10 Y5\nAROT RPL=30\nATRANS X3 Y-2\nAMIRROR Y0", &|point| place(by_30(moved(of_y(point)))), true),
+    ];
+    for (on, turn, is_mirrored) in cases {
+        let path = read(Dialect::Sinumerik, &format!("{head}{on}\n{plain}TRANS\n{AFTER}"));
+        let contour = contour(XY, turn);
+        let contour =
+            if is_mirrored { contour.replace("G2 ", "G% ").replace("G3 ", "G2 ").replace("G% ", "G3 ") } else { contour };
+        are_alike(&path, &read(Dialect::Sinumerik, &format!("{head}{}{AFTER}", sinumerik(&contour))), on);
+        assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{on}: {:?}", path.warnings);
+        assert!(path.warnings.is_empty(), "{on}: {:?}", path.warnings);
+    }
+    // Without axes it deletes the frame.
+    let text = format!("{head}TRANS X10 Y5\nAMIRROR X0\nG0 X1 Y1\nMIRROR\n{AFTER}");
+    assert!(feeds(&read(Dialect::Sinumerik, &text)).iter().all(|shiftable| *shiftable == YES));
+}
+
+#[test]
 fn uncertain_scalings_are_left_alone() {
     let inside = "G0 X5 Y5 Z0\nG1 X9 F500\n";
     for on in [
@@ -192,13 +231,12 @@ fn uncertain_scalings_are_left_alone() {
         "SCALE X1.5 Y1.5 M8",
         "G1 SCALE X1.5 Y1.5",
         "/SCALE X1.5 Y1.5",
-        "MIRROR X0\nASCALE X1.5 Y1.5",
         "G41 D1 G1 X1 F100\nSCALE X1.5 Y1.5\nG40",
         "ASCALE X2 Y2\nASCALE X2 Y2",
         "ASCALE Z0.7\nASCALE Z0.7",
         "SCALE X1.5 Y1.5\nG18",
         "SCALE X1.5 Y1.5\nG55",
-        "SCALE X1.5 Y1.5\nAMIRROR X0",
+        "SCALE X1.5 Y1.5\nAMIRROR Z0",
         "SCALE X1.5 Y1.5\nG700",
     ] {
         let path = read(Dialect::Sinumerik, &format!("G710 G90 G17 G54\nG0 X0 Y0 Z0\n{on}\n{inside}TRANS\nG0 X1 Y1 Z1\nM30\n"));
@@ -332,8 +370,19 @@ fn uncertain_rotations_of_sinumerik_are_left_alone() {
         "ROT RPL=30\nG55",
         "ROT RPL=30\nSCALE X2\nAROT RPL=5",
         "ROT RPL=30\nASCALE X2",
-        "ROT RPL=30\nAMIRROR X0",
-        "MIRROR X0\nAROT RPL=30",
+        "ROT RPL=30\nAMIRROR Z0",
+        "G18\nMIRROR Z0\nG17",
+        "MIRROR X0\nAROT Y30",
+        "MIRROR X0\nAMIRROR X0",
+        "MIRROR X0\nAMIRROR Y0",
+        "MIRROR X0 M8",
+        "MIRROR X=R9",
+        "MIRROR X=AC(0)",
+        "/MIRROR X0",
+        "MIRROR X0\nG55",
+        "G41 D1 G1 X1 F100\nMIRROR X0\nG40",
+        "MIRROR X1\nMIRROR X0",
+        "MIRROR Y1\nTRANS\nMIRROR X0",
         "ROT RPL=30\nG58 X5",
         "ROT RPL=30\nCYCLE800(1,\"A\",0,57,0,0,0,0,0,0,0,0,0,1)",
         "ROT RPL=30\nTRAORI",
