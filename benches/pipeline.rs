@@ -102,7 +102,14 @@ fn five_axes(c: &mut Criterion) {
     let input = read();
     println!("{} samples of {lines} lines", input.trajectory().len());
     let encoding = TimeEncoding::Keep;
-    let written = RefitSettings { encoding, decimals: 6, spacing_s: 4e-3, chord_tolerance_mm: 2e-4, path_tolerance_mm: None };
+    let written = RefitSettings {
+        encoding,
+        decimals: 6,
+        spacing_s: 4e-3,
+        chord_tolerance_mm: 2e-4,
+        path_tolerance_mm: None,
+        slow_stop: None,
+    };
     let write = |input: &Input, reference: &Trajectory| {
         let part = input.program().expect("a program");
         let refitted = refit(part, reference, &written).expect("fits");

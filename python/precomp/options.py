@@ -47,6 +47,7 @@ class CompensateOptions(ProgramOptions, OutputOptions, LogOptions, total=False):
     max_rotation: float
     strict: bool
     cycle_limit: Union[float, None]
+    keep_stops: bool
     tolerance: Union[str, None]
     keep_time: bool
 

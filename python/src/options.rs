@@ -124,6 +124,8 @@ pub struct CompensateOptions {
     pub strict: bool,
     #[arg(long, value_parser = numbers::not_negative)]
     cycle_limit: Option<f64>,
+    #[arg(long)]
+    keep_stops: bool,
     #[command(flatten)]
     pub feeds: FeedArgs,
 }
@@ -137,6 +139,7 @@ impl CompensateOptions {
             worth: self.effort.worth(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
+            slow_stops: !self.keep_stops,
             ..self.output.learning(self.cycle_limit)
         }
     }

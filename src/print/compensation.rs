@@ -7,7 +7,7 @@ use gcode::{Diagnostic, Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
 use motion::contour::ContourSummary;
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
-use pipeline::refit::RefitSettings;
+use pipeline::refit::{RefitSettings, SlowStop};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
@@ -269,17 +269,26 @@ pub struct Shares {
 }
 
 /// What became of the feed length of a program, and how it grew. `points` are its finest and coarsest ones.
-pub fn summary(shares: &Shares, points: Option<(RefitSettings, RefitSettings)>, lines: (usize, usize)) -> String {
+pub fn summary(
+    shares: &Shares,
+    points: Option<(RefitSettings, RefitSettings)>,
+    slow_stop: Option<SlowStop>,
+    lines: (usize, usize),
+) -> String {
     let points = points.filter(|(finest, _)| finest.spacing_s.is_finite()).map_or(String::new(), |(finest, coarsest)| {
         let both = |a: f64, b: f64| if a == b { a.to_string() } else { format!("{a} to {b}") };
         let spacing_ms = both(finest.spacing_s * 1e3, coarsest.spacing_s * 1e3);
         let chord_um = both(finest.chord_tolerance_mm * 1e3, coarsest.chord_tolerance_mm * 1e3);
         format!(", with points at least {spacing_ms} ms apart and lines within {chord_um} µm of the corrected curve")
     });
+    let stops = slow_stop.map_or(String::new(), |SlowStop { length_mm, time_s }| {
+        let time_ms = time_s * 1e3;
+        format!("\nstops: the last {length_mm:.3} mm before them take {time_ms:.0} ms, for less error there (--keep-stops: as programmed)")
+    });
     let share = |share: f64| format!("{:.1} %", 100.0 * share);
     let Shares { without_gain, left_alone } = shares;
     format!(
-        "feed length: {} compensated, {} without gain, {} left alone; {} lines in, {} out{points}",
+        "feed length: {} compensated, {} without gain, {} left alone; {} lines in, {} out{points}{stops}",
         share((1.0 - without_gain - left_alone).max(0.0)),
         share(*without_gain),
         share(*left_alone),
@@ -298,7 +307,13 @@ pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Va
         "without_gain_share": part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum()),
         "spacing_ms": outcome.written.map(|written| written.spacing_s * 1e3),
         "chord_tolerance_um": outcome.written.map(|written| written.chord_tolerance_mm * 1e3),
+        "slow_stop": outcome.written.and_then(|written| written.slow_stop).map(slow_stop_json),
     })
+}
+
+/// A slow zone before stops as JSON.
+pub fn slow_stop_json(SlowStop { length_mm, time_s }: SlowStop) -> Value {
+    json!({ "length_mm": length_mm, "time_ms": time_s * 1e3 })
 }
 
 /// Segments without gain as JSON.

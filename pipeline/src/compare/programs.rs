@@ -18,6 +18,7 @@ use crate::input::Input;
 use crate::model_based_ilc::{Settings, model_based_ilc};
 use crate::part::Part;
 use crate::progress::{Job, Progress, SILENT, Steps};
+use crate::refit::RefitSettings;
 use crate::setup::Setup;
 
 /// Length of program lines, mm, as in a finishing path of a CAM system.
@@ -87,12 +88,12 @@ impl Bench<'_> {
     fn program(&self, name: &str, setup: &Setup) -> Result<PathComparison> {
         let program = Input::from(curve_program(name, FEED_MM_S, SPACING_MM, setup)?);
         let desired = program.desired();
-        let mut references = vec![(Method::Uncompensated, desired.trajectory().clone())];
+        let mut references = vec![(Method::Uncompensated, desired.trajectory().clone(), MOVE_POINTS)];
         if let Some(bundle) = self.bundle {
             let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..self.settings.learning };
             self.steps.at(&format!("{name}: learning on the model"))?;
             let first = model_based_ilc(&program, bundle, &settings, SILENT)?;
-            references.push((Method::FirstRun, first.reference));
+            references.push((Method::FirstRun, first.reference, first.written.unwrap_or(MOVE_POINTS)));
         }
         let mut result = PathComparison::empty(name, desired);
         let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.program_seed(program.program()?, &references, seed));
@@ -103,11 +104,16 @@ impl Bench<'_> {
         Ok(result)
     }
 
-    fn program_seed(&self, part: &Part, references: &[(Method, Trajectory)], index: u64) -> Result<Vec<(Method, Measured)>> {
+    fn program_seed(
+        &self,
+        part: &Part,
+        references: &[(Method, Trajectory, RefitSettings)],
+        index: u64,
+    ) -> Result<Vec<(Method, Measured)>> {
         let mut machine = self.plant.machine(self.settings.noise_seed(index), self.settings.simulation)?;
         let mut measured = Vec::new();
-        for (method, reference) in references {
-            measured.push((*method, Measured::of_program(part, &run_program(part, machine.as_mut(), reference)?)));
+        for (method, reference, written) in references {
+            measured.push((*method, Measured::of_program(part, &run_program(part, machine.as_mut(), reference, written)?)));
         }
         for law in LAWS {
             let Some(settings) = self.tuned.of(law) else { continue };

@@ -20,6 +20,7 @@ pub const MOVE_POINTS: RefitSettings = RefitSettings {
     spacing_s: f64::INFINITY,
     chord_tolerance_mm: f64::INFINITY,
     path_tolerance_mm: None,
+    slow_stop: None,
 };
 
 /// A run of a program with its error figures.
@@ -38,12 +39,17 @@ impl ProgramRun {
     }
 }
 
-/// Runs a program whose points are moved to `reference`, written with [`MOVE_POINTS`].
+/// Runs a program whose points are moved to `reference`, written with these settings.
 ///
 /// # Errors
 /// When the program cannot be written or planned, or the run fails.
-pub fn run_program(part: &Part, machine: &mut dyn Machine, reference: &Trajectory) -> Result<ProgramRun> {
-    let Replanned { command, path_positions, .. } = Replanned::new(part, reference, &MOVE_POINTS)?;
+pub fn run_program(
+    part: &Part,
+    machine: &mut dyn Machine,
+    reference: &Trajectory,
+    written: &RefitSettings,
+) -> Result<ProgramRun> {
+    let Replanned { command, path_positions, .. } = Replanned::new(part, reference, written)?;
     let actual = machine.run(&command)?;
     ProgramRun::of(part, CommandedRun { command, path_positions, actual })
 }

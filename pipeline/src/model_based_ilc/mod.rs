@@ -10,6 +10,7 @@ mod on_program;
 mod outcome;
 mod outside;
 mod settings;
+mod stops;
 mod task;
 
 use compensation::{Ended, Iteration, StopRule};
@@ -22,13 +23,14 @@ use gain::{Gains, LEAST_GAIN, SAME_MAX_MM};
 use laws::law;
 use on_program::{OnProgram, relearn_on_program};
 use outside::ranges;
+use stops::slow_stop;
 use task::{Runs, Task};
 
 use crate::control::ControlledMachine;
 use crate::error::Result;
 use crate::input::Input;
 use crate::progress::{Progress, SILENT};
-use crate::refit::Mark;
+use crate::refit::{Mark, RefitSettings};
 use crate::statistics::Figures;
 
 pub use gain::WithoutGain;
@@ -120,12 +122,21 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     let (first, _) = runs.swap_remove(0);
     drop(runs);
     let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
-    if let Some(written) = settings.written
+    if let (Some(written), Some(part)) = (settings.written, input.part())
         && let Some((ideal, _)) = &chosen.run
         && control.replans(written)
     {
         let resumed = known.map(|known| &known.command);
-        chosen = relearn_on_program(&task, &mut control, input, settings, written, ideal, resumed)?;
+        let slow_stop = slow_stop(&task, &mut control, part, [&first.actual, &ideal.reference], written, settings)?;
+        let mut learned = |slow_stop| {
+            let written = RefitSettings { slow_stop, ..written };
+            relearn_on_program(&task, &mut control, input, settings, written, ideal, resumed)
+        };
+        let mut on_program = learned(slow_stop)?;
+        if slow_stop.is_some() && on_program.run.is_none() {
+            on_program = learned(None)?;
+        }
+        chosen = on_program;
         chosen.updates += updates;
     }
     let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;

@@ -76,6 +76,8 @@ pub struct Settings {
     pub cycle_limit: f64,
     /// When a program gets fewer points than `written` says.
     pub fewer_points: FewerPoints,
+    /// Whether a program comes slowly to its stops, where the axes would pass them otherwise.
+    pub slow_stops: bool,
 }
 
 /// Default share of the expected error that a run has to save.
@@ -96,6 +98,7 @@ impl Default for Settings {
             written: None,
             cycle_limit: CYCLE_LIMIT,
             fewer_points: FewerPoints::WhereForecastAllows,
+            slow_stops: true,
         }
     }
 }

@@ -81,6 +81,11 @@ impl<'a> Task<'a> {
         FLOOR_SHARE * self.model_error_mm
     }
 
+    /// Error of the model, mm.
+    pub fn model_error_mm(&self) -> f64 {
+        self.model_error_mm
+    }
+
     /// What a run has to save to count: a share of the error expected on the machine.
     pub fn worth(&self, share: f64) -> Worth {
         Worth { share, unavoidable: self.model_error_mm }

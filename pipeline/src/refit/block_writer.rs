@@ -21,12 +21,17 @@ pub(super) fn stated_axes(part: &Part) -> Vec<usize> {
 }
 
 /// Decimals of the least input increment, mm.
-pub(super) const INCREMENT_DECIMALS: usize = 3;
+const INCREMENT_DECIMALS: usize = 3;
 
 /// Whether lines state whole increments, without a decimal point, as all coordinates of the program do.
-pub(super) fn counts_increments(part: &Part) -> bool {
+fn counts_increments(part: &Part) -> bool {
     part.options.decimal_point == DecimalPoint::LeastIncrement
         && part.section.as_ref().map_or_else(|| is_integer_program(&part.program), |section| section.whole.is_integer)
+}
+
+/// Decimals of written coordinates in mm.
+pub(super) fn decimals(part: &Part, settings: &RefitSettings) -> usize {
+    if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals }
 }
 
 /// Appends a word whose `value` is a whole number of increments. Returns the value that a control reads from it.
@@ -122,14 +127,17 @@ impl<'a> Writer<'a> {
         if first_of_block {
             self.notation.append_compensation_off(&mut text, &self.part.program, step);
         }
-        let duration_s = (target.time_s - before_s).max(1e-5);
-        match self.settings.encoding {
-            TimeEncoding::G93 => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
-            TimeEncoding::G94 => {
-                let length = self.length(step, &target.element, &(self.written - start));
-                self.notation.append_feed(&mut text, (length / duration_s * 60.0).max(1e-4))?;
+        let duration_s = target.slow_s.unwrap_or((target.time_s - before_s).max(1e-5));
+        let per_minute = || self.length(step, &target.element, &(self.written - start)) / duration_s * 60.0;
+        match (self.settings.encoding, target.slow_s) {
+            (TimeEncoding::G93, _) => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
+            (TimeEncoding::G94, _) => self.notation.append_feed(&mut text, per_minute().max(1e-4))?,
+            (TimeEncoding::Keep, Some(_)) => {
+                let feed = per_minute();
+                self.notation.append_feed(&mut text, feed)?;
+                self.feed = Some(feed);
             }
-            TimeEncoding::Keep => self.append_own_feed(&mut text, owner, first_of_block, share)?,
+            (TimeEncoding::Keep, None) => self.append_own_feed(&mut text, owner, first_of_block, share)?,
         }
         Ok(text)
     }

@@ -9,6 +9,8 @@ pub(super) struct Target {
     pub(super) element: Element,
     /// Time at which the plan passes the end, s.
     pub(super) time_s: f64,
+    /// Time of a line of a slow zone, s; `None` at the program's own feed.
+    pub(super) slow_s: Option<f64>,
 }
 
 /// A line or arc, from the end of the element before it.

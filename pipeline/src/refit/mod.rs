@@ -12,6 +12,7 @@ mod notation;
 mod refitted;
 mod segment;
 mod settings;
+mod slow_stop;
 mod verify;
 mod verify_feeds;
 
@@ -25,7 +26,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::part::{Part, PathSegment, Section, stated};
 
-use block_writer::{INCREMENT_DECIMALS, counts_increments, stated_axes};
+use block_writer::{decimals, stated_axes};
 use modes::rounds_less;
 use segment::Segment;
 use verify_feeds::verify_feeds;
@@ -33,7 +34,7 @@ use verify_feeds::verify_feeds;
 pub use element::{Element, ElementArc};
 pub use mark::{Mark, comes_from, marked_line};
 pub use refitted::Refitted;
-pub use settings::{DECIMALS, RefitSettings, TimeEncoding};
+pub use settings::{DECIMALS, RefitSettings, SlowStop, TimeEncoding};
 pub use verify::verify;
 
 /// Writes the correction `reference − desired` of `part`'s plan into its program.
@@ -142,11 +143,17 @@ pub fn write_program(
     let mut written = gcode::parse(bytes.clone());
     gcode::evaluate(&mut written, &part.options, &|name| part.subprogram(name))?;
     let toolpath = gcode::interpret(&written, &part.options)?;
-    verify(part, &(0..part.toolpath.moves.len()), &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
-    if settings.encoding == TimeEncoding::Keep && part.feed_factors.iter().any(|factor| *factor != 1.0) {
-        verify_feeds(part, &refitted, &toolpath)?;
+    let moves = 0..part.toolpath.moves.len();
+    verify(part, &moves, &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
+    if settings.encoding == TimeEncoding::Keep && changes_feeds(part, &moves, &refitted) {
+        verify_feeds(part, &moves, &refitted, &toolpath)?;
     }
     Ok((bytes, refitted.largest_shift_mm))
+}
+
+/// Whether moves have other feeds than the program.
+fn changes_feeds(part: &Part, moves: &Range<usize>, refitted: &Refitted) -> bool {
+    !refitted.slow.is_empty() || part.feed_factors[moves.clone()].iter().any(|factor| *factor != 1.0)
 }
 
 /// The first blocks of a program with `edits` and the comment `mark`.
@@ -162,11 +169,6 @@ pub fn write_head(
 ) -> Result<Vec<u8>> {
     mark.write(program, largest_shift_mm, &mut edits)?;
     Ok(gcode::edit_blocks(program, blocks, &edits)?)
-}
-
-/// Decimals of written coordinates in mm.
-fn decimals(part: &Part, settings: &RefitSettings) -> usize {
-    if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals }
 }
 
 /// The written core of a section.
@@ -200,6 +202,9 @@ pub fn write_section(
     let bytes = gcode::edit_blocks(&part.program, section.core.clone(), &refitted.edits)?;
     let toolpath = section.read_core(part, bytes.clone())?;
     verify(part, &moves, &refitted, &toolpath, max_shift_mm, decimals(part, settings))?;
+    if settings.encoding == TimeEncoding::Keep && changes_feeds(part, &moves, &refitted) {
+        verify_feeds(part, &moves, &refitted, &toolpath)?;
+    }
     let Refitted { edits, largest_shift_mm, .. } = refitted;
     Ok(WrittenSection { bytes, edits, largest_shift_mm })
 }

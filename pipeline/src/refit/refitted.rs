@@ -1,5 +1,7 @@
 //! Result of a refit.
 
+use std::collections::HashMap;
+
 use gcode::Edits;
 
 use super::element::Element;
@@ -11,6 +13,8 @@ pub struct Refitted {
     pub edits: Edits,
     /// For every rewritten move its index and the lines and arcs in its place.
     pub targets: Vec<(usize, Vec<Element>)>,
+    /// Number of slow lines at the end of a move, by its index.
+    pub slow: HashMap<usize, usize>,
     /// Largest correction of the tool tip, mm.
     pub largest_shift_mm: f64,
 }

@@ -11,6 +11,7 @@ use super::element::{Element, ElementArc, Target};
 use super::modes::{Modes, restore_motion_code};
 use super::refitted::Refitted;
 use super::settings::{RefitSettings, TimeEncoding};
+use super::slow_stop::SlowZone;
 use crate::error::Result;
 use crate::part::{POINT_MM, Part, coordinates};
 
@@ -43,7 +44,9 @@ impl Segment<'_> {
         let mut last = self.owner(run[0]);
         let mut writer = Writer::new(part, self.settings, self.axes, &moves[last]);
         let mut modes = Modes::state(part, self.settings, &moves[last], &mut out.edits)?;
-        let targets: Vec<Vec<Target>> = run.par_iter().with_min_len(MOVES_PER_TASK).map(|piece| self.targets(*piece)).collect();
+        let zone = self.slow_zone(run);
+        let targets = run.par_iter().with_min_len(MOVES_PER_TASK).map(|piece| self.targets(*piece, zone));
+        let targets: Vec<Vec<Target>> = targets.collect();
         for (piece, targets) in run.iter().zip(targets) {
             let owner = self.owner(*piece);
             let step = &moves[owner];
@@ -56,6 +59,10 @@ impl Segment<'_> {
             }
             out.edits.replace_motion(&part.program, step.block as usize, part.options.dialect, &lines)?;
             out.targets.push((owner, targets.iter().map(|target| target.element).collect()));
+            let slow = targets.iter().filter(|target| target.slow_s.is_some()).count();
+            if slow > 0 {
+                out.slow.insert(owner, slow);
+            }
             last = owner;
             // A line without motion has no path piece. Unchanged, it would lead back to the programmed point.
             if let Some(end) = targets.last().filter(|_| !self.borders[*piece]) {
@@ -80,6 +87,13 @@ impl Segment<'_> {
             restore_motion_code(part, &moves[next], writer.code(), &mut out.edits);
         }
         Ok(())
+    }
+
+    /// The slow zone at the end of consecutive pieces.
+    fn slow_zone(&self, run: &[usize]) -> Option<SlowZone> {
+        let last = *run.last().filter(|last| self.borders[**last])?;
+        let ends_mm = [self.start_of(run[0]), self.part.plan.piece_ends_mm[last]];
+        SlowZone::before_stop(self.part, self.settings, self.owner(last), ends_mm)
     }
 
     fn owner(&self, piece: usize) -> usize {
@@ -124,13 +138,15 @@ impl Segment<'_> {
         values[before].lerp(&values[after], index - before as f64)
     }
 
-    /// Ends of the lines that replace a move.
-    fn targets(&self, piece: usize) -> Vec<Target> {
+    /// Ends of the lines that replace a move. A slow zone in it is one line of its own.
+    fn targets(&self, piece: usize, zone: Option<SlowZone>) -> Vec<Target> {
         let (plan, step) = (&self.part.plan, &self.part.toolpath.moves[self.owner(piece)]);
         let period = plan.desired.trajectory().period_s();
         let exact = self.part.stops_exactly(step);
         let (from_mm, to_mm) = (self.start_of(piece), plan.piece_ends_mm[piece]);
         let (arrival_s, from_s, to_s) = (self.time_at(from_mm), self.departure(from_mm), self.time_at(to_mm));
+        let slow = zone.filter(|zone| zone.from_mm < to_mm);
+        let until_s = slow.map_or(to_s, |slow| if slow.from_mm > from_mm { self.time_at(slow.from_mm) } else { to_s });
         let length = (to_mm - from_mm).max(1e-12);
         // Points of the original geometry at the share of its length that the plan has passed.
         let share_at = |time_s: f64| {
@@ -154,17 +170,18 @@ impl Segment<'_> {
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
-        let by_time = ((to_s - from_s) / self.settings.spacing_s).floor() as usize;
-        let steps = if exact { 1 } else { by_time.max(self.least_steps(step)) };
-        let at = |i: usize| from_s + (to_s - from_s) * i as f64 / steps as f64;
+        let by_time = ((until_s - from_s) / self.settings.spacing_s).floor() as usize;
+        let is_slow = slow.is_some() && until_s == to_s;
+        let steps = if exact { 1 } else { (if is_slow { 1 } else { by_time }).max(self.least_steps(step)) };
+        let at = |i: usize| from_s + (until_s - from_s) * i as f64 / steps as f64;
         // Beside a border the tool is where the program states it.
+        let end = if self.borders[piece] { coordinates(&step.end) } else { point_at(to_s, 1.0) + self.shift_at(to_s) };
         let after_border = piece.checked_sub(1).is_none_or(|before| self.borders[before]);
         let point = |i: usize| match i {
             0 if after_border => coordinates(&step.start),
             // The end of the piece before, which a dwell does not move.
             0 => point_at(arrival_s, 0.0) + self.shift_at(arrival_s),
-            _ if i == steps && self.borders[piece] => coordinates(&step.end),
-            _ if i == steps => point_at(to_s, 1.0) + self.shift_at(to_s),
+            _ if i == steps && until_s == to_s => end,
             _ => corrected(at(i)),
         };
         // The speed along a timed line is constant: a line over a change of speed would pass points late or early.
@@ -188,10 +205,17 @@ impl Segment<'_> {
         let mut from = 0;
         while from < steps {
             let to = furthest(from, steps, &fits);
-            targets.push(Target { element: element(from, to), time_s: if to == steps { to_s } else { at(to) } });
+            targets.push(Target { element: element(from, to), time_s: if to == steps { until_s } else { at(to) }, slow_s: None });
             from = to;
         }
-        targets
+        let Some(slow) = slow else { return targets };
+        if !is_slow {
+            let slow_s = Some((to_mm - slow.from_mm) / slow.speed_mm_s);
+            targets.push(Target { element: Element { point: end, arc: None }, time_s: to_s, slow_s });
+            return targets;
+        }
+        let slow_s = Some(length / slow.speed_mm_s / targets.len() as f64);
+        targets.into_iter().map(|target| Target { slow_s, ..target }).collect()
     }
 
     /// Least number of points in a move, whatever the time between them: those that the shape of an arc needs.

@@ -31,6 +31,24 @@ impl TimeEncoding {
     }
 }
 
+/// A slow zone before every stop. Axes that lead the command while it brakes pass the end of the path, and come back; no shift of
+/// points prevents it, since the control brakes towards the same end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowStop {
+    /// Length of the zone along the path, mm.
+    pub length_mm: f64,
+    /// Time in which it is covered, s.
+    pub time_s: f64,
+}
+
+impl SlowStop {
+    /// Speed in the zone, mm/s.
+    #[must_use]
+    pub fn speed_mm_s(self) -> f64 {
+        self.length_mm / self.time_s
+    }
+}
+
 /// Settings for writing a compensated program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefitSettings {
@@ -44,6 +62,8 @@ pub struct RefitSettings {
     pub chord_tolerance_mm: f64,
     /// Path tolerance that segments state, mm, where the control has one; `None` keeps the program's own.
     pub path_tolerance_mm: Option<f64>,
+    /// Slow zone before stops; `None` for none.
+    pub slow_stop: Option<SlowStop>,
 }
 
 /// Largest distance of a written line from the corrected curve between its ends, mm.
@@ -85,6 +105,7 @@ impl RefitSettings {
             spacing_s: spacing_ms.unwrap_or(profile.map_or(SPACING_MS, |profile| profile.point_spacing_ms)) * 1e-3,
             chord_tolerance_mm: CHORD_TOLERANCE_MM,
             path_tolerance_mm: profile.and_then(|profile| profile.path_tolerance_mm),
+            slow_stop: None,
         }
     }
 }

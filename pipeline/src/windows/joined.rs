@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::expectation::{Expectation, ExpectationSum};
 use crate::model_based_ilc::WithoutGain;
 use crate::part::{Section, Whole};
-use crate::refit::{Mark, RefitSettings, write_head};
+use crate::refit::{Mark, RefitSettings, SlowStop, write_head};
 use crate::tally::Tally;
 
 /// A compensated long program.
@@ -32,6 +32,8 @@ pub struct Joined<'a> {
     pub cycle_s: (f64, f64),
     /// Least increase of a cycle that was found where it is beyond the limit whatever the points.
     pub too_slow: Option<f64>,
+    /// Longest slow zone before stops.
+    pub slow_stop: Option<SlowStop>,
     /// Finest and coarsest points.
     pub points: Option<(RefitSettings, RefitSettings)>,
     /// Segments that are not changed because the forecast gains nothing by it.
@@ -66,6 +68,7 @@ impl<'a> Joined<'a> {
             updates: 0,
             cycle_s: (0.0, 0.0),
             too_slow: None,
+            slow_stop: None,
             points: None,
             without_gain: Vec::new(),
             outside: Vec::new(),
@@ -128,6 +131,8 @@ impl<'a> Joined<'a> {
         let (before_s, after_s) = self.cycle_s;
         self.cycle_s = (before_s + done.samples as f64 * done.period_s, after_s + done.after_s);
         self.too_slow = [self.too_slow, done.too_slow].into_iter().flatten().reduce(f64::max);
+        let stops = [self.slow_stop, done.points.and_then(|points| points.slow_stop)].into_iter().flatten();
+        self.slow_stop = stops.max_by(|a, b| a.length_mm.total_cmp(&b.length_mm));
         self.points = [self.points, done.points.map(|points| (points, points))].into_iter().flatten().reduce(|a, b| {
             let finer = if b.0.spacing_s < a.0.spacing_s { b.0 } else { a.0 };
             (finer, if b.1.spacing_s > a.1.spacing_s { b.1 } else { a.1 })

@@ -48,7 +48,7 @@ impl Compensate {
         drop(shown);
         self.show_joined(long, &joined, printer)?;
         let lines = (line_count(whole.program.bytes()), line_count(&joined.content));
-        printer.line(print::summary(&shares(&joined), joined.points, lines));
+        printer.line(print::summary(&shares(&joined), joined.points, joined.slow_stop, lines));
         let figures = self.joined_json(long, &joined, lines)?;
         let mut outputs = Outputs::default();
         outputs.add(&self.out, joined.content);
@@ -109,6 +109,7 @@ impl Compensate {
                 "without_gain_share": shares(joined).without_gain,
                 "spacing_ms": joined.points.map(|(finest, _)| finest.spacing_s * 1e3),
                 "chord_tolerance_um": joined.points.map(|(finest, _)| finest.chord_tolerance_mm * 1e3),
+                "slow_stop": joined.slow_stop.map(print::slow_stop_json),
             }),
         }))
     }

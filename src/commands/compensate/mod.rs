@@ -77,6 +77,9 @@ pub struct Compensate {
     /// Largest increase of the cycle time by the compensated program, percent. When left out: 1, and no limit with --format or --spacing
     #[arg(long, value_name = "PERCENT", value_parser = numbers::percent)]
     cycle_limit: Option<f64>,
+    /// Come to stops at the program's own feed even where the axes would pass them
+    #[arg(long)]
+    keep_stops: bool,
     #[command(flatten)]
     feeds: FeedArgs,
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
@@ -181,7 +184,9 @@ impl Compensate {
         self.show_output(&output, &outcome, &printer);
         let lines = input.part().map(|part| (line_count(part.program.bytes()), line_count(&output.content)));
         if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
-            printer.line(print::summary(&shares(part, &outcome), outcome.written.map(|points| (points, points)), lines));
+            let points = outcome.written.map(|points| (points, points));
+            let slow_stop = outcome.written.and_then(|written| written.slow_stop);
+            printer.line(print::summary(&shares(part, &outcome), points, slow_stop, lines));
         }
         let mut outputs = Outputs::default();
         let figures = self.json(&input, &outcome, &output, expected.as_ref());
@@ -249,6 +254,7 @@ impl Compensate {
             worth: self.effort.worth(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
+            slow_stops: !self.keep_stops,
             ..self.output.learning(self.cycle_limit)
         }
     }

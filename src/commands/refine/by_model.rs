@@ -45,7 +45,8 @@ impl Refine {
     }
 
     fn learning_settings(&self, format: &OutputSettings) -> Settings {
-        Settings { max_shift: self.max_shift, written: format.program(), ..self.output.learning(None) }
+        let (max_shift, written, slow_stops) = (self.max_shift, format.program(), !self.keep_stops);
+        Settings { max_shift, written, slow_stops, ..self.output.learning(None) }
     }
 
     fn write_next(

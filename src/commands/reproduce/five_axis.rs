@@ -210,7 +210,8 @@ impl Reproduce {
         let desired = &part.plan.desired;
         let low_pass = LowPass::new(100.0, desired.trajectory().period_s())?;
         let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..Settings::default() };
-        let first_run = model_based_ilc(program, bundle, &settings, SILENT)?.reference;
+        let first_run = model_based_ilc(program, bundle, &settings, SILENT)?;
+        let first_points = first_run.written.unwrap_or(MOVE_POINTS);
         let mut found = Vec::new();
         for machine in self.machines(spec) {
             let mut machine = machine?;
@@ -222,12 +223,12 @@ impl Reproduce {
                 (OWN, tracking(None), Pairing::Place),
                 (OWN_FILTERED, tracking(low_pass), Pairing::Place),
             ];
-            found.push((UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory())?));
+            found.push((UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory(), &MOVE_POINTS)?));
             for (method, mut law, pairing) in laws {
                 let learned = learn_program(part, &mut machine, law.as_mut(), pairing, runs, &CorrectionLimits::default())?;
                 found.extend(learned.into_iter().next_back().map(|last| (method, runs, last)));
             }
-            found.push((FIRST_RUN, 0, run_program(part, &mut machine, &first_run)?));
+            found.push((FIRST_RUN, 0, run_program(part, &mut machine, &first_run.reference, &first_points)?));
         }
         Ok(found)
     }

@@ -31,8 +31,8 @@ pub(super) struct SPiece {
 }
 
 const OURS: &str = "Not in the paper.";
-const END: &str = "Not in the paper. At the end of the path the axes overshoot along it as they stop, which moving the points before the last does not \
-                   prevent.";
+const END: &str = "Not in the paper. At the end of the path, which is not moved, the axes come to it along another line; moving the points before it does not \
+                   prevent that. The first run comes to it slowly.";
 
 impl SPiece {
     /// The runs of `part`: uncompensated, the last one of the best law, and the first compensated one.
