@@ -4,6 +4,7 @@ use crate::dialogue::lexer as dialogue;
 use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
 use crate::sinumerik::lexer as sinumerik;
+use crate::sinumerik::names::Name;
 use crate::sinumerik::signs::is_sinumerik;
 use crate::word::{Span, Word, WordKind};
 
@@ -126,6 +127,11 @@ impl Program {
     /// The words of a block. Empty if the block does not exist.
     pub fn block_words(&self, block: usize) -> &[Word] {
         &self.words[self.word_range(block)]
+    }
+
+    /// Whether a word is MIRROR or AMIRROR of SINUMERIK.
+    pub(crate) fn is_mirror_image(&self, word: &Word) -> bool {
+        matches!(word.name, Name::Replace | Name::Add) && self.text(word.span).to_ascii_uppercase().ends_with(b"MIRROR")
     }
 
     /// Index of the first word of a block with this letter (upper case) and a value.

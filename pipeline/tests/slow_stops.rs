@@ -9,21 +9,25 @@ use pipeline::{Part, Setup};
 const SLOW: SlowStop = SlowStop { length_mm: 0.05, time_s: 0.1 };
 
 /// Every path by 5 µm towards X and Y, with the taper of the part.
-fn corrected(part: &Part) -> Trajectory {
+const SHIFT_MM: [f64; 3] = [5e-3, 5e-3, 0.0];
+
+fn corrected(part: &Part, shift_mm: [f64; 3]) -> Trajectory {
     let path = part.plan.desired.trajectory();
-    let columns = path.columns().iter().enumerate().map(|(axis, column)| {
-        let by = if axis < 2 { 5e-3 } else { 0.0 };
-        column.iter().zip(part.taper()).map(|(x, weight)| x + by * weight).collect()
-    });
+    let columns = path.columns().iter().zip(shift_mm);
+    let columns = columns.map(|(column, by)| column.iter().zip(part.taper()).map(|(x, weight)| x + by * weight).collect());
     path.with_columns(columns.collect()).unwrap()
 }
 
 fn written_with(text: &str, settings: RefitSettings) -> String {
+    written_by(text, settings, SHIFT_MM)
+}
+
+fn written_by(text: &str, settings: RefitSettings, shift_mm: [f64; 3]) -> String {
     let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
     let (program, options) = (gcode::parse(text), gcode::Dialect::LinuxCnc.into());
     let part = Part::planned("part.nc", program, options, &WorkOffsets::default().or_zero(), &setup, &setup.plan_settings());
     let part = part.unwrap();
-    let (bytes, _) = write_program(&part, &corrected(&part), &settings, 0.1, None).unwrap();
+    let (bytes, _) = write_program(&part, &corrected(&part, shift_mm), &settings, 0.1, None).unwrap();
     String::from_utf8(bytes).unwrap()
 }
 
@@ -103,6 +107,23 @@ fn a_stop_is_left_as_it_is_where_a_slow_feed_would_act_elsewhere() {
     // Between two cuts that go on the control does not stop.
     let on = written(&format!("{head}G1 X20 F3000\nX40\nG0 Z5\nM2\n"));
     assert_eq!(slow_lines(&on, &["3000"]).len(), 1, "{on}");
+}
+
+#[test]
+fn a_shift_along_the_path_makes_no_feed_above_the_programs_and_none_of_zero() {
+    let slow_stop = Some(SlowStop { length_mm: 0.012, time_s: 0.1 });
+    let slow = |along_mm: f64| {
+        let text = written_by(
+            "G21 G90\nG0 X0 Y0 Z0\nG1 X20 F16\nG0 Z5\nM2\n",
+            RefitSettings { slow_stop, ..settings() },
+            [along_mm, 0.0, 0.0],
+        );
+        slow_lines(&text, &["16"]).into_iter().map(|(feed, _)| feed).collect::<Vec<f64>>()
+    };
+    // The line is 32 µm long instead of 12, or the point before it lies on the end.
+    assert!(slow(-0.02).is_empty());
+    assert_eq!(slow(0.012), vec![1.0]);
+    assert!(slow(0.001)[0] > 6.0);
 }
 
 #[test]

@@ -137,7 +137,7 @@ impl Interpreter<'_> {
         if has_words || has_names {
             match self.known_frame(words, index) {
                 Some(rotation) => {
-                    let is_image = self.program.text(self.span(index)).to_ascii_uppercase().ends_with(b"MIRROR");
+                    let is_image = self.program.is_mirror_image(&self.program.words()[index]);
                     self.mirrored |= if is_image { axes(words) } else { 0 };
                     self.turn(Some(rotation));
                 }

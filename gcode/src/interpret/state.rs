@@ -14,7 +14,6 @@ use crate::modal::{CutterCompensation, Distance, Modal};
 use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
-use crate::sinumerik::names::Name;
 use crate::toolpath::Move;
 use crate::word::{Span, Word};
 
@@ -108,11 +107,8 @@ impl Whole {
 /// Whether a block programs a mirror image of SINUMERIK with a value that is not the number 0.
 fn mirrors_by_value(program: &Program, block: usize) -> bool {
     let words = program.block_words(block);
-    let is_image = |word: &Word| {
-        matches!(word.name, Name::Replace | Name::Add) && program.text(word.span).to_ascii_uppercase().ends_with(b"MIRROR")
-    };
     let has_value = |word: &Word| matches!(word.letter, b'A'..=b'C' | b'U'..=b'Z') && word.number() != Some(0.0);
-    words.iter().any(is_image) && words.iter().any(has_value)
+    words.iter().any(|word| program.is_mirror_image(word)) && words.iter().any(has_value)
 }
 
 /// The modal F.

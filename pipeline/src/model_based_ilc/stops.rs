@@ -27,9 +27,8 @@ const LASTING_SHARE: f64 = 0.3;
 const SETTLED_SHARE: f64 = 0.2;
 /// Zones that are tried for any axes: length as a multiple of the error near the stop, and time as a multiple of that in which the axes settle.
 const TRIED: [[f64; 2]; 3] = [[1.0, 0.7], [1.0, 1.5], [3.0, 1.5]];
-/// Largest time in a zone, s, and least speed, mm/s: controls take feeds from 1 mm/min on (Fanuc 0i-F, B-64604EN).
+/// Largest time in a zone, s.
 const MOST_S: f64 = 0.25;
-const LEAST_MM_S: f64 = 1.0 / 60.0;
 /// Least time, as a share of the one that is wanted. A shorter one leaves most of the error.
 const LEAST_SHARE: f64 = 0.25;
 /// Share of the allowed increase of the cycle time that slow stops may take.
@@ -106,7 +105,7 @@ fn candidates(
     let of_any = TRIED.iter().map(|[lengths, times]| (lengths * error_mm, times * settle_s));
     let budget_s = CYCLE_SHARE * settings.cycle_limit * part.plan.desired.trajectory().duration_s() / segments.len() as f64;
     let zone = |(length_mm, wanted_s): (f64, f64)| {
-        let wanted_s = wanted_s.min(MOST_S).min(length_mm / LEAST_MM_S);
+        let wanted_s = wanted_s.min(MOST_S).min(length_mm / SlowStop::LEAST_MM_S);
         let time_s = wanted_s.min(budget_s);
         (time_s >= LEAST_SHARE * wanted_s).then_some(SlowStop { length_mm, time_s })
     };

@@ -8,7 +8,7 @@ use motion::Vec6;
 
 use super::element::{Element, ElementArc, Target};
 use super::notation::Notation;
-use super::settings::{RefitSettings, TimeEncoding};
+use super::settings::{RefitSettings, SlowStop, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
 
@@ -131,9 +131,9 @@ impl<'a> Writer<'a> {
         let per_minute = || self.length(step, &target.element, &(self.written - start)) / duration_s * 60.0;
         match (self.settings.encoding, target.slow_s) {
             (TimeEncoding::G93, _) => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
-            (TimeEncoding::G94, _) => self.notation.append_feed(&mut text, per_minute().max(1e-4))?,
-            (TimeEncoding::Keep, Some(_)) => {
-                let feed = per_minute();
+            (TimeEncoding::G94, None) => self.notation.append_feed(&mut text, per_minute().max(1e-4))?,
+            (TimeEncoding::G94 | TimeEncoding::Keep, Some(_)) => {
+                let feed = self.slow_feed(owner, per_minute());
                 self.notation.append_feed(&mut text, feed)?;
                 self.feed = Some(feed);
             }
@@ -249,6 +249,14 @@ impl<'a> Writer<'a> {
         let linear = linear_mm / self.part.toolpath.modal(step).feed_units.mm();
         let length = if linear > 0.0 { linear } else { displacement.fixed_rows::<3>(3).norm().to_degrees() };
         length.max(1e-6)
+    }
+
+    /// Feed of a slow line: a shift along the path makes it longer or shorter than the zone, but the feed neither higher than the move's own nor zero.
+    fn slow_feed(&self, owner: usize, feed: f64) -> f64 {
+        let step = &self.part.toolpath.moves[owner];
+        let least = SlowStop::LEAST_MM_S * 60.0 / self.part.toolpath.modal(step).feed_units.mm();
+        let own = step.feed_word.map_or(f64::INFINITY, |word| word * self.part.feed_factors[owner]);
+        feed.max(least).min(own)
     }
 
     /// Writes the program's own feed word where it applies, times the factor of its move.

@@ -42,6 +42,9 @@ pub struct SlowStop {
 }
 
 impl SlowStop {
+    /// Least speed of a slow line, mm/s: controls take feeds from 1 mm/min on (Fanuc 0i-F, B-64604EN).
+    pub const LEAST_MM_S: f64 = 1.0 / 60.0;
+
     /// Speed in the zone, mm/s.
     #[must_use]
     pub fn speed_mm_s(self) -> f64 {

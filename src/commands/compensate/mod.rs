@@ -77,7 +77,7 @@ pub struct Compensate {
     /// Largest increase of the cycle time by the compensated program, percent. When left out: 1, and no limit with --format or --spacing
     #[arg(long, value_name = "PERCENT", value_parser = numbers::percent)]
     cycle_limit: Option<f64>,
-    /// Come to stops at the program's own feed even where the axes would pass them
+    /// Come to stops at the program's own feed, also where a slower end would lower the predicted error
     #[arg(long)]
     keep_stops: bool,
     #[command(flatten)]

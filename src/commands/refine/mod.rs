@@ -78,7 +78,7 @@ pub struct Refine {
     /// Largest shift of the tool tip, mm: the length of the vector. When left out: from the largest error, from 0.1 to 1 mm
     #[arg(long, value_name = "MM", value_parser = numbers::max_shift_mm)]
     max_shift: Option<f64>,
-    /// Come to stops at the program's own feed even where the axes would pass them
+    /// With a model: come to stops at the program's own feed, also where a slower end would lower the predicted error
     #[arg(long)]
     keep_stops: bool,
     #[command(flatten)]
