@@ -121,6 +121,8 @@ fn stable_axes(machine: &MachineSpec, common: &Common, seed: u64, lowered: u64) 
                 acceleration_mm_s2: common.acceleration_mm_s2,
                 jerk_mm_s3: common.jerk_mm_s3,
                 travel_mm: None,
+                filters_ms: None,
+                time_constant_ms: None,
                 drive: Some(Box::new(AxisDraw { common: *common, draw: &mut Draw::new(seed, stream) }.drive())),
             };
             if stable::is_stable(machine, &axis)? {

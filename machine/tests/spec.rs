@@ -4,6 +4,7 @@ use machine::{
     AxisSpec, BUILTIN_MACHINES, KinematicsSpec, MachineError, MachineSpec, Mount, ProgramWords, RotaryPreslidingSpec,
     SimulatedMachine,
 };
+use motion::AxisFilter;
 
 const BALLSCREW: &str = BUILTIN_MACHINES[0].1;
 const BC: &str = BUILTIN_MACHINES[3].1;
@@ -387,4 +388,43 @@ fn faults_of_a_shared_drive_are_told_once_where_they_stand() {
     assert_eq!(period.all()[0].line, BALLSCREW.lines().position(|line| line.starts_with("sampling_period_ms")).unwrap() + 1);
     // Text that is not TOML has its place too.
     assert_eq!(faults("name = \"a\"\nsampling_period_ms = = 3\n").all()[0].line, 2);
+}
+
+#[test]
+fn a_control_has_filters_for_all_axes_and_for_one_and_limits_of_lines() {
+    let control = "[control]\ncorners = { blend_mm = 0.01 }\nfilters_ms = [12.0, 0.0]\ntime_constant_ms = 8.0\nlook_ahead_lines = 14\nline_time_ms = 2.0\n";
+    let own = REAL.replace("name = \"c\"\n", "name = \"c\"\nfilters_ms = [0.0, 6.0]\ntime_constant_ms = 0.0\n");
+    let file = own.replacen("[[axes]]", &format!("{control}[[axes]]"), 1);
+    let spec = MachineSpec::from_toml(&file).unwrap();
+    assert_eq!(MachineSpec::from_toml(&spec.to_toml().unwrap()).unwrap(), spec);
+    let settings = spec.plan_settings();
+    let of = |averages_s: [f64; 2], time_constant_s: f64| AxisFilter { averages_s, time_constant_s };
+    assert_eq!(settings.filters, [of([0.012, 0.0], 0.008), of([0.0, 0.006], 0.0)]);
+    assert_eq!((settings.look_ahead, settings.piece_time_s), (Some(14), 0.002));
+    // An axis may state filters where the control states nothing.
+    let alone = MachineSpec::from_toml(&own).unwrap().plan_settings();
+    assert_eq!(alone.filters, [of([0.0; 2], 0.0), of([0.0, 0.006], 0.0)]);
+    assert_eq!(alone.corner_tolerance_mm, MachineSpec::from_toml(REAL).unwrap().plan_settings().corner_tolerance_mm);
+    for (from, to, key) in [
+        ("look_ahead_lines = 14", "look_ahead_lines = 0", "control.look_ahead_lines"),
+        ("line_time_ms = 2.0", "line_time_ms = -1.0", "control.line_time_ms"),
+        ("time_constant_ms = 8.0", "time_constant_ms = 1e9", "control.time_constant_ms"),
+        ("filters_ms = [0.0, 6.0]", "filters_ms = [0.0, -6.0]", "axes.c.filters_ms"),
+        ("filters_ms = [12.0, 0.0]", "filters_ms = [1e8, 0.0]", "control.filters_ms"),
+    ] {
+        let error = MachineSpec::from_toml(&file.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(key), "{key}: {error}");
+    }
+    // Averages over more periods than a plan can be averaged over, the lag among them.
+    let fast =
+        file.replace("sampling_period_ms = 1.0", "sampling_period_ms = 0.01").replace("jerk_mm_s3 = 5e4", "jerk_mm_s3 = 1e9");
+    assert!(MachineSpec::from_toml(&fast).is_ok());
+    for (from, to, key) in [
+        ("filters_ms = [12.0, 0.0]", "filters_ms = [45.0, 0.0]", "control.filters_ms"),
+        ("filters_ms = [12.0, 0.0]\ntime_constant_ms = 8.0", "time_constant_ms = 60.0", "control.time_constant_ms"),
+        ("filters_ms = [0.0, 6.0]", "filters_ms = [0.0, 60.0]", "axes.c.filters_ms"),
+    ] {
+        let error = MachineSpec::from_toml(&fast.replace(from, to)).unwrap_err().to_string();
+        assert!(error.contains(key) && error.contains("5000 sampling periods"), "{key}: {error}");
+    }
 }

@@ -30,7 +30,8 @@ pub use lag::lag_s;
 pub use limits::{AxisLimits, Limits};
 pub use path::{DesiredPath, poses_of};
 pub use planner::{
-    Corners, MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve, plan_curve_on,
+    AxisFilter, Corners, MM_PER_RAD, PathSample, Piece, Plan, PlanSettings, RotaryPath, ToolPath, Turning, plan, plan_curve,
+    plan_curve_on,
 };
 pub use pose::{Pose, Vec3, Vec6};
 pub use quantile::quantile;

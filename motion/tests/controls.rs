@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use motion::curves::Line;
-use motion::{Axis, Cartesian, Corners, Kinematics, Limits, Piece, Plan, PlanSettings, ToolPath, Vec3, plan};
+use motion::{Axis, AxisFilter, Cartesian, Corners, Kinematics, Limits, Piece, Plan, PlanSettings, ToolPath, Vec3, plan};
 
 const PERIOD_S: f64 = 0.001;
 const ACCELERATION_MM_S2: f64 = 1000.0;
@@ -77,7 +77,10 @@ fn filters_shrink_a_circle_by_their_gain_and_keep_the_path_as_the_target() {
     let (radius_mm, feed_mm_s, filter_s) = (5.0, 40.0, 0.03);
     let circle = motion::curves::Arc::new(Vec3::new(radius_mm, 0.0, 0.0), Vec3::zeros(), Vec3::z(), TAU, radius_mm, 0.0).unwrap();
     let path: ToolPath = vec![Piece::whole(Arc::new(circle), feed_mm_s)].into();
-    let filtered = PlanSettings { filters_s: [filter_s, 0.0], ..settings(Corners::Blend) };
+    let filtered = PlanSettings {
+        filters: vec![AxisFilter { averages_s: [filter_s, 0.0], time_constant_s: 0.0 }; 3],
+        ..settings(Corners::Blend)
+    };
     let plan = plan(&path, &xyz(), &limits(), &filtered).unwrap();
     let command = plan.command.as_ref().unwrap();
     assert_eq!(command.len(), plan.desired.trajectory().len());
@@ -90,4 +93,87 @@ fn filters_shrink_a_circle_by_their_gain_and_keep_the_path_as_the_target() {
     assert!((middle - gain * radius_mm).abs() < 1e-6, "{middle} for {}", gain * radius_mm);
     // Without filters the plan is the command.
     assert!(motion::plan(&path, &xyz(), &limits(), &settings(Corners::Blend)).unwrap().command.is_none());
+}
+
+#[test]
+fn a_lag_shrinks_a_circle_by_its_gain() {
+    let (radius_mm, feed_mm_s, time_constant_s) = (5.0, 40.0, 0.02);
+    let circle =
+        motion::curves::Arc::new(Vec3::new(radius_mm, 0.0, 0.0), Vec3::zeros(), Vec3::z(), 2.0 * TAU, radius_mm, 0.0).unwrap();
+    let path: ToolPath = vec![Piece::whole(Arc::new(circle), feed_mm_s)].into();
+    let filters = vec![AxisFilter { averages_s: [0.0; 2], time_constant_s }; 3];
+    let plan = plan(&path, &xyz(), &limits(), &PlanSettings { filters, rest_s: 0.0, ..settings(Corners::Blend) }).unwrap();
+    let command = plan.command.as_ref().unwrap();
+    assert_eq!(command.len(), plan.desired.trajectory().len());
+    // y += share·(x − y) passes a rotation by φ a sample with the gain share / |1 − (1 − share)·e^(−iφ)|.
+    let (kept, phi) = ((-PERIOD_S / time_constant_s).exp(), feed_mm_s / radius_mm * PERIOD_S);
+    let gain = (1.0 - kept) / (1.0 - 2.0 * kept * phi.cos() + kept * kept).sqrt();
+    let middle = command.len() / 2;
+    let radius = command.columns()[0][middle].hypot(command.columns()[1][middle]);
+    assert!((radius - gain * radius_mm).abs() < 1e-5, "{radius} for {}", gain * radius_mm);
+    // It goes on until a thousandth of the way is left, and the target is as late as the command.
+    let end = |columns: &[Vec<f64>]| *columns[0].last().unwrap();
+    assert!((end(command.columns()) - end(plan.desired.trajectory().columns())).abs() < 1e-3);
+    let turned = |columns: &[Vec<f64>]| columns[1][middle].atan2(columns[0][middle]);
+    let late = turned(plan.desired.trajectory().columns()) - turned(command.columns());
+    assert!(late.abs() < 0.3 * feed_mm_s / radius_mm * time_constant_s, "{late}");
+}
+
+#[test]
+fn axes_with_other_filters_leave_a_diagonal_by_the_difference_of_their_delays() {
+    let end = Vec3::new(40.0, 40.0, 0.0);
+    let path: ToolPath = vec![Piece::whole(Arc::new(Line { start: Vec3::zeros(), end }), 50.0)].into();
+    let filter = |average_s: f64, time_constant_s: f64| AxisFilter { averages_s: [average_s, 0.0], time_constant_s };
+    let filters = vec![filter(0.021, 0.0), filter(0.0, 0.015), filter(0.0, 0.0)];
+    let plan = plan(&path, &xyz(), &limits(), &PlanSettings { filters, rest_s: 0.0, ..settings(Corners::Blend) }).unwrap();
+    let columns = plan.command.as_ref().unwrap().columns();
+    let middle = columns[0].len() / 2;
+    // Each axis runs at 50/√2 mm/s, x is late by half its average, y by T·(1 − share)/share.
+    let kept = (-PERIOD_S / 0.015_f64).exp();
+    let late_s = [0.010, PERIOD_S * kept / (1.0 - kept)];
+    let expected = 50.0 / 2.0_f64.sqrt() * (late_s[1] - late_s[0]);
+    assert!((columns[0][middle] - columns[1][middle] - expected).abs() < 1e-3, "{expected}");
+    for column in &columns[..2] {
+        assert!((column.last().unwrap() - 40.0).abs() < 1e-3);
+    }
+}
+
+/// Lines of this length along x at 50 mm/s.
+fn short_lines(length_mm: f64, count: u32, settings: &PlanSettings) -> Plan {
+    let at = |k: u32| Vec3::new(length_mm * f64::from(k), 0.0, 0.0);
+    let lines = (0..count).map(|k| Piece::whole(Arc::new(Line { start: at(k), end: at(k + 1) }), 50.0)).collect::<Vec<_>>();
+    plan(&lines.into(), &xyz(), &limits(), settings).unwrap()
+}
+
+fn speeds(plan: &Plan) -> Vec<f64> {
+    plan.desired.trajectory().columns()[0].windows(2).map(|pair| (pair[1] - pair[0]) / PERIOD_S).collect()
+}
+
+#[test]
+fn a_control_that_needs_time_for_a_line_passes_short_ones_slower() {
+    let limited = PlanSettings { piece_time_s: 0.01, ..settings(Corners::Blend) };
+    let top = |length_mm: f64| speeds(&short_lines(length_mm, 400, &limited)).into_iter().fold(0.0, f64::max);
+    assert!((top(0.2) - 20.0).abs() < 0.1, "0.2 mm in 10 ms: {}", top(0.2));
+    assert!((top(1.0) - 50.0).abs() < 0.1, "1 mm takes longer at its feed: {}", top(1.0));
+}
+
+#[test]
+fn a_control_can_stop_within_the_lines_that_it_knows() {
+    let (length_mm, ahead) = (0.1, 8);
+    let known = |ahead| short_lines(length_mm, 400, &PlanSettings { look_ahead: Some(ahead), ..settings(Corners::Blend) });
+    let plan = known(ahead);
+    for (k, speed) in speeds(&plan).into_iter().enumerate() {
+        let position = plan.desired.trajectory().columns()[0][k];
+        let line = (position / length_mm + 1e-9).floor() + ahead as f64 + 1.0;
+        let way_mm = (line * length_mm - position).max(0.0);
+        // A sample may lie on two lines.
+        let most = (2.0 * ACCELERATION_MM_S2 * way_mm).sqrt() + 2.0 * ACCELERATION_MM_S2 * PERIOD_S;
+        assert!(speed <= most, "{speed} at {position}, with {way_mm} mm to stop");
+    }
+    let top = |plan: &Plan| speeds(plan).into_iter().fold(0.0, f64::max);
+    // From the start of a line all of it and eight more are known, at its end eight.
+    let least = (2.0 * ACCELERATION_MM_S2 * length_mm * ahead as f64).sqrt();
+    assert!(top(&plan) >= 0.98 * least, "{} for {least}", top(&plan));
+    let whole = short_lines(length_mm, 400, &settings(Corners::Blend));
+    assert_eq!(known(300).desired.trajectory().columns(), whole.desired.trajectory().columns());
 }

@@ -80,7 +80,8 @@ impl<'a> Steps<'a> {
     }
 
     fn report(&self, done: usize, note: &str) -> Result<()> {
-        match (self.progress)(Event::Step { job: self.job, done, of: self.of, note }) {
+        // How many steps a search takes is not always known before.
+        match (self.progress)(Event::Step { job: self.job, done: done.min(self.of), of: self.of, note }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Cancelled),
         }

@@ -39,15 +39,16 @@ fn words(value: &Value) -> String {
         "jerk_mm_s3" => ("jerk of every axis".to_owned(), "mm/s³"),
         "control.filters_ms[0]" => ("moving average of every axis".to_owned(), "ms"),
         "control.filters_ms[1]" => ("second moving average of every axis".to_owned(), "ms"),
+        "control.time_constant_ms" => ("time constant of every axis".to_owned(), "ms"),
+        "control.look_ahead_lines" => ("lines known ahead".to_owned(), ""),
+        "control.line_time_ms" => ("least time for a line".to_owned(), "ms"),
         "control.corners.blend_mm" => ("corners rounded within".to_owned(), "mm"),
         "control.corners.speed_jump_mm_s" => ("jump of an axis's speed at corners".to_owned(), "mm/s"),
         "control.corners.junction_deviation_mm" => ("junction deviation".to_owned(), "mm"),
-        other => (
-            other.strip_suffix(".acceleration_mm_s2").map_or(other.to_owned(), |axis| format!("acceleration of {axis}")),
-            "mm/s²",
-        ),
+        other => of_axis(other),
     };
     let [from, to] = value.interval;
+    let digits = |value: f64| if value.fract() == 0.0 && value < 1e6 { format!("{value:.0}") } else { digits(value) };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     // A limit that was never reached shows only where it is not.
     match (value.value / from > OPEN, to / value.value > OPEN) {
@@ -56,6 +57,18 @@ fn words(value: &Value) -> String {
         (true, false) => format!("{name}: not above {}{unit}", digits(to)),
         (false, false) => format!("{name}: {}{unit} ({} to {})", digits(value.value), digits(from), digits(to)),
     }
+}
+
+/// Words and unit of a number that every axis has for itself.
+fn of_axis(key: &str) -> (String, &'static str) {
+    let all = [
+        (".acceleration_mm_s2", "acceleration", "mm/s²"),
+        (".filters_ms[0]", "moving average", "ms"),
+        (".filters_ms[1]", "second moving average", "ms"),
+        (".time_constant_ms", "time constant", "ms"),
+    ];
+    let found = all.into_iter().find_map(|(end, name, unit)| Some((format!("{name} of {}", key.strip_suffix(end)?), unit)));
+    found.unwrap_or_else(|| (key.to_owned(), ""))
 }
 
 /// Three significant digits.

@@ -7,7 +7,7 @@ const INI: &str = "[EMC]\nMACHINE = Old mill\n[TRAJ]\nCOORDINATES = X Y Z A\nLIN
                    [JOINT_0]\nMAX_VELOCITY = 2\nMIN_LIMIT = -9\nMAX_LIMIT = 11\n[AXIS_Y]\nMAX_VELOCITY = 3\nMAX_ACCELERATION = 20\n\
                    [AXIS_Z]\nMAX_VELOCITY = 1\nMAX_ACCELERATION = 10\n[AXIS_A]\nMAX_VELOCITY = 90\nMAX_ACCELERATION = 360\n";
 const GRBL: &str = "$11=0.02 (junction deviation, mm)\r\n$110=6000.000\r\n$111=6000.000\r\n$112=600.000\r\n$120=500.000\r\n$121=400.000\r\n\
-                    $122=100.000\r\n$130=300.000\r\n";
+                    $122=100.000\r\n$130=300.000\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\n";
 const KLIPPER: &str = "[printer]\nkinematics: corexy\nmax_velocity: 300\nmax_accel: 3000\nmax_z_velocity: 15\nsquare_corner_velocity: 6\n\
                        [stepper_x]\nposition_max: 235\n[input_shaper]\nshaper_freq_x: 50\n";
 
@@ -59,6 +59,8 @@ fn settings_of_controls_become_machine_files() {
         ("axes.0.travel_mm.0", -300.0),
         ("axes.2.travel_mm.0", -80.0),
         ("control.corners.junction_deviation_mm", 0.02),
+        // `$I` counts the present line.
+        ("control.look_ahead_lines", 14.0),
     ] {
         assert!((number(&router, path) / value - 1.0).abs() < 1e-5, "{path}");
     }

@@ -17,7 +17,28 @@ struct Setting<'a> {
 pub(super) fn read(file: &str, text: &str) -> Option<Result<Draft, MachineError>> {
     let settings: Vec<Setting<'_>> = text.lines().enumerate().filter_map(|(index, line)| setting(line, index + 1)).collect();
     let is_one = settings.iter().any(|of| (110..=115).contains(&of.number) || (120..=125).contains(&of.number));
-    is_one.then(|| draft(file, &settings))
+    is_one.then(|| {
+        let mut draft = draft(file, &settings)?;
+        draft.look_ahead_lines = look_ahead(text);
+        if let (Some(lines), None) = (&draft.look_ahead_lines, &draft.control) {
+            draft.notes.push(format!(
+                "a look-ahead of {} lines ({}) is not stated, for there is no rule of corners ($11)",
+                lines.value, lines.source
+            ));
+        }
+        Ok(draft)
+    })
+}
+
+/// Lines after the present one in the buffer of the planner, if the text also holds the answer to `$I`: `[OPT:V,15,128]` states 15 lines
+/// together (Grbl's documentation of its interface).
+fn look_ahead(text: &str) -> Option<Known<u32>> {
+    let of_line = |(index, line): (usize, &str)| {
+        let mut fields = line.trim().strip_prefix("[OPT:")?.strip_suffix(']')?.split(',');
+        let lines = fields.nth(1)?.trim().parse::<u32>().ok().filter(|lines| *lines > 1)?;
+        Some(Known::new(lines - 1, format!("$I, line {}: a buffer of {lines} lines with the present one", index + 1)))
+    };
+    text.lines().enumerate().find_map(of_line)
 }
 
 fn setting(line: &str, number_of_line: usize) -> Option<Setting<'_>> {

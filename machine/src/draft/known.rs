@@ -25,6 +25,8 @@ pub struct Draft {
     pub short_line_acceleration: Option<Known<f64>>,
     /// Rule of corners.
     pub control: Option<Known<ControlSpec>>,
+    /// Lines that the control knows after the present one.
+    pub look_ahead_lines: Option<Known<u32>>,
     /// The axes, in the order x y z a b c.
     pub axes: Vec<AxisDraft>,
     /// What the file cannot say, for the reader.

@@ -69,6 +69,9 @@ fn file(draft: &Draft) -> Result<String, MachineError> {
             number(value),
             control.source
         ));
+        if let Some(lines) = &draft.look_ahead_lines {
+            line(format!("look_ahead_lines = {}  # {}", lines.value, lines.source));
+        }
     }
     if let Some(name) = &draft.controller {
         let profile = toml::to_string(&ControllerSpec::builtin(name)?);

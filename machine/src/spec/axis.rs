@@ -3,7 +3,7 @@
 use motion::{Axis, AxisKind, AxisLimits};
 use serde::{Deserialize, Serialize};
 
-use super::check::{Names, finite, positive, within};
+use super::check::{Names, finite, not_negative, positive, within};
 use super::rotary_drive::MRAD;
 use super::{DriveSpec, RotaryDriveSpec};
 use crate::MachineError;
@@ -36,6 +36,12 @@ pub struct LinearAxis {
     /// Lowest and highest position, mm. Unlimited if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel_mm: Option<[f64; 2]>,
+    /// Moving averages of this axis after interpolation, ms, where they are not those of `[control]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters_ms: Option<[f64; 2]>,
+    /// Time constant of the lag of this axis after interpolation, ms, where it is not that of `[control]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_constant_ms: Option<f64>,
     /// Drive of a simulated axis. A real machine has none here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Box<DriveSpec>>,
@@ -56,6 +62,12 @@ pub struct RotaryAxis {
     /// Lowest and highest position, degrees. Unlimited if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel_deg: Option<[f64; 2]>,
+    /// Moving averages of this axis after interpolation, ms, where they are not those of `[control]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters_ms: Option<[f64; 2]>,
+    /// Time constant of the lag of this axis after interpolation, ms, where it is not that of `[control]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_constant_ms: Option<f64>,
     /// Drive of a simulated axis. A real machine has none here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Box<RotaryDriveSpec>>,
@@ -116,6 +128,23 @@ impl AxisSpec {
         }
     }
 
+    /// Its own moving averages and time constant after interpolation, ms, where it states them.
+    #[must_use]
+    pub fn filters(&self) -> (Option<[f64; 2]>, Option<f64>) {
+        match self {
+            Self::Linear(axis) => (axis.filters_ms, axis.time_constant_ms),
+            Self::Rotary(axis) => (axis.filters_ms, axis.time_constant_ms),
+        }
+    }
+
+    /// Replaces them.
+    pub fn set_filters(&mut self, filters_ms: Option<[f64; 2]>, time_constant_ms: Option<f64>) {
+        match self {
+            Self::Linear(axis) => (axis.filters_ms, axis.time_constant_ms) = (filters_ms, time_constant_ms),
+            Self::Rotary(axis) => (axis.filters_ms, axis.time_constant_ms) = (filters_ms, time_constant_ms),
+        }
+    }
+
     /// Drive of a linear axis, if simulated.
     #[must_use]
     pub fn drive(&self) -> Option<&DriveSpec> {
@@ -165,6 +194,11 @@ impl AxisSpec {
             finite(&format!("axes.{name}.{key}[1]"), high)?;
             within(&format!("axes.{name}.{key}"), high - low, high - low >= SHORTEST_TRAVEL, "longer than 0.001")?;
         }
+        let (filters_ms, time_constant_ms) = self.filters();
+        for filter_ms in filters_ms.iter().flatten() {
+            not_negative(&format!("axes.{name}.filters_ms"), *filter_ms)?;
+        }
+        not_negative(&format!("axes.{name}.time_constant_ms"), time_constant_ms.unwrap_or(0.0))?;
         let at = format!("axes.{name}.drive");
         match self {
             Self::Linear(LinearAxis { drive: Some(drive), .. }) => drive.check(&at, Names::LINEAR, sampling_period_ms),

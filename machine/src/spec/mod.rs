@@ -26,7 +26,7 @@ pub use drive::{DriveSpec, LoopSpec, MotorSpec, ScrewSpec, TableSpec};
 pub use faults::{FileFault, FileFaults};
 pub use friction::{FrictionSpec, Patch, PreslidingSpec, Warming};
 pub use kinematics::{FiveAxisSpec, KinematicsSpec, Mount, ProgramWords, RotaryJointSpec};
-use motion::{Axis, Cartesian, FiveAxis, Kinematics, Limits, PlanSettings, RotaryJoint, RotaryMount, Vec3};
+use motion::{Axis, AxisFilter, Cartesian, FiveAxis, Kinematics, Limits, PlanSettings, RotaryJoint, RotaryMount, Vec3};
 pub use rotary_drive::{
     GearSpec, RotaryDriveSpec, RotaryFrictionSpec, RotaryPatch, RotaryPreslidingSpec, RotaryTableSpec, RotaryWave,
 };
@@ -235,7 +235,12 @@ impl MachineSpec {
             short_line_acceleration: self.path.short_line_acceleration,
             ..PlanSettings::default()
         };
-        self.control.map_or(settings.clone(), |control| control.applied(settings))
+        match self.control {
+            Some(control) => control.applied(settings, &self.axes),
+            None if self.axes.iter().all(|axis| axis.filters() == (None, None)) => settings,
+            // Without `[control]` the rule of corners stays that of the settings.
+            None => PlanSettings { filters: ControlSpec::default().applied(settings.clone(), &self.axes).filters, ..settings },
+        }
     }
 
     /// Kinematics of the machine.
@@ -284,9 +289,19 @@ impl MachineSpec {
         within("path.jerk_mm_s3", jerk_mm_s3, jerk_mm_s3 >= least_jerk, &remedy)?;
         let remedy = format!("at most {longest_ms}, {LONGEST_WINDOW} sampling periods");
         within("path.smoothing_ms", smoothing_ms, smoothing_ms <= longest_ms, &remedy)?;
-        let filters_ms = self.control.map_or([0.0; 2], |control| control.filters_ms);
-        let fits = |filter_ms: &f64| within("control.filters_ms", *filter_ms, *filter_ms <= longest_ms, &remedy);
-        filters_ms.iter().try_for_each(fits)
+        // The delay of a lag is planned along the path as an average.
+        let control = self.control.unwrap_or_default();
+        let of_axis = |axis: &AxisSpec| (format!("axes.{}", axis.name()), control.filter(axis));
+        let all = std::iter::once(("control".to_owned(), control.common_filter())).chain(self.axes.iter().map(of_axis));
+        for (table, AxisFilter { averages_s, time_constant_s }) in all {
+            for average_s in averages_s {
+                let window_ms = 1e3 * (average_s + time_constant_s);
+                let key = format!("{table}.{}", if average_s > 0.0 { "filters_ms" } else { "time_constant_ms" });
+                let remedy = format!("at most {longest_ms} together with the time constant, {LONGEST_WINDOW} sampling periods");
+                within(&key, window_ms, window_ms <= longest_ms, &remedy)?;
+            }
+        }
+        Ok(())
     }
 
     /// Refuses values out of range.

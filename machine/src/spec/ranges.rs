@@ -4,9 +4,9 @@
 //! shipbuilding. It excludes typing errors, wrong units, and numbers with which planning or
 //! simulation would take hours or gigabytes.
 
-/// Lowest and highest value of every numeric key, by the end of its name. Integer keys such as
-/// `decimals` are not included.
-pub(super) const RANGES: [(&str, f64, f64); 82] = [
+/// Lowest and highest value of every numeric key, by the end of its name. Integer keys with a check of
+/// their own, such as `decimals`, are not included.
+pub(super) const RANGES: [(&str, f64, f64); 85] = [
     ("sampling_period_ms", 1e-2, 1e3),
     ("path.velocity_mm_s", 1e-2, 1e5),
     ("path.acceleration_mm_s2", 1e-2, 1e7),
@@ -16,7 +16,10 @@ pub(super) const RANGES: [(&str, f64, f64); 82] = [
     ("control.corners.blend_mm", 0.0, 10.0),
     ("control.corners.speed_jump_mm_s", 0.0, 1e5),
     ("control.corners.junction_deviation_mm", 0.0, 10.0),
-    ("control.filters_ms", 0.0, 1e3),
+    ("filters_ms", 0.0, 1e3),
+    ("time_constant_ms", 0.0, 300.0),
+    ("control.line_time_ms", 0.0, 1e3),
+    ("control.look_ahead_lines", 1.0, 1e6),
     ("controller.point_spacing_ms", 1e-2, 1e4),
     ("controller.path_tolerance_mm", 1e-6, 10.0),
     ("kinematics.tool_length_mm", 0.0, 1e4),

@@ -5,14 +5,18 @@
 //!    are rounded within the tolerance before.
 //! 2. `profile`: the fastest speed over arc length under the limits (centripetal and axis limits
 //!    pointwise, acceleration by a forward and a backward pass over the whole segment, so look-ahead
-//!    is unlimited).
+//!    is unlimited unless `look_ahead` caps the speed).
 //! 3. `smooth`: sampling in time and smoothing by two moving averages, which bounds jerk.
 //! 4. [`plan`]: check of every sample. Where a limit is exceeded the speed is lowered and the
 //!    segment is replanned.
+//!
+//! `filters` then gives the command of a control that filters its axes after interpolation.
 
 mod corner;
 mod excess;
+mod filters;
 mod geometry;
+mod look_ahead;
 mod path;
 mod piece;
 mod profile;
@@ -21,13 +25,14 @@ mod smooth;
 
 pub use path::ToolPath;
 pub use piece::{MM_PER_RAD, Piece, RotaryPath, Turning};
-pub use settings::{Corners, PlanSettings};
+pub use settings::{AxisFilter, Corners, PlanSettings};
 
 use std::sync::Arc;
 
 use crate::{Cartesian, Curve, DesiredPath, Kinematics, Limits, MotionError, Trajectory};
 use corner::Rounding;
 use excess::excess;
+use filters::Filters;
 use geometry::{Followed, Segment};
 use piece::AxisSlots;
 use profile::SpeedLimit;
@@ -72,8 +77,7 @@ pub fn plan(
     let period = settings.period_s;
     check_duration(path, period)?;
     let standstill = (settings.rest_s / period).round() as usize;
-    let filters = settings.filters_s.map(|filter_s| (filter_s / period).round().max(1.0) as usize);
-    let is_filtered = filters != [1, 1];
+    let filters = Filters::new(settings);
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
     let mut commanded: Vec<Vec<f64>> = vec![Vec::new(); kinematics.axes().len()];
     let mut samples: Vec<PathSample> = Vec::new();
@@ -96,11 +100,10 @@ pub fn plan(
                     column.extend(&positions[first..]);
                 }
             };
-            if is_filtered {
-                let filter =
-                    |column: &Vec<f64>| filters.iter().fold(column.clone(), |column, window| smooth::filtered(&column, *window));
-                append(&mut commanded, &followed.columns.iter().map(filter).collect::<Vec<_>>());
-                motion = smooth::averaged(motion, filters);
+            if let Some(filters) = &filters {
+                followed.columns.iter_mut().for_each(|column| filters.settle(column));
+                append(&mut commanded, &followed.columns);
+                motion = filters.along_path(motion);
                 followed = segment.follow(&motion, &machine, &near).map_err(further)?;
             }
             append(&mut columns, &followed.columns);
@@ -122,7 +125,7 @@ pub fn plan(
     hold(&mut columns, &mut samples, standstill);
     hold_columns(&mut commanded, standstill);
     let trajectory = Trajectory::new(period, kinematics.axes().to_vec(), columns)?;
-    let command = is_filtered.then(|| trajectory.with_columns(commanded)).transpose()?;
+    let command = filters.map(|filters| trajectory.with_columns(filters.apply(&commanded))).transpose()?;
     let desired = DesiredPath::new(trajectory, Arc::clone(kinematics))?;
     // Pieces without length end where the piece before them ends.
     for piece in 1..piece_ends_mm.len() {
@@ -227,9 +230,10 @@ fn plan_segment(
 ) -> Result<(Vec<f64>, Followed), MotionError> {
     let period = settings.period_s;
     let axes = machine.kinematics.axes();
-    let mut speed = SpeedLimit::new(segment, axes, limits, settings.corners, period);
+    let mut speed = SpeedLimit::new(segment, axes, limits, settings);
     let windows = [
-        ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period).ceil() as usize,
+        // A whole number of periods stays one after rounding errors.
+        ((2.0 * limits.path_acceleration_mm_s2 / limits.path_jerk_mm_s3) / period - 1e-6).ceil() as usize,
         (settings.smoothing_s / period).round() as usize,
     ];
     // A control that blends passes no corner without a blend: where directions differ a little all the same, the limits hold.

@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use super::excess::Excess;
 use super::geometry::{Node, Segment, Shape};
+use super::look_ahead::{self, MIN_SPEED_MM_S};
 use super::piece::SMOOTH_RAD;
-use super::settings::Corners;
+use super::settings::PlanSettings;
 use crate::share::in_parts;
 use crate::{Axis, AxisLimits, Limits, SHARE};
 
@@ -18,9 +19,6 @@ pub(super) struct Phase {
     /// Acceleration, mm/s².
     pub acceleration: f64,
 }
-
-/// Lowest planned speed between stops, mm/s. Bounds the time at a cusp.
-const MIN_SPEED_MM_S: f64 = 1e-3;
 
 /// Squared speed caps at the nodes of a segment.
 pub(super) struct SpeedLimit<'a> {
@@ -87,7 +85,8 @@ impl<'a> Parts<'a> {
 }
 
 impl<'a> SpeedLimit<'a> {
-    pub fn new(segment: &'a Segment<'a>, axes: &[Axis], limits: &Limits, corners: Corners, period_s: f64) -> Self {
+    pub fn new(segment: &'a Segment<'a>, axes: &[Axis], limits: &Limits, settings: &PlanSettings) -> Self {
+        let PlanSettings { corners, period_s, .. } = *settings;
         let nodes = &segment.nodes;
         let axes: Vec<(usize, AxisLimits)> =
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
@@ -118,7 +117,9 @@ impl<'a> SpeedLimit<'a> {
             cap
         };
         let caps: Vec<Vec<f64>> = (0..segment.shapes.len()).into_par_iter().map(cap_of_part).collect();
-        let cap = caps.concat();
+        let mut cap = caps.concat();
+        let pieces = look_ahead::pieces(segment);
+        look_ahead::keep_piece_time(&mut cap, nodes, &pieces, settings.piece_time_s);
         // At the highest speeds no acceleration may remain. One percent keeps the passes from
         // locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
@@ -146,7 +147,11 @@ impl<'a> SpeedLimit<'a> {
             bounds.extend(part);
         }
         let share = vec![1.0; nodes.len()];
-        Self { nodes, steps, least_acceleration, bounds, bounds_of, cap, share, squared: Vec::new() }
+        let mut speed = Self { nodes, steps, least_acceleration, bounds, bounds_of, cap, share, squared: Vec::new() };
+        if let Some(ahead) = settings.look_ahead {
+            speed.cap = look_ahead::caps(&speed.cap, &pieces, ahead, |k, squared| speed.reach(k, k, squared));
+        }
+        speed
     }
 
     /// The fastest profile from standstill to standstill, in parts.
@@ -352,7 +357,7 @@ mod tests {
         let index: Vec<usize> = (0..pieces.len()).collect();
         let segment = Segment::new(&pieces, &index, &machine, &[0.0; 3]).unwrap().unwrap();
         let limits = Limits::uniform(3, 1000.0, 500.0, 0.02);
-        let speed = SpeedLimit::new(&segment, machine.kinematics.axes(), &limits, Corners::Blend, 0.002);
+        let speed = SpeedLimit::new(&segment, machine.kinematics.axes(), &limits, &PlanSettings::default());
         let n = speed.cap.len();
         assert_eq!(n, nodes * pieces.len());
 

@@ -37,6 +37,15 @@ impl Corners {
     }
 }
 
+/// Filters of one axis after interpolation. They leave the path: corners are rounded and arcs shrink.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxisFilter {
+    /// Moving averages, s. 0 for none.
+    pub averages_s: [f64; 2],
+    /// Time constant of a first-order lag, s. 0 for none.
+    pub time_constant_s: f64,
+}
+
 /// Settings of the feed planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanSettings {
@@ -48,8 +57,12 @@ pub struct PlanSettings {
     pub corners: Corners,
     /// Second smoothing window, s. It makes the jerk continuous.
     pub smoothing_s: f64,
-    /// Moving averages of every axis after interpolation, s. They leave the path: corners are rounded and arcs shrink. 0 for none.
-    pub filters_s: [f64; 2],
+    /// Filters of the axes after interpolation, one for each axis. Empty for none.
+    pub filters: Vec<AxisFilter>,
+    /// Pieces after the present one whose end the control knows: it can always stop there. `None` for all of the path.
+    pub look_ahead: Option<usize>,
+    /// Shortest time for a piece, s: a shorter one is passed slower. 0 for none.
+    pub piece_time_s: f64,
     /// Fraction of the acceleration along the path that is used on pieces too short for the
     /// rounding of their corners.
     pub short_line_acceleration: f64,
@@ -64,7 +77,9 @@ impl Default for PlanSettings {
             corner_tolerance_mm: 0.01,
             corners: Corners::Blend,
             smoothing_s: 0.02,
-            filters_s: [0.0; 2],
+            filters: Vec::new(),
+            look_ahead: None,
+            piece_time_s: 0.0,
             short_line_acceleration: 1.0,
             rest_s: 0.2,
         }
@@ -87,16 +102,30 @@ pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn K
     let non_negative = [
         ("corner_tolerance_mm", settings.corner_tolerance_mm),
         ("smoothing_s", settings.smoothing_s),
-        ("filters_s", settings.filters_s[0]),
-        ("filters_s", settings.filters_s[1]),
+        ("piece_time_s", settings.piece_time_s),
         ("corners", settings.corners.value()),
         ("rest_s", settings.rest_s),
     ];
+    let of_filter = |filter: &AxisFilter| {
+        let [first, second] = filter.averages_s;
+        [("averages_s", first), ("averages_s", second), ("time_constant_s", filter.time_constant_s)]
+    };
+    if !settings.filters.is_empty() && settings.filters.len() != limits.axes.len() {
+        return Err(MotionError::Mismatch(format!(
+            "filters for {} axes, but the machine has {}",
+            settings.filters.len(),
+            limits.axes.len()
+        )));
+    }
+    if settings.look_ahead == Some(0) {
+        return Err(MotionError::BadSetting { name: "look_ahead", value: 0.0, remedy: "it must be at least 1" });
+    }
     if !(settings.short_line_acceleration > 0.0 && settings.short_line_acceleration <= 1.0) {
         let (name, value) = ("short_line_acceleration", settings.short_line_acceleration);
         return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0 and at most 1" });
     }
-    match non_negative.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+    let numbers = non_negative.into_iter().chain(settings.filters.iter().flat_map(of_filter));
+    match numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
         Some((name, value)) => Err(MotionError::BadSetting { name, value, remedy: "it must be finite and not negative" }),
         None => Ok(()),
     }

@@ -66,7 +66,7 @@ fn average(positions: &[f64], window: usize) -> Vec<f64> {
     out
 }
 
-/// The same for positions that may decrease.
+/// The same for positions that may decrease, without the bound by the last one.
 pub(super) fn filtered(positions: &[f64], window: usize) -> Vec<f64> {
     let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else { return Vec::new() };
     let scale = 1.0 / window as f64;

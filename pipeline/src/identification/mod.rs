@@ -1,11 +1,14 @@
 //! Identification of a control: how it plans a program, from logs of programs that are known.
 //!
 //! [`identify`] plans every program with a candidate for the control and compares the result with the recorded command: the time in which
-//! every part of the path is passed, and the distance from the path. Structures (how acceleration is shaped, how corners are passed) are
+//! every part of the path is passed, and the distance from the path. Structures (how acceleration is shaped, how corners are passed, what is done besides) are
 //! compared on programs that their parameters were not fitted to. What comes out is a machine description with the limits of axes and
 //! path, [`ControlSpec`](machine::ControlSpec), and its [`Fidelity`].
 
+mod besides;
+mod comparison;
 mod fidelity;
+mod last_fit;
 mod observed;
 mod parameters;
 mod search;
@@ -16,6 +19,7 @@ use gcode::DecimalPoint;
 use machine::MachineSpec;
 use models::ControlFidelity;
 use motion::AxisKind;
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::part::ReadSettings;
@@ -23,10 +27,12 @@ use crate::progress::{Job, Progress, Steps};
 use crate::setup::Setup;
 use crate::training::limits_of_logs;
 
+use comparison::{Comparison, simplest};
+use last_fit::Fitted;
 use observed::Observed;
-use parameters::{Parameter, parameters};
-use search::{Search, interval};
-use structure::{CORNERS, SHAPES, Structure};
+use parameters::Parameter;
+use search::interval;
+use structure::{CORNERS, SHAPES};
 
 pub use fidelity::Fidelity;
 pub use observed::KnownRun;
@@ -78,8 +84,6 @@ pub struct Value {
 const HELD_OUT: usize = 3;
 /// Time in motion of the runs to which parameters are fitted, s. It bounds the computing time.
 const FIT_S: f64 = 60.0;
-/// Largest number of rounds over corners and shapes.
-const ROUNDS: usize = 4;
 
 /// Identifies the control that ran `runs`. `machine` gives kinematics and first values; without it they come from the logs.
 ///
@@ -94,65 +98,25 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     let start = with_reached_limits(&first, &logs);
     let observed = by_corners(observe(runs, &first)?);
     let (fitted, held_out) = split(&observed);
-    let shapes = SHAPES.iter().map(|shape| Structure { shape: *shape, corners: CORNERS[0] });
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
-
-    let mut tried: Vec<Candidate> = Vec::new();
-    for structure in shapes {
-        let candidate = Candidate::fitted(structure, &start, &fitted, &held_out, &tried);
-        tried.push(candidate);
-        steps.step(&structure.to_string())?;
-    }
-    // The best shape decides on the corners, and these once more on the shape, until neither changes.
-    let least = |tried: &[Candidate]| tried.iter().min_by(|a, b| a.score().total_cmp(&b.score())).map(Candidate::found);
-    for round in 0..ROUNDS {
-        let (structure, from) = least(&tried).ok_or(Error::NoLog)?;
-        let others: Vec<Structure> = match round % 2 {
-            0 => CORNERS.iter().map(|corners| Structure { corners: *corners, ..structure }).collect(),
-            _ => SHAPES.iter().map(|shape| Structure { shape: *shape, ..structure }).collect(),
-        };
-        for other in others.into_iter().filter(|other| *other != structure) {
-            let candidate = Candidate::fitted(other, &from, &fitted, &held_out, &tried);
-            steps.step(&other.to_string())?;
-            match tried.iter_mut().find(|known| known.structure == other) {
-                Some(known) if known.fit <= candidate.fit => {}
-                Some(known) => *known = candidate,
-                None => tried.push(candidate),
-            }
-        }
-        if round > 0 && least(&tried).is_some_and(|(found, _)| found == structure) {
-            break;
-        }
-    }
-    tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    let mut comparison = Comparison::new(&fitted, &held_out, steps);
+    comparison.run(&start)?;
+    let tried = comparison.sorted();
     let best = simplest(&tried).ok_or(Error::NoLog)?;
     let all = up_to(FIT_S, observed.iter());
-    let mut parameters = parameters(best.structure, &best.machine);
-    let mut found = Search::new(&all, &parameters).best(best.machine.clone(), search::LAST_ROUNDS, f64::INFINITY);
-    // A parameter that explains nothing would still cost time or accuracy in other programs.
-    for (at, neutral) in
-        parameters.iter().enumerate().filter_map(|(at, one)| Some((at, one.neutral()?))).rev().collect::<Vec<_>>()
-    {
-        let mut without = found.1.clone();
-        let removed = parameters.remove(at);
-        removed.set(&mut without, neutral);
-        let other = Search::new(&all, &parameters).best(without, search::ROUNDS, HOPELESS * found.0);
-        if other.0 <= SAME * found.0 {
-            found = other;
-        } else {
-            parameters.insert(at, removed);
-        }
-    }
-    let (_, machine) = found;
-    let values = parameters.iter().map(|parameter| Value {
+    // Within the pool of threads: from outside, every small parallel step of a plan would wait for another thread.
+    let Fitted { structure, parameters, machine, .. } = rayon::scope(|_| Fitted::of(best, &all));
+    let value = |parameter: &Parameter| Value {
         key: parameter.key.clone(),
         value: parameter.of(&machine),
         interval: interval(&all, &machine, parameter),
-    });
+    };
+    let values = parameters.par_iter().map(value).collect();
+    let of_structure = tried.iter().find(|candidate| candidate.structure == structure).unwrap_or(best);
     Ok(Identified {
-        values: values.collect(),
-        structure: best.structure.to_string(),
-        fidelity: best.fidelity.clone(),
+        values,
+        structure: structure.to_string(),
+        fidelity: of_structure.fidelity.clone(),
         held_out: held_out.iter().filter(|_| fitted.len() < observed.len()).map(|run| run.name.clone()).collect(),
         tried: tried.iter().map(|candidate| (candidate.structure.to_string(), candidate.fidelity.clone())).collect(),
         machine: rounded(machine, &parameters),
@@ -180,48 +144,6 @@ fn observe(runs: &[KnownRun<'_>], machine: &MachineSpec) -> Result<Vec<Observed>
     runs.iter()
         .map(|run| read(run, DecimalPoint::Unit).or_else(|error| read(run, DecimalPoint::LeastIncrement).map_err(|_| error)))
         .collect()
-}
-
-/// A structure with its parameters.
-struct Candidate {
-    structure: Structure,
-    machine: MachineSpec,
-    /// Score on the runs of the fit.
-    fit: f64,
-    /// On the runs that were held out.
-    fidelity: Fidelity,
-}
-
-impl Candidate {
-    /// Fits a structure, from the values of another machine. Ends early where the score stays far above those of `tried`.
-    fn fitted(structure: Structure, from: &MachineSpec, fitted: &[&Observed], held_out: &[&Observed], tried: &[Self]) -> Self {
-        let first = structure.applied(from);
-        let parameters = parameters(structure, &first);
-        let hopeless = HOPELESS * tried.iter().map(|other| other.fit).fold(f64::INFINITY, f64::min);
-        let (fit, machine) = Search::new(fitted, &parameters).best(first, search::ROUNDS, hopeless);
-        let fidelity = Fidelity::of(&machine, held_out);
-        Self { structure, machine, fit, fidelity }
-    }
-
-    fn found(&self) -> (Structure, MachineSpec) {
-        (self.structure, self.machine.clone())
-    }
-
-    /// On held-out runs and on those of the fit: the former alone may hold too few corners to tell structures apart.
-    fn score(&self) -> f64 {
-        self.fidelity.score() + self.fit
-    }
-}
-
-/// A fit whose score after the Gauss–Newton steps is so many times the best one does not go on.
-const HOPELESS: f64 = 2.5;
-/// Agreements that differ by less are equally good, and the one with fewer parameters is taken.
-const SAME: f64 = 1.05;
-
-fn simplest(tried: &[Candidate]) -> Option<&Candidate> {
-    let least = tried.first()?.score();
-    let near = tried.iter().filter(|candidate| candidate.score() <= SAME * least);
-    near.min_by_key(|candidate| parameters(candidate.structure, &candidate.machine).len())
 }
 
 /// The runs, those with most corners first: they say most about the control. A program of one smooth curve says little.

@@ -28,6 +28,12 @@ enum Entry {
     Rise,
     Smoothing,
     Filter(usize),
+    /// Of an axis, a filter of its own.
+    OwnFilter(usize, usize),
+    TimeConstant,
+    OwnTimeConstant(usize),
+    LookAhead,
+    LineTime,
     Corner,
     ShortLines,
 }
@@ -50,8 +56,28 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
     if structure.shape.is_smooth() {
         out.push(parameter("path.smoothing_ms", Entry::Smoothing, average));
     }
-    for k in 0..structure.shape.filters() {
-        out.push(parameter(&format!("control.filters_ms[{k}]"), Entry::Filter(k), average));
+    let lag = [0.2 * period_ms, 300.0];
+    let filters = 0..structure.shape.filters();
+    if structure.besides.own_filters {
+        for (axis, name) in machine.axes.iter().enumerate().map(|(k, axis)| (k, axis.name())) {
+            out.extend(
+                filters.clone().map(|k| parameter(&format!("{name}.filters_ms[{k}]"), Entry::OwnFilter(axis, k), average)),
+            );
+            if structure.shape.has_lag() {
+                out.push(parameter(&format!("{name}.time_constant_ms"), Entry::OwnTimeConstant(axis), lag));
+            }
+        }
+    } else {
+        out.extend(filters.map(|k| parameter(&format!("control.filters_ms[{k}]"), Entry::Filter(k), average)));
+        if structure.shape.has_lag() {
+            out.push(parameter("control.time_constant_ms", Entry::TimeConstant, lag));
+        }
+    }
+    if structure.besides.look_ahead {
+        out.push(parameter("control.look_ahead_lines", Entry::LookAhead, [1.0, 2000.0]));
+    }
+    if structure.besides.line_time {
+        out.push(parameter("control.line_time_ms", Entry::LineTime, [0.01, 1000.0]));
     }
     match structure.corners {
         Corners::Blend => {
@@ -67,8 +93,34 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
 
 impl Parameter {
     /// Whether it is the time of an average.
-    pub fn is_average(&self) -> bool {
-        matches!(self.entry, Entry::Rise | Entry::Smoothing | Entry::Filter(_))
+    fn is_average(&self) -> bool {
+        matches!(self.entry, Entry::Rise | Entry::Smoothing | Entry::Filter(_) | Entry::OwnFilter(..))
+    }
+
+    /// Whether it changes by whole steps, as long as its least value: an average, or a number of lines.
+    pub fn is_stepped(&self) -> bool {
+        self.is_average() || matches!(self.entry, Entry::LookAhead)
+    }
+
+    /// Whether its time and that of `other` add up, in an axis or in all of them.
+    pub fn adds_to(&self, other: &Self) -> bool {
+        let axis = |entry: Entry| if let Entry::OwnFilter(axis, _) = entry { Some(axis) } else { None };
+        let alike = axis(self.entry).zip(axis(other.entry)).is_none_or(|(own, other)| own == other);
+        self.is_average() && other.is_average() && self.key != other.key && alike
+    }
+
+    /// Other values from which a search may start, where a limit lies above others that hide it: near these.
+    pub fn other_starts(&self, machine: &MachineSpec) -> Vec<f64> {
+        let linear = machine.axes.iter().filter(|axis| axis.axis().kind == AxisKind::Linear);
+        let most = linear.map(|axis| axis.limits().acceleration).fold(0.0, f64::max);
+        let starts = match self.entry {
+            Entry::Axis(_) => [0.9, 0.7].map(|share| share * machine.path.acceleration_mm_s2).to_vec(),
+            Entry::PathAcceleration => vec![most, 0.7 * most],
+            Entry::Centripetal => [0.5, 1.0].map(|share| share * most.min(machine.path.acceleration_mm_s2)).to_vec(),
+            _ => Vec::new(),
+        };
+        let now = self.of(machine);
+        starts.into_iter().filter(|start| *start < 0.9 * now && *start > 0.0).collect()
     }
 
     /// The value with which it has no effect, for a parameter that many controls do not have.
@@ -80,19 +132,19 @@ impl Parameter {
         }
     }
 
-    /// The value after a Gauss–Newton step: in periods for an average, else in the logarithm. Limited, for slopes hold nearby.
+    /// The value after a Gauss–Newton step: in steps for what is stepped, else in the logarithm. Limited, for slopes hold nearby.
     pub fn moved(&self, value: f64, step: f64) -> f64 {
-        if self.is_average() {
+        if self.is_stepped() {
             value + self.range[0] * step.clamp(-6.0, 6.0).round()
         } else {
             value * step.clamp(-0.7, 0.7).exp()
         }
     }
 
-    /// The value after a step by `factor`, up (`direction` 1) or down (−1). Averages are made of whole periods.
+    /// The value after a step by `factor`, up (`direction` 1) or down (−1). Averages are made of whole periods, a look-ahead of whole lines.
     pub fn step(&self, value: f64, factor: f64, direction: f64) -> f64 {
         let next = value * factor.powf(direction);
-        if !self.is_average() {
+        if !self.is_stepped() {
             return next;
         }
         let periods = |value: f64| (value / self.range[0]).round();
@@ -112,6 +164,11 @@ impl Parameter {
             Entry::Rise => 2e3 * path.acceleration_mm_s2 / path.jerk_mm_s3,
             Entry::Smoothing => path.smoothing_ms,
             Entry::Filter(k) => machine.control.unwrap_or_default().filters_ms[k],
+            Entry::OwnFilter(axis, k) => machine.axes[axis].filters().0.unwrap_or_default()[k],
+            Entry::TimeConstant => machine.control.unwrap_or_default().time_constant_ms,
+            Entry::OwnTimeConstant(axis) => machine.axes[axis].filters().1.unwrap_or_default(),
+            Entry::LookAhead => machine.control.unwrap_or_default().look_ahead_lines.map_or(self.range[1], f64::from),
+            Entry::LineTime => machine.control.unwrap_or_default().line_time_ms,
             Entry::Corner => match machine.control.unwrap_or_default().corners {
                 CornerRule::BlendMm(value) | CornerRule::SpeedJumpMmS(value) | CornerRule::JunctionDeviationMm(value) => value,
             },
@@ -121,6 +178,7 @@ impl Parameter {
 
     /// Enters `value`, limited to the range.
     pub fn set(&self, machine: &mut MachineSpec, value: f64) {
+        let value = if self.is_stepped() { self.range[0] * (value / self.range[0]).round() } else { value };
         let value = value.clamp(self.range[0], self.range[1]);
         let path = &mut machine.path;
         let rise_s = 2.0 * path.acceleration_mm_s2 / path.jerk_mm_s3;
@@ -143,6 +201,19 @@ impl Parameter {
             Entry::Rise => path.jerk_mm_s3 = 2e3 * path.acceleration_mm_s2 / value,
             Entry::Smoothing => path.smoothing_ms = value,
             Entry::Filter(k) => control.filters_ms[k] = value,
+            Entry::OwnFilter(axis, k) => {
+                let (filters_ms, time_constant_ms) = machine.axes[axis].filters();
+                let mut filters_ms = filters_ms.unwrap_or_default();
+                filters_ms[k] = value;
+                machine.axes[axis].set_filters(Some(filters_ms), time_constant_ms);
+            }
+            Entry::TimeConstant => control.time_constant_ms = value,
+            Entry::OwnTimeConstant(axis) => {
+                let (filters_ms, _) = machine.axes[axis].filters();
+                machine.axes[axis].set_filters(filters_ms, Some(value));
+            }
+            Entry::LookAhead => control.look_ahead_lines = Some(value.round() as u32),
+            Entry::LineTime => control.line_time_ms = value,
             Entry::Corner => {
                 control.corners = match control.corners {
                     CornerRule::BlendMm(_) => CornerRule::BlendMm(value),

@@ -12,12 +12,35 @@ use super::parameters::Parameter;
 const FIRST_FACTOR: f64 = 1.5;
 const LAST_FACTOR: f64 = 1.01;
 const SMALL_FACTOR: f64 = 1.05;
-/// Rounds over all parameters while structures are compared, and of the last fit.
-pub(super) const ROUNDS: usize = 5;
-pub(super) const LAST_ROUNDS: usize = 8;
+/// A fit whose score after the Gauss–Newton steps is so many times the best one does not go on.
+pub(super) const HOPELESS: f64 = 2.0;
+
+/// How far a fit goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Rounds over all parameters one by one.
+    rounds: usize,
+    /// Share of the hopeless score up to which limits that others hide are looked for.
+    near: f64,
+}
+
+impl Effort {
+    /// To sort shapes before the corners are known.
+    pub const FIRST: Self = Self { rounds: 1, near: 0.0 };
+    /// To compare structures.
+    pub const COMPARING: Self = Self { rounds: 2, near: 0.55 };
+    /// To compare them where the best one is not good yet.
+    pub const THOROUGH: Self = Self { rounds: 3, near: 1.0 };
+    /// Of the last fit, and of its repetition with fewer parameters: they begin where a thorough one ended.
+    pub const LAST: Self = Self { rounds: 4, near: 0.0 };
+}
+
 /// Gauss–Newton steps, their first damping as a share of the diagonal, dampings that are tried for a step, and the relative change by which
 /// slopes are found.
 const STEPS: usize = 8;
+/// Steps after which a descent from elsewhere has to come as near to the best score as this factor.
+const FIRST_STEPS: usize = 3;
+const FAR: f64 = 1.5;
 const FIRST_DAMPING: f64 = 0.02;
 const DAMPINGS: usize = 4;
 const SLOPE: f64 = 0.02;
@@ -37,13 +60,16 @@ impl<'a> Search<'a> {
         Self { runs, parameters }
     }
 
-    /// The best score and machine near `first` after Gauss–Newton steps and at most so many rounds over the parameters one by one; none where
+    /// The best score and machine near `first` after Gauss–Newton steps, restarts and rounds over the parameters one by one; less of it where
     /// the score stays above `hopeless`.
-    pub fn best(&self, first: MachineSpec, rounds: usize, hopeless: f64) -> (f64, MachineSpec) {
+    pub fn best(&self, first: MachineSpec, effort: Effort, hopeless: f64) -> (f64, MachineSpec) {
         let mut best = (Fidelity::of(&first, self.runs).score(), first);
-        self.descend(&mut best);
+        self.descend(&mut best, hopeless / FAR);
+        if effort.near > 0.0 && best.0 <= effort.near * hopeless {
+            self.restart(&mut best);
+        }
         let mut factors = vec![FIRST_FACTOR; self.parameters.len()];
-        for _ in 0..rounds {
+        for _ in 0..effort.rounds {
             if best.0 > hopeless {
                 break;
             }
@@ -61,9 +87,13 @@ impl<'a> Search<'a> {
     }
 
     /// Gauss–Newton steps on all parameters at once, for they are related: acceleration and averages make the same time, for instance.
-    fn descend(&self, best: &mut (f64, MachineSpec)) {
+    /// Ends where the score is still far above `other` after the first steps.
+    fn descend(&self, best: &mut (f64, MachineSpec), other: f64) {
         let mut damping = FIRST_DAMPING;
-        for _ in 0..STEPS {
+        for step in 0..STEPS {
+            if step >= FIRST_STEPS && best.0 > FAR * other {
+                return;
+            }
             let Some(residuals) = self.residuals(&best.1) else { return };
             let weights: Vec<f64> = residuals.iter().map(|residual| 1.0 / residual.abs().max(1.0)).collect();
             let columns: Vec<Option<Vec<f64>>> =
@@ -97,6 +127,21 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Descends from other values of the limits that hide one another: where one of them is never reached, no slope says so.
+    fn restart(&self, best: &mut (f64, MachineSpec)) {
+        for parameter in self.parameters {
+            for value in parameter.other_starts(&best.1) {
+                let mut other = best.1.clone();
+                parameter.set(&mut other, value);
+                let mut other = (Fidelity::of(&other, self.runs).score(), other);
+                self.descend(&mut other, best.0);
+                if other.0 < best.0 {
+                    *best = other;
+                }
+            }
+        }
+    }
+
     /// Differences of all runs in units of what a forecast stands; `None` where a plan is impossible.
     fn residuals(&self, machine: &MachineSpec) -> Option<Vec<f64>> {
         let mut residuals = Vec::new();
@@ -108,10 +153,10 @@ impl<'a> Search<'a> {
         Some(residuals)
     }
 
-    /// Change of the residuals with a parameter, by a difference: per period of an average, else per relative change.
+    /// Change of the residuals with a parameter, by a difference: per step of what is stepped, else per relative change.
     fn slope(&self, parameter: &Parameter, machine: &MachineSpec, residuals: &[f64]) -> Option<Vec<f64>> {
         [1.0, -1.0].into_iter().find_map(|direction: f64| {
-            let step = direction * if parameter.is_average() { 1.0 } else { SLOPE };
+            let step = direction * if parameter.is_stepped() { 1.0 } else { SLOPE };
             let mut next = machine.clone();
             parameter.set(&mut next, parameter.moved(parameter.of(machine), step));
             let changed = parameter.of(&next) != parameter.of(machine);
@@ -122,9 +167,8 @@ impl<'a> Search<'a> {
 
     /// Moves time from one average to another while that gains: their sum is known long before their shares.
     fn exchange(&self, best: &mut (f64, MachineSpec)) {
-        let averages = || self.parameters.iter().filter(|parameter| parameter.is_average());
-        for (from, to) in averages().flat_map(|from| averages().map(move |to| (from, to))).filter(|(from, to)| from.key != to.key)
-        {
+        let pairs = self.parameters.iter().flat_map(|from| self.parameters.iter().map(move |to| (from, to)));
+        for (from, to) in pairs.filter(|(from, to)| from.adds_to(to)) {
             let mut periods = FIRST_EXCHANGE;
             while periods >= 1.0 {
                 let step_ms = periods * from.range[0];
@@ -175,12 +219,11 @@ const ENDS: [f64; 6] = [1.01, 1.02, 1.05, 1.1, 1.3, 2.0];
 pub(super) fn interval(runs: &[&Observed], machine: &MachineSpec, parameter: &Parameter) -> [f64; 2] {
     let (value, most) = (parameter.of(machine), INTERVAL * Fidelity::of(machine, runs).score());
     [-1.0, 1.0].map(|direction: f64| {
-        let holds = |factor: &&f64| {
+        let end = |factor: &f64| {
             let mut other = machine.clone();
             parameter.set(&mut other, value * factor.powf(direction));
-            Fidelity::of(&other, runs).score() <= most
+            (Fidelity::of(&other, runs).score() <= most).then(|| parameter.of(&other))
         };
-        let end = ENDS.iter().take_while(holds).last().copied().unwrap_or(1.0);
-        (value * end.powf(direction)).clamp(parameter.range[0], parameter.range[1])
+        ENDS.iter().map_while(end).last().unwrap_or(value)
     })
 }

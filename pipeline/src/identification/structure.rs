@@ -20,10 +20,25 @@ pub(super) enum Shape {
     Filters,
     /// One along the path, one of every axis.
     JerkAndFilter,
+    /// Two along the path, one of every axis.
+    SmoothAndFilter,
+    /// A first-order lag of every axis.
+    Lag,
+    /// A moving average of the motion along the path, a first-order lag of every axis.
+    JerkAndLag,
 }
 
-pub(super) const SHAPES: [Shape; 6] =
-    [Shape::Jerk, Shape::Trapezoid, Shape::Smooth, Shape::Filter, Shape::Filters, Shape::JerkAndFilter];
+pub(super) const SHAPES: [Shape; 9] = [
+    Shape::Jerk,
+    Shape::Trapezoid,
+    Shape::Smooth,
+    Shape::Filter,
+    Shape::Filters,
+    Shape::JerkAndFilter,
+    Shape::SmoothAndFilter,
+    Shape::Lag,
+    Shape::JerkAndLag,
+];
 
 /// How corners are passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,46 +51,100 @@ pub(super) enum Corners {
 
 pub(super) const CORNERS: [Corners; 4] = [Corners::Blend, Corners::SpeedJump, Corners::JunctionDeviation, Corners::Stop];
 
+/// What a control does besides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Besides {
+    /// Every axis has filters of its own.
+    pub own_filters: bool,
+    /// It knows only some lines ahead.
+    pub look_ahead: bool,
+    /// It needs a least time for a line.
+    pub line_time: bool,
+}
+
 /// The structure of a control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Structure {
     pub shape: Shape,
     pub corners: Corners,
+    pub besides: Besides,
 }
 
-/// First values where the machine before had another structure: a moving average, ms; a blend, mm; a jump, mm/s; a junction deviation, mm.
+/// First values where the machine before had another structure: a moving average or time constant, ms; a blend, mm; a jump, mm/s; a junction deviation, mm.
 const FIRST_AVERAGE_MS: f64 = 15.0;
 const FIRST_BLEND_MM: f64 = 0.01;
 const FIRST_JUMP_MM_S: f64 = 5.0;
 const FIRST_DEVIATION_MM: f64 = 0.01;
+/// Lines ahead and ms.
+const FIRST_LOOK_AHEAD: u32 = 16;
+const FIRST_LINE_TIME_MS: f64 = 4.0;
 /// A jerk that stands for none, mm/s³: any acceleration within one period.
 pub(super) const NO_JERK: f64 = 1e10;
 
 impl Shape {
     pub fn has_jerk(self) -> bool {
-        matches!(self, Self::Jerk | Self::Smooth | Self::JerkAndFilter)
+        matches!(self, Self::Jerk | Self::Smooth | Self::JerkAndFilter | Self::SmoothAndFilter | Self::JerkAndLag)
     }
 
     pub fn is_smooth(self) -> bool {
-        self == Self::Smooth
+        matches!(self, Self::Smooth | Self::SmoothAndFilter)
     }
 
+    pub fn has_lag(self) -> bool {
+        matches!(self, Self::Lag | Self::JerkAndLag)
+    }
+
+    pub fn is_filtered(self) -> bool {
+        self.filters() > 0 || self.has_lag()
+    }
+
+    /// Number of moving averages of every axis.
     pub fn filters(self) -> usize {
         match self {
-            Self::Trapezoid | Self::Jerk | Self::Smooth => 0,
-            Self::Filter | Self::JerkAndFilter => 1,
+            Self::Trapezoid | Self::Jerk | Self::Smooth | Self::Lag | Self::JerkAndLag => 0,
+            Self::Filter | Self::JerkAndFilter | Self::SmoothAndFilter => 1,
             Self::Filters => 2,
         }
     }
 }
 
 impl Structure {
+    /// Filters of each axis need filters.
+    pub fn is_possible(self) -> bool {
+        self.shape.is_filtered() || !self.besides.own_filters
+    }
+
+    /// The structure and the machine without averages of one period, which are none.
+    pub fn simplified(self, mut machine: MachineSpec) -> (Self, MachineSpec) {
+        let is_none = |average_ms: f64| average_ms < 1.5 * machine.sampling_period_ms;
+        let no_rise = is_none(2e3 * machine.path.acceleration_mm_s2 / machine.path.jerk_mm_s3);
+        let mut control = machine.control.unwrap_or_default();
+        let [first, second] = control.filters_ms;
+        let shape = match self.shape {
+            _ if self.besides.own_filters => self.shape,
+            Shape::Smooth if is_none(machine.path.smoothing_ms) => Shape::Jerk,
+            Shape::Filters if is_none(first) || is_none(second) => Shape::Filter,
+            Shape::SmoothAndFilter if is_none(machine.path.smoothing_ms) => Shape::JerkAndFilter,
+            Shape::JerkAndFilter if no_rise => Shape::Filter,
+            Shape::JerkAndFilter if is_none(first) => Shape::Jerk,
+            Shape::JerkAndLag if no_rise => Shape::Lag,
+            shape => shape,
+        };
+        if shape != self.shape {
+            control.filters_ms = [first.max(second), first.min(second)];
+            machine.control = Some(control);
+        }
+        let structure = Self { shape, ..self };
+        let machine = structure.applied(&machine);
+        (structure, machine)
+    }
+
     /// `machine` with this structure, with its own values as far as it has them.
     pub fn applied(self, machine: &MachineSpec) -> MachineSpec {
         let mut out = machine.clone();
         let before = machine.control.unwrap_or_default();
         let rise_s = 2.0 * machine.path.acceleration_mm_s2 / machine.path.jerk_mm_s3;
-        let has_rise = rise_s > 1e-3;
+        let has_rise = rise_s > 5e-4 * machine.sampling_period_ms;
         out.path.jerk_mm_s3 = match self.shape.has_jerk() {
             true if has_rise => machine.path.jerk_mm_s3,
             true => 2.0 * machine.path.acceleration_mm_s2 / (FIRST_AVERAGE_MS * 1e-3),
@@ -100,6 +169,19 @@ impl Structure {
         for (filter_ms, before_ms) in filters_ms.iter_mut().zip(before.filters_ms).take(self.shape.filters()) {
             *filter_ms = if before_ms > 0.0 { before_ms } else { FIRST_AVERAGE_MS };
         }
+        let time_constant_ms = match self.shape.has_lag() {
+            true if before.time_constant_ms > 0.0 => before.time_constant_ms,
+            true => FIRST_AVERAGE_MS,
+            false => 0.0,
+        };
+        for axis in &mut out.axes {
+            let (own_filters_ms, own_constant_ms) = axis.filters();
+            let own = self.besides.own_filters;
+            axis.set_filters(
+                own.then(|| own_filters_ms.unwrap_or(filters_ms)).filter(|_| self.shape.filters() > 0),
+                own.then(|| own_constant_ms.unwrap_or(time_constant_ms)).filter(|_| self.shape.has_lag()),
+            );
+        }
         let corners = match (self.corners, before.corners) {
             (Corners::Blend, CornerRule::BlendMm(mm)) if mm > 0.0 && machine.control.is_some() => CornerRule::BlendMm(mm),
             (Corners::Blend, _) => CornerRule::BlendMm(FIRST_BLEND_MM),
@@ -109,7 +191,14 @@ impl Structure {
             (Corners::JunctionDeviation, _) => CornerRule::JunctionDeviationMm(FIRST_DEVIATION_MM),
             (Corners::Stop, _) => CornerRule::BlendMm(0.0),
         };
-        out.control = Some(ControlSpec { corners, filters_ms });
+        let line_time_ms = if before.line_time_ms > 0.0 { before.line_time_ms } else { FIRST_LINE_TIME_MS };
+        out.control = Some(ControlSpec {
+            corners,
+            filters_ms,
+            time_constant_ms,
+            look_ahead_lines: self.besides.look_ahead.then(|| before.look_ahead_lines.unwrap_or(FIRST_LOOK_AHEAD)),
+            line_time_ms: if self.besides.line_time { line_time_ms } else { 0.0 },
+        });
         out
     }
 }
@@ -122,7 +211,10 @@ impl fmt::Display for Structure {
             Shape::Smooth => "jerk without jumps along the path",
             Shape::Filter => "a moving average of every axis",
             Shape::Filters => "two moving averages of every axis",
+            Shape::SmoothAndFilter => "jerk without jumps along the path, then a moving average of every axis",
             Shape::JerkAndFilter => "limited jerk along the path, then a moving average of every axis",
+            Shape::Lag => "a first-order lag of every axis",
+            Shape::JerkAndLag => "limited jerk along the path, then a first-order lag of every axis",
         };
         let corners = match self.corners {
             Corners::Blend => "corners rounded within a tolerance",
@@ -130,6 +222,17 @@ impl fmt::Display for Structure {
             Corners::JunctionDeviation => "corners passed by junction deviation",
             Corners::Stop => "a stop at every corner",
         };
-        write!(f, "{shape}; {corners}")
+        write!(f, "{shape}")?;
+        let Besides { own_filters, look_ahead, line_time } = self.besides;
+        if own_filters {
+            f.write_str(", different for each")?;
+        }
+        write!(f, "; {corners}")?;
+        for (has, words) in [(look_ahead, "a look-ahead of some lines"), (line_time, "a least time for a line")] {
+            if has {
+                write!(f, "; {words}")?;
+            }
+        }
+        Ok(())
     }
 }

@@ -90,6 +90,8 @@ impl Reached {
                         acceleration_mm_s2: acceleration,
                         jerk_mm_s3: jerk,
                         travel_mm: None,
+                        filters_ms: None,
+                        time_constant_ms: None,
                         drive: None,
                     }),
                     AxisKind::Rotary => AxisSpec::Rotary(RotaryAxis {
@@ -98,6 +100,8 @@ impl Reached {
                         acceleration_rad_s2: acceleration,
                         jerk_rad_s3: jerk,
                         travel_deg: None,
+                        filters_ms: None,
+                        time_constant_ms: None,
                         drive: None,
                     }),
                 })

@@ -86,7 +86,7 @@ fn read_through(mut reader: Reader<'_>, whole: &Whole, limits: &Limits) -> Resul
             cuts.push(Cut { block, state, time_s, moves, at, system, direction });
         }
         for step in &part.moves {
-            time_s += estimate_s(step, limits);
+            time_s += estimate_s(step, limits, whole.settings.piece_time_s);
             moves += 1;
             note_direction(step, &mut direction);
             if step.is_feed() {
@@ -114,10 +114,11 @@ fn system_of(part: &Toolpath, step: &Move) -> WorkOffset {
     part.modal(step).work_offset
 }
 
-/// Time of a move at its feed, s, without acceleration.
-fn estimate_s(step: &Move, limits: &Limits) -> f64 {
+/// Time of a move at its feed, s, without acceleration; the control needs at least `least_s` for it.
+fn estimate_s(step: &Move, limits: &Limits, least_s: f64) -> f64 {
     let length_mm = step.length_mm().unwrap_or(0.0);
-    let at_most = |mm_s: f64| length_mm / mm_s.min(limits.path_velocity_mm_s).max(1e-3);
+    let least_s = if length_mm > 0.0 { least_s } else { 0.0 };
+    let at_most = |mm_s: f64| (length_mm / mm_s.min(limits.path_velocity_mm_s).max(1e-3)).max(least_s);
     match (step.kind, step.feed) {
         (MoveKind::Dwell { seconds }, _) => seconds.unwrap_or(0.0).max(0.0),
         (_, Some(Feed::Duration { seconds })) => seconds.max(0.0),
