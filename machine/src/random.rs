@@ -88,6 +88,7 @@ impl MachineSpec {
                 centripetal_mm_s2: acceleration_mm_s2 * std::f64::consts::FRAC_1_SQRT_2,
                 smoothing_ms: 20.0,
                 short_line_acceleration: 1.0,
+                arc_acceleration_mm_s2: None,
             },
             kinematics: KinematicsSpec::Cartesian,
             control: None,

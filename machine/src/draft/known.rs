@@ -21,8 +21,12 @@ pub struct Draft {
     pub rise_ms: Option<Known<f64>>,
     /// Time over which changes of acceleration are smoothed in addition, ms.
     pub smoothing_ms: Option<f64>,
-    /// Share of the acceleration along lines too short for the blends of their corners.
+    /// Share of the acceleration along lines too short for the blends of their corners, and before a dwell.
     pub short_line_acceleration: Option<Known<f64>>,
+    /// Acceleration across the path in arcs, mm/s²; that along the path where absent.
+    pub centripetal_mm_s2: Option<Known<f64>>,
+    /// Acceleration in arcs, along and across together, mm/s².
+    pub arc_acceleration_mm_s2: Option<Known<f64>>,
     /// Rule of corners.
     pub control: Option<Known<ControlSpec>>,
     /// Lines that the control knows after the present one.

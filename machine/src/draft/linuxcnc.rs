@@ -6,9 +6,10 @@ use crate::MachineError;
 
 /// Servo period where the file states none, ms.
 const SERVO_PERIOD_MS: f64 = 1.0;
-/// LinuxCNC plans lines that are too short for the blends of their corners with half of the acceleration: measured on its simulator
-/// (`tests/linuxcnc`).
+/// LinuxCNC plans lines that are too short for the blends of their corners, and those before a dwell, with half of the acceleration, and arcs with
+/// at most this share of it across: measured on its simulator (`tests/linuxcnc`).
 const SHORT_LINES: f64 = 0.5;
+const ACROSS: f64 = 0.866;
 
 /// The draft, if the file is one.
 pub(super) fn read(file: &str, text: &str) -> Option<Result<Draft, MachineError>> {
@@ -39,7 +40,6 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
     draft.rise_ms = Some(Known::new(period.value, "LinuxCNC limits no jerk: one servo period"));
     draft.period_ms = Some(period);
     draft.path_velocity_mm_s = number("TRAJ", "MAX_LINEAR_VELOCITY", mm)?.or(number("TRAJ", "MAX_VELOCITY", mm)?);
-    draft.path_acceleration_mm_s2 = number("TRAJ", "MAX_LINEAR_ACCELERATION", mm)?.or(number("TRAJ", "MAX_ACCELERATION", mm)?);
     let coordinates = find(settings, "TRAJ", "COORDINATES").map_or("XYZ", |of| of.value);
     for (joint, letter) in coordinates.chars().filter(char::is_ascii_alphabetic).enumerate() {
         let name = letter.to_ascii_lowercase().to_string();
@@ -65,6 +65,16 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
         if let (Some(low), Some(high)) = (largest("MIN_LIMIT")?, least("MAX_LIMIT")?) {
             axis.travel = Some(Known::new([low.value, high.value], format!("{}; {}", low.source, high.source)));
         }
+    }
+    let linear = draft.axes.iter().filter(|axis| !axis.is_rotary).filter_map(|axis| axis.acceleration.as_ref());
+    let accelerations: Vec<f64> = linear.map(|known| known.value).collect();
+    let least = accelerations.iter().copied().fold(f64::INFINITY, f64::min);
+    if least.is_finite() {
+        let together = accelerations.iter().fold(0.0, |sum: f64, axis| sum.hypot(*axis));
+        draft.path_acceleration_mm_s2 =
+            Some(Known::new(together, "what the axes allow together: LinuxCNC has no other limit for programs"));
+        draft.centripetal_mm_s2 = Some(Known::new(ACROSS * least, "LinuxCNC's planner: 0.866 of the least of the axes"));
+        draft.arc_acceleration_mm_s2 = Some(Known::new(least, "LinuxCNC's planner: the least of the axes"));
     }
     Ok(draft)
 }

@@ -50,7 +50,12 @@ fn file(draft: &Draft) -> Result<String, MachineError> {
     line(format!("velocity_mm_s = {}  # {}", number(velocity.value), velocity.source));
     line(format!("acceleration_mm_s2 = {}  # {}", number(acceleration.value), acceleration.source));
     line(format!("jerk_mm_s3 = {}  # {}", number(jerk), rise.source));
-    line(format!("centripetal_mm_s2 = {}  # across the path, in arcs; as the acceleration along it", number(acceleration.value)));
+    let across =
+        draft.centripetal_mm_s2.clone().unwrap_or_else(|| Known::new(acceleration.value, "as the acceleration along the path"));
+    line(format!("centripetal_mm_s2 = {}  # across the path, in arcs; {}", number(across.value), across.source));
+    if let Some(both) = &draft.arc_acceleration_mm_s2 {
+        line(format!("arc_acceleration_mm_s2 = {}  # along and across together; {}", number(both.value), both.source));
+    }
     if let Some(smoothing_ms) = draft.smoothing_ms {
         line(format!("smoothing_ms = {}  # further smoothing of the acceleration", number(smoothing_ms)));
     }

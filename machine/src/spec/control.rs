@@ -56,11 +56,10 @@ impl Default for CornerRule {
 }
 
 impl ControlSpec {
-    /// Planner settings with what this control does, its filters of `axes` included.
+    /// Planner settings with the rule of corners and the limits of lines of this control.
     #[must_use]
-    pub fn applied(&self, settings: PlanSettings, axes: &[AxisSpec]) -> PlanSettings {
+    pub fn applied(&self, settings: PlanSettings) -> PlanSettings {
         let settings = PlanSettings {
-            filters: axes.iter().map(|axis| self.filter(axis)).collect(),
             look_ahead: self.look_ahead_lines.map(|lines| lines as usize),
             piece_time_s: 1e-3 * self.line_time_ms,
             ..settings

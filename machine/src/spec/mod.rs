@@ -90,10 +90,14 @@ pub struct PathSpec {
     /// ms. 0 for a control without jerk limit.
     #[serde(default = "smoothing_ms")]
     pub smoothing_ms: f64,
-    /// Fraction of the acceleration that the control uses along lines too short for the blends of
-    /// their corners.
+    /// Fraction of the acceleration that the control uses along lines whose end it does not round as the tolerance allows: they are too
+    /// short for it, or the tool dwells there.
     #[serde(default = "whole")]
     pub short_line_acceleration: f64,
+    /// Largest acceleration in arcs, along and across together, mm/s²: along an arc the control uses what its fastest passage leaves.
+    /// `None`: each has its own limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arc_acceleration_mm_s2: Option<f64>,
 }
 
 fn smoothing_ms() -> f64 {
@@ -233,14 +237,11 @@ impl MachineSpec {
             period_s: self.sampling_period_s(),
             smoothing_s: self.path.smoothing_ms * 1e-3,
             short_line_acceleration: self.path.short_line_acceleration,
+            arc_acceleration_mm_s2: self.path.arc_acceleration_mm_s2.unwrap_or(f64::INFINITY),
+            filters: self.axes.iter().map(|axis| self.control.unwrap_or_default().filter(axis)).collect(),
             ..PlanSettings::default()
         };
-        match self.control {
-            Some(control) => control.applied(settings, &self.axes),
-            None if self.axes.iter().all(|axis| axis.filters() == (None, None)) => settings,
-            // Without `[control]` the rule of corners stays that of the settings.
-            None => PlanSettings { filters: ControlSpec::default().applied(settings.clone(), &self.axes).filters, ..settings },
-        }
+        self.control.map_or(settings.clone(), |control| control.applied(settings))
     }
 
     /// Kinematics of the machine.
@@ -318,10 +319,11 @@ impl MachineSpec {
         ] {
             positive(key, value)?;
         }
-        let PathSpec { smoothing_ms, short_line_acceleration, .. } = self.path;
+        let PathSpec { smoothing_ms, short_line_acceleration, arc_acceleration_mm_s2, .. } = self.path;
         not_negative("path.smoothing_ms", smoothing_ms)?;
         let used = short_line_acceleration;
         within("path.short_line_acceleration", used, (0.01..=1.0).contains(&used), "at least 0.01 and at most 1")?;
+        positive("path.arc_acceleration_mm_s2", arc_acceleration_mm_s2.unwrap_or(1.0))?;
         if let Some(control) = &self.control {
             control.check()?;
         }

@@ -44,9 +44,8 @@ pub(super) struct Rounding {
     tolerance_mm: f64,
     /// Whether corners are rounded at all. Else every corner is passed at speed, unless the program asks for a stop.
     blends: bool,
-    /// Fraction of the acceleration that is used along pieces too short for the rounding of their
-    /// corners.
-    crowded_acceleration: f64,
+    /// Fraction of the acceleration that is used along pieces whose end is not rounded as the tolerance allows.
+    short_acceleration: f64,
     /// Velocity jump below which the control does not treat a joint as a corner, mm/s.
     jump_mm_s: f64,
 }
@@ -59,7 +58,7 @@ impl Rounding {
         Self {
             tolerance_mm: settings.corner_tolerance_mm,
             blends: settings.corners == Corners::Blend,
-            crowded_acceleration: settings.short_line_acceleration,
+            short_acceleration: settings.short_line_acceleration,
             jump_mm_s: JUMP * limits.path_acceleration_mm_s2 * settings.period_s,
         }
     }
@@ -71,6 +70,13 @@ impl Rounding {
             _ if self.blends => self.tolerance_mm,
             _ => f64::INFINITY,
         }
+    }
+
+    /// Fraction of the acceleration along a piece; `short` where the corner at its end is not rounded as the tolerance allows. At an exact
+    /// stop none would be rounded.
+    fn acceleration(&self, piece: &Piece, short: bool) -> f64 {
+        let is_rounded = self.blends && self.tolerance_mm(piece) > 0.0;
+        if short && is_rounded { self.short_acceleration } else { 1.0 }
     }
 }
 
@@ -100,7 +106,7 @@ pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec
         let before = number.checked_sub(1).and_then(|corner| corners[corner].as_ref());
         let after = corners.get(number).and_then(Option::as_ref);
         let crowded = before.is_some_and(|corner| corner.crowded) || after.is_some_and(|corner| corner.crowded);
-        let acceleration = pieces[k].acceleration * if crowded { rounding.crowded_acceleration } else { 1.0 };
+        let acceleration = pieces[k].acceleration * rounding.acceleration(&pieces[k], crowded || pieces[k].dwell_s > 0.0);
         let start = rounded.len();
         let (from, to) = pieces[k].range;
         let range = (before.map_or(from, |corner| corner.meet), after.map_or(to, |corner| corner.leave));

@@ -131,6 +131,11 @@ impl<'a> Segment<'a> {
         self.pieces[node.piece].acceleration
     }
 
+    /// Whether an arc lies at a node.
+    pub fn is_arc(&self, node: &Node) -> bool {
+        self.pieces[node.piece].degree().is_none()
+    }
+
     /// The piece at the arc length `s`, clamped to the segment.
     pub fn piece_at(&self, s: f64) -> usize {
         self.nodes[self.node_after(s, 1)].piece

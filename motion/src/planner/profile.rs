@@ -123,6 +123,12 @@ impl<'a> SpeedLimit<'a> {
         // At the highest speeds no acceleration may remain. One percent keeps the passes from
         // locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
+        let is_alone = nodes.first().zip(nodes.last()).is_some_and(|(first, last)| first.piece == last.piece);
+        let along_arc = |shape: &Shape| {
+            let fastest = if is_alone { f64::INFINITY } else { limits.path_velocity_mm_s.powi(2) * shape.point[1] };
+            let across = limits.centripetal_mm_s2.min(fastest);
+            (settings.arc_acceleration_mm_s2.powi(2) - across.powi(2)).max(0.0).sqrt()
+        };
         let bounds_of_part = |part: usize| {
             let shapes = parts.of(part);
             let mut bounds: Vec<AccelerationBound> = Vec::with_capacity(shapes.len());
@@ -131,7 +137,8 @@ impl<'a> SpeedLimit<'a> {
                 // The speed of a node is read together with that of its neighbours.
                 let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
                 let first = ends.last().copied().unwrap_or(0);
-                acceleration_bounds(shape, segment.acceleration(&nodes[k]), &axes, limits)
+                let along = if segment.is_arc(&nodes[k]) { along_arc(shape) } else { f64::INFINITY };
+                acceleration_bounds(shape, segment.acceleration(&nodes[k]), along, &axes, limits)
                     .for_each(|bound| add(bound, top, first, &mut bounds));
                 ends.push(bounds.len());
             }
@@ -283,19 +290,23 @@ fn add(bound: AccelerationBound, top: f64, first: usize, bounds: &mut Vec<Accele
     bounds.push(bound);
 }
 
-/// Bounds on the acceleration along the path at one node: the path itself, of whose acceleration
-/// `part` may be used, and every axis.
+/// Bounds on the acceleration along the path at one node, of which `part` may be used: of the path itself, where no more than `along_mm_s2`
+/// is allowed, and of every axis.
 fn acceleration_bounds(
     shape: &Shape,
     part: f64,
+    along_mm_s2: f64,
     axes: &[(usize, AxisLimits)],
     limits: &Limits,
 ) -> impl Iterator<Item = AccelerationBound> {
     let [tangent, normal, _] = shape.axes;
     // During a rotation without tip motion the path has no acceleration of its own.
-    let path = AccelerationBound { most: part * limits.path_acceleration_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
+    let along_mm_s2 = along_mm_s2.min(limits.path_acceleration_mm_s2);
+    let path = AccelerationBound { most: part * along_mm_s2 / shape.point[0].max(1e-3), bend: 0.0 };
     let of_axis = move |(slot, limit): &(usize, AxisLimits)| match tangent[*slot].abs() {
-        share if share > 1e-9 => AccelerationBound { most: limit.acceleration / share, bend: normal[*slot].abs() / share },
+        share if share > 1e-9 => {
+            AccelerationBound { most: part * limit.acceleration / share, bend: part * normal[*slot].abs() / share }
+        }
         _ => AccelerationBound { most: f64::INFINITY, bend: 0.0 },
     };
     std::iter::once(path).chain(axes.iter().map(of_axis))

@@ -63,9 +63,12 @@ pub struct PlanSettings {
     pub look_ahead: Option<usize>,
     /// Shortest time for a piece, s: a shorter one is passed slower. 0 for none.
     pub piece_time_s: f64,
-    /// Fraction of the acceleration along the path that is used on pieces too short for the
-    /// rounding of their corners.
+    /// Fraction of the acceleration that is used on pieces whose end is not rounded as the tolerance allows: they are too short for it, or
+    /// the tool dwells there.
     pub short_line_acceleration: f64,
+    /// Largest acceleration in arcs, along and across together, mm/s²: along an arc what its fastest passage leaves, and along one that
+    /// begins and ends at standstill what the largest acceleration across leaves. Infinite for none.
+    pub arc_acceleration_mm_s2: f64,
     /// Dwell before the first and after the last motion, s.
     pub rest_s: f64,
 }
@@ -81,6 +84,7 @@ impl Default for PlanSettings {
             look_ahead: None,
             piece_time_s: 0.0,
             short_line_acceleration: 1.0,
+            arc_acceleration_mm_s2: f64::INFINITY,
             rest_s: 0.2,
         }
     }
@@ -123,6 +127,10 @@ pub(super) fn check(settings: &PlanSettings, limits: &Limits, kinematics: &dyn K
     if !(settings.short_line_acceleration > 0.0 && settings.short_line_acceleration <= 1.0) {
         let (name, value) = ("short_line_acceleration", settings.short_line_acceleration);
         return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0 and at most 1" });
+    }
+    if settings.arc_acceleration_mm_s2.is_nan() || settings.arc_acceleration_mm_s2 <= 0.0 {
+        let (name, value) = ("arc_acceleration_mm_s2", settings.arc_acceleration_mm_s2);
+        return Err(MotionError::BadSetting { name, value, remedy: "it must be above 0" });
     }
     let numbers = non_negative.into_iter().chain(settings.filters.iter().flat_map(of_filter));
     match numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {

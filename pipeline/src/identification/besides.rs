@@ -18,10 +18,11 @@ pub(super) enum Addition {
     OwnFilters,
     LineTime,
     LookAhead,
+    Arcs,
 }
 
 impl Addition {
-    pub const ALL: [Self; 3] = [Self::OwnFilters, Self::LineTime, Self::LookAhead];
+    pub const ALL: [Self; 4] = [Self::OwnFilters, Self::LineTime, Self::LookAhead, Self::Arcs];
 
     /// The structure with the addition; `None` if it has it already or cannot have it.
     pub fn to(self, structure: Structure) -> Option<Structure> {
@@ -39,6 +40,7 @@ impl Addition {
             Self::OwnFilters => Besides { own_filters: on, ..structure.besides },
             Self::LineTime => Besides { line_time: on, ..structure.besides },
             Self::LookAhead => Besides { look_ahead: on, ..structure.besides },
+            Self::Arcs => Besides { arcs: on, ..structure.besides },
         };
         Some(Structure { besides, ..structure }).filter(|other| *other != structure)
     }
@@ -50,7 +52,7 @@ impl Addition {
         let mut control = machine.control?;
         let mut starts = Vec::new();
         match self {
-            Self::OwnFilters => return Some(machine),
+            Self::OwnFilters | Self::Arcs => return Some(machine),
             Self::LineTime => starts.extend(LINE_TIMES_MS.map(|line_time_ms| {
                 control.line_time_ms = line_time_ms;
                 control

@@ -11,15 +11,18 @@ use super::fidelity::Fidelity;
 use super::observed::Observed;
 use super::parameters::parameters;
 use super::search::{Effort, HOPELESS, Search};
-use super::structure::{Besides, CORNERS, SHAPES, Shape, Structure};
+use super::structure::{Besides, CORNERS, Corners, SHAPES, Shape, Structure};
 
 /// Agreements that differ by less are equally good, and the one with fewer parameters is taken.
 pub(super) const SAME: f64 = 1.05;
 /// Largest number of rounds over corners and shapes.
 const ROUNDS: usize = 4;
-/// Share of the score that may be left, and the least difference, at which an addition is kept. A score of 1 is what a forecast just stands.
+/// Share of the score on some run that may be left, and the least difference on all, at which an addition is kept. A score of 1 is what a
+/// forecast just stands.
 const LEFT: f64 = 0.5;
 const GAIN: f64 = 0.1;
+/// Scores within this factor of the best one are looked at once more.
+const NEAR: f64 = 1.1;
 /// Score on fitted and held-out runs together below which no structure is looked at once more.
 const GOOD: f64 = 0.8;
 
@@ -65,7 +68,13 @@ impl<'a> Comparison<'a> {
         while self.add()? {
             self.alternate()?;
         }
-        Ok(())
+        let best = self.best()?;
+        if best.score() < GOOD {
+            return Ok(());
+        }
+        let near = |candidate: &&Candidate| candidate.score() <= NEAR * best.score();
+        let near = self.tried.iter().filter(near).map(|candidate| (candidate.structure, candidate.machine.clone())).collect();
+        self.try_all(near, Effort::THOROUGH)
     }
 
     /// The candidates, best first.
@@ -74,8 +83,17 @@ impl<'a> Comparison<'a> {
         self.tried
     }
 
-    /// The best shape decides on the corners, and these once more on the shape, until neither changes.
+    /// Compares corners and shapes in turn, and once more where the best structure comes out otherwise without hidden limits.
     fn alternate(&mut self) -> Result<()> {
+        self.take_turns()?;
+        if self.uncover()? {
+            self.take_turns()?;
+        }
+        Ok(())
+    }
+
+    /// The best shape decides on the corners, and these once more on the shape, until neither changes.
+    fn take_turns(&mut self) -> Result<()> {
         for round in 0..ROUNDS {
             let best = self.best()?;
             let (structure, from) = (best.structure, best.machine.clone());
@@ -85,21 +103,29 @@ impl<'a> Comparison<'a> {
             };
             // The first round also fits the structure itself on, which may be known from a first look only.
             let others = others.into_iter().filter(|other| (round == 0 || *other != structure) && other.is_possible());
-            self.try_all(others.map(|other| (other, from.clone())).collect(), Effort::COMPARING)?;
+            let effort = if round == 0 { Effort::CORNERS } else { Effort::COMPARING };
+            self.try_all(others.map(|other| (other, from.clone())).collect(), effort)?;
             if round > 0 && self.best()?.structure == structure {
                 break;
             }
         }
-        let best = self.best()?;
-        if best.score() < GOOD {
-            return Ok(());
-        }
-        let near = |candidate: &&Candidate| candidate.score() <= HOPELESS * best.score();
-        let near = self.tried.iter().filter(near).map(|candidate| (candidate.structure, candidate.machine.clone())).collect();
-        self.try_all(near, Effort::THOROUGH)
+        Ok(())
     }
 
-    /// Adds what a control may do besides, the best of all additions, if it is clearly better. Whether it was.
+    /// Looks for limits that others hide in the best structure with each rule of corners. Whether the best one is clearly better then.
+    fn uncover(&mut self) -> Result<bool> {
+        let score = self.best()?.score();
+        if score < GOOD {
+            return Ok(false);
+        }
+        let of = |corners: &Corners| best(self.tried.iter().filter(|candidate| candidate.structure.corners == *corners));
+        let near = CORNERS.iter().filter_map(of).filter(|candidate| candidate.score() <= HOPELESS * score);
+        let near = near.map(|candidate| (candidate.structure, candidate.machine.clone())).collect();
+        self.try_all(near, Effort::THOROUGH)?;
+        Ok(SAME * self.best()?.score() < score)
+    }
+
+    /// Adds what a control may do besides, the best of all additions, if it is clearly better: only some runs may show it. Whether it was.
     fn add(&mut self) -> Result<bool> {
         let best = simplest(&self.tried).ok_or(Error::NoLog)?;
         let structure = best.structure;
@@ -110,9 +136,12 @@ impl<'a> Comparison<'a> {
         // The structure itself goes on as well: what more steps gain is no merit of an addition.
         let itself = std::iter::once((structure, best.machine.clone()));
         self.try_all(itself.chain(Addition::ALL.into_iter().filter_map(with)).collect(), Effort::COMPARING)?;
-        let score = self.known(structure).map_or(f64::INFINITY, Candidate::score);
-        let now = self.best()?.score();
-        let is_better = now < LEFT * score && now < score - GAIN;
+        let (itself, best) = (self.known(structure).ok_or(Error::NoLog)?, self.best()?);
+        let shows = |run: &&Observed| {
+            let [without, with] = [itself, best].map(|candidate| Fidelity::of(&candidate.machine, &[*run]).score());
+            with < LEFT * without
+        };
+        let is_better = best.score() < itself.score() - GAIN && self.fitted.iter().chain(self.held_out).any(shows);
         if !is_better {
             self.tried.retain(|candidate| candidate.structure.besides == structure.besides);
         }
@@ -120,17 +149,17 @@ impl<'a> Comparison<'a> {
     }
 
     fn best(&self) -> Result<&Candidate> {
-        self.tried.iter().min_by(|a, b| a.score().total_cmp(&b.score())).ok_or(Error::NoLog)
+        best(self.tried.iter()).ok_or(Error::NoLog)
     }
 
     fn known(&self, structure: Structure) -> Option<&Candidate> {
         self.tried.iter().find(|candidate| candidate.structure == structure)
     }
 
-    /// Fits structures side by side, each from the values of another machine or from its own of before, whichever are better. A fit ends early where its score stays far above the best one
-    /// known before.
+    /// Fits structures side by side, each from the values of another machine or from its own of before, whichever are better. A fit ends
+    /// early where its score stays far above the best one known before.
     fn try_all(&mut self, structures: Vec<(Structure, MachineSpec)>, effort: Effort) -> Result<()> {
-        let hopeless = HOPELESS * self.tried.iter().map(|other| other.fit).fold(f64::INFINITY, f64::min);
+        let hopeless = effort.hopeless * self.tried.iter().map(|other| other.fit).fold(f64::INFINITY, f64::min);
         let fitted = |(structure, from): (Structure, MachineSpec)| {
             let (applied, known) = (structure.applied(&from), self.known(structure));
             let is_known_better = known.is_some_and(|known| known.fit < Fidelity::of(&applied, self.fitted).score());
@@ -150,6 +179,10 @@ impl<'a> Comparison<'a> {
         }
         Ok(())
     }
+}
+
+fn best<'a>(candidates: impl Iterator<Item = &'a Candidate>) -> Option<&'a Candidate> {
+    candidates.min_by(|a, b| a.score().total_cmp(&b.score()))
 }
 
 /// The candidate with fewest parameters of those that are as good as the best one.

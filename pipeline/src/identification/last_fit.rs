@@ -32,6 +32,11 @@ impl<'a> Fitted<'a> {
         fitted
     }
 
+    /// The machine of a structure as fitted to runs, with everything that it was compared with.
+    pub fn as_compared(candidate: &Candidate, runs: &'a [&'a Observed]) -> MachineSpec {
+        Self::fit(candidate.structure, candidate.machine.clone(), runs).machine
+    }
+
     fn fit(structure: Structure, machine: MachineSpec, runs: &'a [&'a Observed]) -> Self {
         let parameters = parameters(structure, &machine);
         let (score, machine) = Search::new(runs, &parameters).best(machine, Effort::LAST, f64::INFINITY);

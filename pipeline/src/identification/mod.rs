@@ -1,9 +1,9 @@
 //! Identification of a control: how it plans a program, from logs of programs that are known.
 //!
 //! [`identify`] plans every program with a candidate for the control and compares the result with the recorded command: the time in which
-//! every part of the path is passed, and the distance from the path. Structures (how acceleration is shaped, how corners are passed, what is done besides) are
-//! compared on programs that their parameters were not fitted to. What comes out is a machine description with the limits of axes and
-//! path, [`ControlSpec`](machine::ControlSpec), and its [`Fidelity`].
+//! every part of the path is passed, and the distance from the path. Structures (how acceleration is shaped, how corners are passed, what
+//! is done besides) are compared on programs that their parameters were not fitted to. What comes out is a machine description with the
+//! limits of axes and path, [`ControlSpec`](machine::ControlSpec), and its [`Fidelity`].
 
 mod besides;
 mod comparison;
@@ -72,7 +72,8 @@ impl Identified {
 /// A number of a control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Value {
-    /// Its key in a machine file; `path.rise_ms` is the time in which the acceleration reaches its limit, 2·acceleration/jerk.
+    /// Its key in a machine file; `path.rise_ms` is the time in which the acceleration reaches its limit, 2·acceleration/jerk, and
+    /// `path.tight_arcs_mm_s2` the acceleration along the tightest arcs, `√(arc_acceleration² − centripetal²)`.
     pub key: String,
     /// Its value.
     pub value: f64,
@@ -82,7 +83,8 @@ pub struct Value {
 
 /// Every so many runs one is held out.
 const HELD_OUT: usize = 3;
-/// Time in motion of the runs to which parameters are fitted, s. It bounds the computing time.
+/// Time in motion of the runs to which parameters are fitted, to compare structures and at last, s. It bounds the computing time.
+const COMPARED_S: f64 = 35.0;
 const FIT_S: f64 = 60.0;
 
 /// Identifies the control that ran `runs`. `machine` gives kinematics and first values; without it they come from the logs.
@@ -99,7 +101,8 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     let observed = by_corners(observe(runs, &first)?);
     let (fitted, held_out) = split(&observed);
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
-    let mut comparison = Comparison::new(&fitted, &held_out, steps);
+    let compared = up_to(COMPARED_S, fitted.iter().copied());
+    let mut comparison = Comparison::new(&compared, &held_out, steps);
     comparison.run(&start)?;
     let tried = comparison.sorted();
     let best = simplest(&tried).ok_or(Error::NoLog)?;
@@ -113,10 +116,12 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     };
     let values = parameters.par_iter().map(value).collect();
     let of_structure = tried.iter().find(|candidate| candidate.structure == structure).unwrap_or(best);
+    // As the machine that comes out, the judged one is fitted to more than structures are compared on.
+    let judged = rayon::scope(|_| Fitted::as_compared(of_structure, &fitted));
     Ok(Identified {
         values,
         structure: structure.to_string(),
-        fidelity: of_structure.fidelity.clone(),
+        fidelity: Fidelity::of(&judged, &held_out),
         held_out: held_out.iter().filter(|_| fitted.len() < observed.len()).map(|run| run.name.clone()).collect(),
         tried: tried.iter().map(|candidate| (candidate.structure.to_string(), candidate.fidelity.clone())).collect(),
         machine: rounded(machine, &parameters),

@@ -15,6 +15,8 @@ use crate::setup::Setup;
 
 /// Speed along the path below which a command stands, mm/s. The time at rest does not count: dwells and acknowledgements are not planned.
 const STANDS_MM_S: f64 = 0.1;
+/// Time in motion at the beginning that does not count, s: the corner between the approach and the path is not planned.
+const FIRST_S: f64 = 0.03;
 /// Time in motion from cell to cell, s.
 pub(super) const CELL_S: f64 = 0.01;
 
@@ -170,7 +172,7 @@ fn cells(places: &[f64], period_s: f64, at: impl Fn(usize) -> Vec<f64>) -> Vec<C
             continue;
         }
         furthest = *place_mm;
-        if moving % apart == 0 {
+        if moving % apart == 0 && moving as f64 * period_s >= FIRST_S {
             cells.push(Cell { place_mm: *place_mm, clock_s: moving as f64 * period_s, position: at(k) });
         }
         moving += 1;

@@ -1,6 +1,6 @@
 //! The numbers of a control, as entries of a machine description.
 
-use machine::{ControlSpec, CornerRule, MachineSpec};
+use machine::{ControlSpec, CornerRule, MachineSpec, PathSpec};
 use motion::{AxisKind, AxisLimits};
 
 use super::structure::{Corners, NO_JERK, Structure};
@@ -36,6 +36,8 @@ enum Entry {
     LineTime,
     Corner,
     ShortLines,
+    /// Acceleration along the tightest arcs, instead of that along and across together: it does not change with the one across.
+    Arcs,
 }
 
 /// The parameters of a structure. The least averages are a period: a shorter one is none.
@@ -48,7 +50,9 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
     out.push(parameter("path.acceleration_mm_s2", Entry::PathAcceleration, [1.0, 1e6]));
     out.push(parameter("path.velocity_mm_s", Entry::PathVelocity, [0.1, 1e4]));
     out.push(parameter("path.centripetal_mm_s2", Entry::Centripetal, [1.0, 1e6]));
-    let average = [period_ms, 300.0];
+    // A machine file takes an average and a lag of together five thousand periods.
+    let longest_ms = (2500.0 * period_ms).min(300.0);
+    let average = [period_ms, longest_ms];
     if structure.shape.has_jerk() {
         out.push(parameter("path.rise_ms", Entry::Rise, average));
         out.push(parameter("jerk_mm_s3", Entry::AxisJerk, [1.0, NO_JERK]));
@@ -56,7 +60,7 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
     if structure.shape.is_smooth() {
         out.push(parameter("path.smoothing_ms", Entry::Smoothing, average));
     }
-    let lag = [0.2 * period_ms, 300.0];
+    let lag = [0.2 * period_ms, longest_ms];
     let filters = 0..structure.shape.filters();
     if structure.besides.own_filters {
         for (axis, name) in machine.axes.iter().enumerate().map(|(k, axis)| (k, axis.name())) {
@@ -72,6 +76,9 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
         if structure.shape.has_lag() {
             out.push(parameter("control.time_constant_ms", Entry::TimeConstant, lag));
         }
+    }
+    if structure.besides.arcs {
+        out.push(parameter("path.tight_arcs_mm_s2", Entry::Arcs, [1.0, 1e6]));
     }
     if structure.besides.look_ahead {
         out.push(parameter("control.look_ahead_lines", Entry::LookAhead, [1.0, 2000.0]));
@@ -89,6 +96,12 @@ pub(super) fn parameters(structure: Structure, machine: &MachineSpec) -> Vec<Par
         Corners::Stop => {}
     }
     out
+}
+
+/// What the common limit of the accelerations in arcs leaves along the tightest ones, mm/s².
+fn along_tight_arcs(path: &PathSpec) -> Option<f64> {
+    let both = path.arc_acceleration_mm_s2?;
+    Some((both.powi(2) - path.centripetal_mm_s2.powi(2)).max(0.0).sqrt())
 }
 
 impl Parameter {
@@ -173,6 +186,7 @@ impl Parameter {
                 CornerRule::BlendMm(value) | CornerRule::SpeedJumpMmS(value) | CornerRule::JunctionDeviationMm(value) => value,
             },
             Entry::ShortLines => path.short_line_acceleration,
+            Entry::Arcs => along_tight_arcs(path).unwrap_or(self.range[1]),
         }
     }
 
@@ -197,7 +211,10 @@ impl Parameter {
                 path.jerk_mm_s3 = 2.0 * value / rise_s;
             }
             Entry::PathVelocity => path.velocity_mm_s = value,
-            Entry::Centripetal => path.centripetal_mm_s2 = value,
+            Entry::Centripetal => {
+                path.arc_acceleration_mm_s2 = along_tight_arcs(path).map(|along| along.hypot(value));
+                path.centripetal_mm_s2 = value;
+            }
             Entry::Rise => path.jerk_mm_s3 = 2e3 * path.acceleration_mm_s2 / value,
             Entry::Smoothing => path.smoothing_ms = value,
             Entry::Filter(k) => control.filters_ms[k] = value,
@@ -222,6 +239,7 @@ impl Parameter {
                 };
             }
             Entry::ShortLines => path.short_line_acceleration = value,
+            Entry::Arcs => path.arc_acceleration_mm_s2 = Some(value.hypot(path.centripetal_mm_s2)),
         }
         machine.control = Some(ControlSpec { ..control });
     }

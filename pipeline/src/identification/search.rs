@@ -22,17 +22,21 @@ pub(super) struct Effort {
     rounds: usize,
     /// Share of the hopeless score up to which limits that others hide are looked for.
     near: f64,
+    /// A fit whose score after the Gauss–Newton steps is so many times the best one does not go on.
+    pub hopeless: f64,
 }
 
 impl Effort {
     /// To sort shapes before the corners are known.
-    pub const FIRST: Self = Self { rounds: 1, near: 0.0 };
+    pub const FIRST: Self = Self { rounds: 1, near: 0.0, hopeless: HOPELESS };
+    /// To compare rules of corners, when the values are still those of the wrong one.
+    pub const CORNERS: Self = Self { rounds: 2, near: 0.0, hopeless: 2.0 * HOPELESS };
     /// To compare structures.
-    pub const COMPARING: Self = Self { rounds: 2, near: 0.55 };
+    pub const COMPARING: Self = Self { rounds: 2, near: 0.0, hopeless: HOPELESS };
     /// To compare them where the best one is not good yet.
-    pub const THOROUGH: Self = Self { rounds: 3, near: 1.0 };
+    pub const THOROUGH: Self = Self { rounds: 3, near: 1.0, hopeless: HOPELESS };
     /// Of the last fit, and of its repetition with fewer parameters: they begin where a thorough one ended.
-    pub const LAST: Self = Self { rounds: 4, near: 0.0 };
+    pub const LAST: Self = Self { rounds: 4, near: 0.0, hopeless: HOPELESS };
 }
 
 /// Gauss–Newton steps, their first damping as a share of the diagonal, dampings that are tried for a step, and the relative change by which

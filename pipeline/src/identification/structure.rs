@@ -60,6 +60,8 @@ pub(super) struct Besides {
     pub look_ahead: bool,
     /// It needs a least time for a line.
     pub line_time: bool,
+    /// In arcs the accelerations along and across have a common limit.
+    pub arcs: bool,
 }
 
 /// The structure of a control.
@@ -78,6 +80,8 @@ const FIRST_DEVIATION_MM: f64 = 0.01;
 /// Lines ahead and ms.
 const FIRST_LOOK_AHEAD: u32 = 16;
 const FIRST_LINE_TIME_MS: f64 = 4.0;
+/// Share of the acceleration across the path.
+const FIRST_IN_ARCS: f64 = 1.2;
 /// A jerk that stands for none, mm/s³: any acceleration within one period.
 pub(super) const NO_JERK: f64 = 1e10;
 
@@ -165,6 +169,9 @@ impl Structure {
             true => FIRST_AVERAGE_MS,
             false => 0.0,
         };
+        let first_in_arcs = || FIRST_IN_ARCS * machine.path.centripetal_mm_s2;
+        out.path.arc_acceleration_mm_s2 =
+            self.besides.arcs.then(|| machine.path.arc_acceleration_mm_s2.unwrap_or_else(first_in_arcs));
         let mut filters_ms = [0.0; 2];
         for (filter_ms, before_ms) in filters_ms.iter_mut().zip(before.filters_ms).take(self.shape.filters()) {
             *filter_ms = if before_ms > 0.0 { before_ms } else { FIRST_AVERAGE_MS };
@@ -223,12 +230,17 @@ impl fmt::Display for Structure {
             Corners::Stop => "a stop at every corner",
         };
         write!(f, "{shape}")?;
-        let Besides { own_filters, look_ahead, line_time } = self.besides;
+        let Besides { own_filters, look_ahead, line_time, arcs } = self.besides;
         if own_filters {
             f.write_str(", different for each")?;
         }
         write!(f, "; {corners}")?;
-        for (has, words) in [(look_ahead, "a look-ahead of some lines"), (line_time, "a least time for a line")] {
+        let others = [
+            (look_ahead, "a look-ahead of some lines"),
+            (line_time, "a least time for a line"),
+            (arcs, "less acceleration along tight arcs"),
+        ];
+        for (has, words) in others {
             if has {
                 write!(f, "; {words}")?;
             }

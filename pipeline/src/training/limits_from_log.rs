@@ -114,6 +114,7 @@ impl Reached {
             path: PathSpec {
                 smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
                 short_line_acceleration: PlanSettings::default().short_line_acceleration,
+                arc_acceleration_mm_s2: None,
                 velocity_mm_s: path.0,
                 acceleration_mm_s2: path.1,
                 jerk_mm_s3: 2.0 * path.1 / RISE_S,
