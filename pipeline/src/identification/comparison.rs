@@ -21,6 +21,8 @@ const ROUNDS: usize = 4;
 /// forecast just stands.
 const LEFT: f64 = 0.5;
 const GAIN: f64 = 0.1;
+/// Share of the score up to which an addition that is not kept gets a thorough fit, as the structure itself does.
+const HOPEFUL: f64 = 0.8;
 /// Scores within this factor of the best one are looked at once more.
 const NEAR: f64 = 1.1;
 /// Score on fitted and held-out runs together below which no structure is looked at once more.
@@ -136,16 +138,25 @@ impl<'a> Comparison<'a> {
         // The structure itself goes on as well: what more steps gain is no merit of an addition.
         let itself = std::iter::once((structure, best.machine.clone()));
         self.try_all(itself.chain(Addition::ALL.into_iter().filter_map(with)).collect(), Effort::COMPARING)?;
+        if !self.is_kept(structure)? && self.best()?.score() < HOPEFUL * self.known(structure).map_or(0.0, Candidate::score) {
+            let both = [structure, self.best()?.structure].into_iter().filter_map(|structure| self.known(structure));
+            self.try_all(both.map(|candidate| (candidate.structure, candidate.machine.clone())).collect(), Effort::THOROUGH)?;
+        }
+        let is_better = self.is_kept(structure)?;
+        if !is_better {
+            self.tried.retain(|candidate| candidate.structure.besides == structure.besides);
+        }
+        Ok(is_better)
+    }
+
+    /// Whether what the best candidate adds to `structure` is worth a number more.
+    fn is_kept(&self, structure: Structure) -> Result<bool> {
         let (itself, best) = (self.known(structure).ok_or(Error::NoLog)?, self.best()?);
         let shows = |run: &&Observed| {
             let [without, with] = [itself, best].map(|candidate| Fidelity::of(&candidate.machine, &[*run]).score());
             with < LEFT * without
         };
-        let is_better = best.score() < itself.score() - GAIN && self.fitted.iter().chain(self.held_out).any(shows);
-        if !is_better {
-            self.tried.retain(|candidate| candidate.structure.besides == structure.besides);
-        }
-        Ok(is_better)
+        Ok(best.score() < itself.score() - GAIN && self.fitted.iter().chain(self.held_out).any(shows))
     }
 
     fn best(&self) -> Result<&Candidate> {
