@@ -5,6 +5,6 @@
 pub struct ReadOptions {
     /// Column mapping, as `t=time_s,x_ref=x_cmd_mm,x_act=x_act:um` (see [`ColumnMap::parse`](crate::ColumnMap::parse)).
     pub columns: Option<String>,
-    /// Sampling period, s, for files without time stamps. Time stamps take precedence.
+    /// Sampling period, s, for files without time stamps. Time stamps take precedence, unless nearly all of them stand still.
     pub period_s: Option<f64>,
 }

@@ -6,9 +6,11 @@ use motion::Axis;
 
 use crate::columns::implied_period_s;
 use crate::cycles::{counts, seconds};
+use crate::even_rows::even_times;
 use crate::quality::{SLOWEST_HZ, significant_digits, step_of};
 use crate::resample::resample;
 use crate::timing::{Gap, gaps, settle};
+use crate::wraps;
 use crate::{Check, DatasetError, Finding, Severity, Source, Table};
 
 /// Largest magnitude of a position, mm or rad: a kilometre, or 160,000 revolutions of an endless
@@ -66,7 +68,20 @@ impl Recorded {
         };
         let mut times = table.within(path, time.column, time.scale, LATEST_S, "s")?;
         let mut lines = table.lines.clone();
-        let findings = drop_repeated_rows(&mut times, &mut lines, &mut columns);
+        let mut findings = drop_repeated_rows(&mut times, &mut lines, &mut columns);
+        findings.extend(wraps::go_on(&mut times));
+        if let Some((even, finding)) = even_times(&times, &columns) {
+            times = even;
+            findings.push(finding);
+        } else if let Some(message) = standing(&times) {
+            let Some(period_s) = period_s else {
+                let why = format!("{message}: the clock has too few digits; state the sampling period");
+                return Err(DatasetError::format(path, why));
+            };
+            check_period(path, period_s)?;
+            findings.push(Finding::new(Severity::Warn, Check::Timing, format!("{message}: the stated period is used")));
+            return Ok((Self { columns, clock: Clock::Even(period_s) }, findings));
+        }
         Ok((Self { columns, clock: Clock::Stamps { times, lines } }, findings))
     }
 
@@ -118,8 +133,14 @@ impl Recorded {
         let (start_s, mut columns) = (self.start_s(), self.columns);
         match self.clock {
             Clock::Even(period_s) => Ok(Uniform { period_s, start_s, columns, findings: Vec::new() }),
-            Clock::Stamps { times, lines } => {
-                let timing = settle(path, &times, &lines)?;
+            Clock::Stamps { mut times, lines } => {
+                // A part of a log between gaps.
+                let even = even_times(&times, &columns).map(|(even, finding)| {
+                    times = even;
+                    finding
+                });
+                let mut timing = settle(path, &times, &lines)?;
+                timing.findings.extend(even);
                 check_period(path, timing.period_s)?;
                 if timing.resample {
                     columns = columns.iter().map(|column| resample(&times, column, timing.period_s)).collect();
@@ -150,18 +171,33 @@ pub(crate) fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetErro
     Err(DatasetError::format(path, why))
 }
 
+/// What is wrong with time stamps nearly all of which are those of the row before.
+fn standing(times: &[f64]) -> Option<String> {
+    let standing = times.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let rows = times.len();
+    (20 * standing > 19 * rows).then(|| format!("{standing} of {rows} time stamps are those of the row before"))
+}
+
+/// Other rows with the stamp of the row before them, as a share of the repeated ones, from which on the clock is coarser than the sampling and
+/// rows at rest are no repetitions.
+const COARSE_SHARE: f64 = 0.1;
+
 /// A duplicated row (same stamp, same values) contains no information.
 fn drop_repeated_rows(times: &mut Vec<f64>, lines: &mut Vec<usize>, columns: &mut [Vec<f64>]) -> Vec<Finding> {
-    let keep: Vec<bool> = (0..times.len())
-        .map(|k| k == 0 || times[k] != times[k - 1] || columns.iter().any(|column| column[k] != column[k - 1]))
-        .collect();
+    let stands = |k: usize| k > 0 && times[k] == times[k - 1];
+    let keep: Vec<bool> =
+        (0..times.len()).map(|k| !stands(k) || columns.iter().any(|column| column[k] != column[k - 1])).collect();
     let Some(first) = keep.iter().position(|keep| !keep) else {
         return Vec::new();
     };
+    let repeated = keep.iter().filter(|keep| !**keep).count();
+    let moved = (0..times.len()).filter(|k| stands(*k)).count() - repeated;
+    if moved as f64 >= COARSE_SHARE * repeated as f64 {
+        return Vec::new();
+    }
     let message = format!(
         "{} rows repeat the row before them, stamp and all (first in line {}); they were left out",
-        keep.iter().filter(|keep| !**keep).count(),
-        lines[first]
+        repeated, lines[first]
     );
     let retain = |column: &mut Vec<f64>| {
         let mut kept = keep.iter();

@@ -127,7 +127,7 @@ pub(crate) fn gaps(times: &[f64]) -> Vec<Gap> {
 
 /// The period whose multiples the intervals are: the median of the short intervals first, then the
 /// mean over all multiples.
-fn base_period_s(intervals: &[f64]) -> f64 {
+pub(crate) fn base_period_s(intervals: &[f64]) -> f64 {
     let mut sorted = intervals.to_vec();
     sorted.sort_by(f64::total_cmp);
     let short = 1.5 * sorted[sorted.len() / 10];
@@ -138,7 +138,7 @@ fn base_period_s(intervals: &[f64]) -> f64 {
 }
 
 /// The nearest multiple of `step` within a relative `tolerance`.
-fn snap(period_s: f64, step: f64, tolerance: f64) -> f64 {
+pub(crate) fn snap(period_s: f64, step: f64, tolerance: f64) -> f64 {
     // Division by an integer gives the nearest double: 8 ms is exactly 0.008.
     let per_second = (1.0 / step).round();
     let snapped = (period_s * per_second).round() / per_second;

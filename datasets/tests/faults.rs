@@ -4,7 +4,7 @@ mod common;
 
 use common::{assert_found, healthy, hurt, log};
 use datasets::Severity::{Note, Refuse, Warn};
-use datasets::{Check, Log, Purpose, Report, assess, assess_runs, moving_axes};
+use datasets::{Check, Log, Purpose, Report, assess, assess_runs, moving_axes, without_offsets};
 
 fn training(log: &Log) -> Report {
     let report = assess(log, Purpose::Training);
@@ -65,6 +65,119 @@ fn zeros_frozen_values_and_spikes_are_seen() {
     assert_found(&report, Refuse, Check::Dropout, "repeat one value");
     let report = training(&hurt(|_, actual| actual[1][700] += 0.5));
     assert_found(&report, Warn, Check::Jumps, "y_act, row 701");
+}
+
+#[test]
+fn corners_that_a_control_passes_with_a_jump_of_speed_are_no_counter_resets() {
+    // At 80 mm/s there and back, then in corners from 4 to 10 mm/s and back within a sample; the axis lags by 0.8 ms.
+    let corner = |k: usize| match k {
+        0..2000 => 0.16 * (std::f64::consts::PI * k as f64 / 1000.0).sin(),
+        _ if (k / 200).is_multiple_of(2) => 0.008,
+        _ => 0.021,
+    };
+    let command: Vec<f64> = (0..5000)
+        .scan(0.0, |at, k| {
+            *at += corner(k);
+            Some(*at)
+        })
+        .collect();
+    let actual = command.iter().enumerate().map(|(k, at)| at - 0.4 * corner(k)).collect();
+    let report = training(&log(0.002, vec![command], vec![actual]));
+    assert!(!report.findings.iter().any(|finding| finding.check == Check::Jumps), "{report}");
+}
+
+#[test]
+fn a_column_that_is_read_more_slowly_than_the_others_is_refused() {
+    let hold = |column: &mut Vec<f64>, rows: usize| {
+        let read = column.clone();
+        column.iter_mut().enumerate().for_each(|(k, value)| *value = read[k / rows * rows]);
+    };
+    for rows in [2, 3, 4, 8] {
+        let report = training(&hurt(|_, actual| hold(&mut actual[1], rows)));
+        assert_found(&report, Refuse, Check::Dropout, &format!("y_act: its values stay for {rows}."));
+        let report = training(&hurt(|reference, _| hold(&mut reference[0], rows)));
+        assert_found(&report, Refuse, Check::Dropout, &format!("x_ref: its values stay for {rows}."));
+    }
+    // Rounding to 10 µm repeats values at low speeds only.
+    let rounded = training(&hurt(|_, actual| actual[1].iter_mut().for_each(|value| *value = (*value * 100.0).round() / 100.0)));
+    assert!(!rounded.findings.iter().any(|finding| finding.message.contains("stay for")), "{rounded}");
+}
+
+#[test]
+fn an_axis_that_lags_far_more_than_the_others_is_named() {
+    let late = |rows: usize| {
+        let log = hurt(|_, actual| {
+            let held = actual[1][0];
+            actual[1].rotate_right(rows);
+            actual[1][..rows].fill(held);
+        });
+        assess_runs(&[log.clone(), log], Purpose::Training)
+    };
+    assert_found(&late(10), Warn, Check::Pairing, "y_act: the axis lags its command by 2");
+    assert_found(&late(2), Warn, Check::Pairing, "y_act: the axis lags its command by");
+    let one = late(1);
+    assert!(!one.findings.iter().any(|finding| finding.check == Check::Pairing), "{one}");
+}
+
+/// Moves of half a second to places and back, with rests of half a second, and an actual position that friction keeps 3 µm off.
+fn with_rests(wrong_mm: impl Fn(f64, f64) -> f64) -> Log {
+    with_friction(0.003, wrong_mm)
+}
+
+/// The same with another friction. The first rest is reached from the other side than the last one, at the same place.
+fn with_friction(friction_mm: f64, wrong_mm: impl Fn(f64, f64) -> f64) -> Log {
+    let places = [0.0, 12.0, -8.0, 20.0, 5.0, -15.0, 8.0, -20.0, 0.0];
+    let mut command = vec![0.0; 250];
+    for pair in places.windows(2) {
+        let share = |k: usize| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / 250.0).cos();
+        command.extend((1..=250).map(|k| pair[0] + (pair[1] - pair[0]) * share(k)));
+        let rest = command.last().copied().unwrap_or_default();
+        command.extend(std::iter::repeat_n(rest, 250));
+    }
+    let mut late = command.clone();
+    late.rotate_right(3);
+    late[..3].fill(0.0);
+    let mut from = -1.0;
+    let actual = late.iter().enumerate().map(|(k, at)| {
+        let step = command[k] - command[k.saturating_sub(1)];
+        from = if step == 0.0 { from } else { step.signum() };
+        at - friction_mm * from + wrong_mm(*at, k as f64 / late.len() as f64)
+    });
+    let actual = actual.collect();
+    log(0.002, vec![command], vec![actual])
+}
+
+#[test]
+fn columns_that_disagree_at_rest_are_seen() {
+    let of = |wrong_mm: &dyn Fn(f64, f64) -> f64| assess_runs(&[with_rests(wrong_mm), with_rests(wrong_mm)], Purpose::Training);
+    let good = of(&|_, _| 0.0);
+    assert!(!good.findings.iter().any(|finding| finding.check == Check::Units), "{good}");
+    assert_found(&of(&|_, _| 0.02), Warn, Check::Units, "x_act: at rest the actual position stands 0.0");
+    let without = without_offsets(&[with_rests(|_, _| 0.02)]).unwrap();
+    assert!(without_offsets(&without).is_none() && without_offsets(&[with_rests(|_, _| 0.0)]).is_none());
+    let mean = |log: &Log| {
+        let pairs = log.reference.columns()[0].iter().zip(&log.actual.columns()[0]);
+        pairs.map(|(command, actual)| actual - command).sum::<f64>() / log.len() as f64
+    };
+    assert!(mean(&without[0]).abs() < 0.004, "{}", mean(&without[0]));
+    assert_found(&of(&|_, share| 0.03 * share), Refuse, Check::Units, "the actual position drifts against its command");
+    assert_found(&of(&|at, _| 0.002 * at), Warn, Check::Units, "over 40.0 mm (0.20 %)");
+    let rubbing = assess_runs(&[with_friction(0.02, |_, _| 0.0)], Purpose::Training);
+    assert!(!rubbing.findings.iter().any(|finding| finding.check == Check::Units), "{rubbing}");
+    let rounded = of(&|at, _| (at * 100.0).round() / 100.0 - at);
+    assert!(!rounded.findings.iter().any(|finding| finding.check == Check::Units), "{rounded}");
+}
+
+#[test]
+fn rows_that_are_lost_without_a_trace_are_seen() {
+    let report = training(&hurt(|reference, actual| {
+        for column in reference.iter_mut().chain(actual) {
+            for row in [4000, 2900, 1700] {
+                column.remove(row);
+            }
+        }
+    }));
+    assert_found(&report, Warn, Check::Timing, "row 1701, t = 3.400 s: over 3 rows every axis moves further than before");
 }
 
 #[test]
@@ -221,7 +334,7 @@ fn units_that_cannot_be_are_named() {
             }
         })
     };
-    assert_found(&training(&both(1e3)), Warn, Check::Units, "if they are µm");
+    assert_found(&training(&both(1e3)), Refuse, Check::Units, "if they are µm");
     assert_found(&training(&both(1e-3)), Warn, Check::Units, "if they are m,");
     let report = training(&hurt(|_, actual| actual[1].iter_mut().for_each(|v| *v += 12.0)));
     assert_found(&report, Refuse, Check::Units, "different zeros");

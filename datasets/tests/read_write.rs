@@ -154,6 +154,18 @@ fn holes_are_refused_with_line_and_column() {
 }
 
 #[test]
+fn stamps_that_stand_still_need_a_stated_period() {
+    let rows: Vec<String> =
+        (0..4000).map(|k| format!("{},{1},{1}", 1_700_000_000 + k / 4000, (0.01 * f64::from(k)).sin())).collect();
+    let text = format!("t,x_ref,x_act\n{}\n", rows.join("\n"));
+    let error = read(&text).unwrap_err().to_string();
+    assert!(
+        error.contains("3999 of 4000 time stamps are those of the row before") && error.contains("state the sampling period"),
+        "{error}"
+    );
+}
+
+#[test]
 fn time_stamps_are_checked() {
     let (log, report) = read(&SMALL.replace("0.004,2,2.5\n", "0.004,2,2.5\n0.004,2,2.5\n")).unwrap();
     assert_small(&log);

@@ -43,9 +43,13 @@ pub(super) struct Times {
 pub(super) type Stamps = (Option<Source>, Vec<Clock>);
 
 impl Times {
+    pub fn is_empty(&self) -> bool {
+        self.all.or(self.reference).or(self.actual).is_none()
+    }
+
     /// The time stamps of the commands, and those of the actual positions where they are others; `None` where the mapping names none.
     pub fn clocks(&self, axes: &[AxisColumns]) -> Result<Option<Stamps>, String> {
-        if self.all.or(self.reference).or(self.actual).is_none() {
+        if self.is_empty() {
             return Ok(None);
         }
         let (reference, actual) = (self.reference.or(self.all), self.actual.or(self.all));

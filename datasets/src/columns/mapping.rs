@@ -14,7 +14,8 @@ impl ColumnMap {
     /// Left-hand side: `t`, or axis and role, by any of the words that names of columns have (`x_ref`, `x_cmd`, `x_soll`). Right-hand side:
     /// a column name or `#` and its number, then `*factor` or `:unit`. The default is the unit of the axis where the map has one (`x:inch`),
     /// else that in the column's name, else s, mm or rad. Without `t` a time column is searched by its name; `t_ref` and `t_act` name those
-    /// of commands and actual positions that have clocks of their own. A map of units only leaves the columns to their names.
+    /// of commands and actual positions that have clocks of their own. Where a map
+    /// names no axis, or only one column of an axis, the other columns are recognised by their names.
     ///
     /// # Errors
     /// When the text cannot be parsed, or the table lacks a column.
@@ -26,14 +27,20 @@ impl ColumnMap {
 fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let Entries { times, sides, units } = Entries::parse(text, table)?;
     let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
-    if sides.is_empty() && !units.is_empty() {
-        let mut map = ColumnMap::recognise(path, table)?;
+    let is_partial = sides.iter().any(|sides| sides.reference.is_none() || sides.actual.is_none());
+    let names_no_axis = sides.is_empty() && (!units.is_empty() || !times.is_empty());
+    let recognised = (is_partial || names_no_axis).then(|| ColumnMap::recognise(path, table));
+    if let Some(Ok(mut map)) = recognised {
+        sides.into_iter().try_for_each(|stated| replace(&mut map.axes, stated)).map_err(whole)?;
         units.iter().try_for_each(|(axis, unit)| set_unit(&mut map.axes, axis, *unit)).map_err(whole)?;
         if let Some((time, clocks)) = times.clocks(&map.axes).map_err(whole)? {
             (map.time, map.clocks) = (time, clocks);
-            map.unused = unused(table, &map);
         }
+        map.unused = unused(table, &map);
         return Ok(map);
+    }
+    if let (true, Some(Err(error))) = (names_no_axis, recognised) {
+        return Err(error);
     }
     let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;
     if axes.is_empty() {
@@ -53,6 +60,24 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed: Vec::new() };
     map.unused = unused(table, &map);
     Ok(map)
+}
+
+/// Replaces the columns of a recognised axis by those that are stated.
+fn replace(axes: &mut [AxisColumns], stated: Sides) -> Result<(), String> {
+    let Some(columns) = axes.iter_mut().find(|columns| columns.axis.name == stated.axis) else {
+        return both_sides(stated).map(drop);
+    };
+    let units = [&stated.reference, &stated.actual].map(|side| side.as_ref().and_then(|named| named.unit));
+    if units.iter().any(Option::is_some) {
+        columns.axis = axis(&stated.axis, &units)?;
+    }
+    if let Some(named) = stated.reference {
+        columns.reference = named.source;
+    }
+    if let Some(named) = stated.actual {
+        columns.actual = named.source;
+    }
+    Ok(())
 }
 
 /// Sets the unit of an axis that was recognised.
@@ -131,6 +156,13 @@ mod tests {
         let map = parse("t=clock:ms,x:inch", Path::new("log.csv"), &table).unwrap();
         assert_eq!((scales(&map), map.axes[1].reference.scale), ([25.4, 25.4], 1.0));
         assert_eq!((map.time, map.unused.len()), (Some(Source { column: 0, scale: 1e-3 }), 0));
+        // What is stated of some columns leaves the others to their names.
+        let map = parse("t=clock:ms", Path::new("log.csv"), &table).unwrap();
+        assert_eq!((map.time, map.axes.len()), (Some(Source { column: 0, scale: 1e-3 }), 2));
+        let map = parse("y_act=y_act*-1,x_ref=x_ref:um", Path::new("log.csv"), &table).unwrap();
+        assert_eq!((scales(&map), map.axes[1].actual.scale, map.axes[1].reference.scale), ([1e-3, 1.0], -1.0, 1.0));
+        let both = parse("z_ref=clock", Path::new("log.csv"), &table).unwrap_err().to_string();
+        assert!(both.contains("needs both"), "{both}");
     }
 
     #[test]

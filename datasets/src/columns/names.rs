@@ -4,7 +4,7 @@ use super::meaning::{Meaning, Role};
 use super::numbered::{is_edge_name, numbered};
 use super::unit::Unit;
 
-const TIME: &[&str] = &["t", "time", "timestamp", "zeit", "zeitstempel"];
+const TIME: &[&str] = &["t", "time", "timestamp", "datetime", "elapsed", "zeit", "zeitstempel"];
 const REFERENCE: &[&str] = &[
     "ref",
     "reference",
@@ -17,6 +17,13 @@ const REFERENCE: &[&str] = &[
     "setpoint",
     "sp",
     "target",
+    "goal",
+    "nominal",
+    "planned",
+    "programmed",
+    "demand",
+    "demanded",
+    "consigne",
     "soll",
     "sollposition",
     "sollpos",
@@ -34,6 +41,7 @@ const ACTUAL: &[&str] = &[
     "feedback",
     "meas",
     "measured",
+    "real",
     "ist",
     "istposition",
     "istpos",
@@ -42,7 +50,7 @@ const ACTUAL: &[&str] = &[
     "positionsistwert",
 ];
 const TABLE: &[&str] = &["enc2", "encoder2"];
-const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert"];
+const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert", "mc", "date", "datum"];
 
 /// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
 /// for a position.
@@ -125,8 +133,9 @@ fn words(name: &str) -> Vec<String> {
     words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![word])).collect()
 }
 
-/// German compounds of a role and an axis in letters of one size: `XSOLL`, `istx`.
-const COMPOUND: &[&str] = &["soll", "sollposition", "sollpos", "sollwert", "ist", "istposition", "istpos", "istwert"];
+/// Roles that stand beside an axis in letters of one size: `XSOLL`, `istx`, `xcmd`.
+const COMPOUND: &[&str] =
+    &["soll", "sollposition", "sollpos", "sollwert", "ist", "istposition", "istpos", "istwert", "cmd", "ref", "act", "enc"];
 
 fn halves(word: &str) -> Option<Vec<String>> {
     COMPOUND.iter().find_map(|role| {
@@ -188,6 +197,14 @@ mod tests {
             ("istposition_y1", Role::Actual, "y1"),
             ("sollz [mm]", Role::Reference, "z"),
             ("x_enc2_mm", Role::Actual, "x"),
+            ("MC_X_ActualPosition", Role::Actual, "x"),
+            ("X nominal", Role::Reference, "x"),
+            ("X_programmed", Role::Reference, "x"),
+            ("Y real (mm)", Role::Actual, "y"),
+            ("xcmd", Role::Reference, "x"),
+            ("ZACT", Role::Actual, "z"),
+            ("Date Time", Role::Time, ""),
+            ("elapsed_ms", Role::Time, ""),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }

@@ -1,5 +1,6 @@
 //! Which separator and decimal sign a text log uses, and where its header is.
 
+use super::clock_text::clock_s;
 use super::text::Line;
 
 /// Notation of the fields of a text log.
@@ -16,15 +17,27 @@ pub(crate) struct Dialect {
 /// Number of lines for the detection.
 const SNIFFED: usize = 200;
 
+/// Separators with point and with comma as decimal sign; between commas, numbers with a decimal comma stand in quotes.
+const SEPARATORS: [(char, bool); 10] = [
+    (',', false),
+    (';', false),
+    (';', true),
+    ('\t', false),
+    ('\t', true),
+    ('|', false),
+    ('|', true),
+    (' ', false),
+    (' ', true),
+    (',', true),
+];
+
 impl Dialect {
     /// The dialect in which rows have the most numbers, as a share of all fields: a wrong one
     /// leaves fields such as `5;1`.
     pub fn sniff(lines: &[Line<'_>]) -> Self {
         let lines = &lines[..lines.len().min(SNIFFED)];
         let mut best = (0.0, Self::new(',', false, 1));
-        for (separator, decimal_comma) in
-            [(',', false), (';', false), (';', true), ('\t', false), ('\t', true), (' ', false), (' ', true)]
-        {
+        for (separator, decimal_comma) in SEPARATORS {
             let mut dialect = Self::new(separator, decimal_comma, 1);
             let widths: Vec<usize> = lines.iter().map(|line| dialect.fields(line.text).len()).collect();
             dialect.width = most_common(&widths);
@@ -71,8 +84,12 @@ impl Dialect {
         split.map(plain).for_each(take);
     }
 
-    /// The value of a field, if it is a number.
+    /// The value of a field, if it is a number or a time of day, with or without a date, in s.
     pub fn number(&self, field: &str) -> Option<f64> {
+        self.plain_number(field).or_else(|| clock_s(field))
+    }
+
+    fn plain_number(&self, field: &str) -> Option<f64> {
         if self.decimal_comma {
             if field.contains('.') {
                 return None;
@@ -83,11 +100,11 @@ impl Dialect {
         }
     }
 
-    /// Whether a row of the right width, empty fields at its end aside, holds a number.
+    /// Whether a row of the right width, empty fields at its end aside, holds a number. A time of day alone may be a line of the head.
     pub fn is_data(&self, line: &str) -> bool {
         let fields = self.fields(line);
         let fits = fields.len() >= self.width && fields.iter().skip(self.width).all(|field| field.is_empty());
-        fits && fields.iter().any(|field| self.number(field).is_some())
+        fits && fields.iter().any(|field| self.plain_number(field).is_some())
     }
 }
 
@@ -112,6 +129,10 @@ mod tests {
         assert_eq!(sniff("t;x\n0,5;1,25\n1,0;2,5\n"), Dialect::new(';', true, 2));
         assert_eq!(sniff("t\tx\n0,5\t1,25\n1,0\t2,5\n"), Dialect::new('\t', true, 2));
         assert_eq!(sniff("t  x\n0.5  1.25\n1.0 2.5\n"), Dialect::new(' ', false, 2));
+        assert_eq!(sniff("t|x\n0.5|1.25\n1.0|2.5\n"), Dialect::new('|', false, 2));
+        assert_eq!(sniff("t|x\n0,5|1,25\n1,0|2,5\n"), Dialect::new('|', true, 2));
+        assert_eq!(sniff("t,x\n\"0,5\",\"1,25\"\n\"1,0\",\"2,5\"\n"), Dialect::new(',', true, 2));
+        assert_eq!(sniff("t,x\n2026-11-27T18:50:03.002,1.25\n2026-11-27T18:50:03.004,2.5\n"), Dialect::new(',', false, 2));
     }
 
     #[test]
@@ -119,6 +140,14 @@ mod tests {
         assert_eq!(sniff("t,x,\n0,1,\n1,2,\n").width, 2);
         assert_eq!(sniff("t,x\n0,1,\n1,2,\n").width, 2);
         assert_eq!(sniff("t,x,y\n0,1,\n1,2,\n").width, 3);
+    }
+
+    #[test]
+    fn a_time_in_the_head_is_no_data() {
+        let text = "recorded,2026-11-27 12:00:00\ntime,x\n12:00:00.002,1.25\n12:00:00.004,2.5\n";
+        let (lines, dialect) = (lines(text).0, sniff(text));
+        let data: Vec<usize> = lines.iter().filter(|line| dialect.is_data(line.text)).map(|line| line.number).collect();
+        assert_eq!(data, [3, 4]);
     }
 
     #[test]

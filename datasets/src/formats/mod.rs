@@ -1,6 +1,7 @@
 //! File formats: one file per format, from bytes to a [`Table`].
 
 mod arrays;
+mod clock_text;
 mod csv;
 mod csv_rows;
 mod dialect;
@@ -71,6 +72,9 @@ pub fn read_table(path: &Path) -> Result<Table, DatasetError> {
     table_of(path, std::fs::read(path).map_err(|source| DatasetError::io(path, source))?)
 }
 
+const GZIP: &[u8] = &[0x1F, 0x8B];
+const OLE: &[u8] = &[0xD0, 0xCF, 0x11, 0xE0];
+
 /// The format of a file with this content; `None` for none that is known.
 #[must_use]
 pub fn format_of(bytes: &[u8]) -> Option<&'static dyn LogFormat> {
@@ -92,6 +96,11 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
             let why = "this is an archive, as spreadsheets and models are, and no log; export the log as CSV (a model goes behind -m or --from)";
             Err(DatasetError::format(path, why))
         }
+        None if bytes.starts_with(GZIP) => Err(DatasetError::format(path, "this is a compressed file (gzip); unpack it first")),
+        None if bytes.starts_with(OLE) => Err(DatasetError::format(
+            path,
+            "this is a spreadsheet or another file of Microsoft Office, and no log; export the log as CSV",
+        )),
         None if is_hdf5(&bytes) => {
             let why = "this is an HDF5 file; export the signals as Parquet or CSV, or save a MAT file of MATLAB with `save -v7`";
             Err(DatasetError::format(path, why))

@@ -1,6 +1,5 @@
 //! Command recorded in place of the actual position.
 
-use super::purpose::Purpose;
 use super::signals::Signals;
 use crate::{Check, Finding, Report, Severity};
 
@@ -10,7 +9,7 @@ const FEWEST_SHARE: f64 = 0.01;
 /// Number of segments named in the message.
 const LISTED: usize = 3;
 
-pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) {
+pub(super) fn check(signals: &[Signals], report: &mut Report) {
     let moving: Vec<&Signals> = signals.iter().filter(|axis| axis.moves()).collect();
     let Some(first) = moving.first() else {
         return;
@@ -37,17 +36,17 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
     let total = equal.iter().filter(|equal| **equal).count();
     let moves = |k: usize| k > 0 && moving.iter().any(|axis| axis.reference_steps[k - 1] != 0.0);
     let in_motion = (0..rows).filter(|&k| equal[k] && moves(k)).count();
-    if total < FEWEST_ROWS || (total as f64) < FEWEST_SHARE * rows as f64 {
+    // An axis that stands reads its command exactly.
+    if in_motion < FEWEST_ROWS || (total as f64) < FEWEST_SHARE * rows as f64 {
         return;
     }
-    let severity = if in_motion >= FEWEST_ROWS || purpose == Purpose::Training { Severity::Warn } else { Severity::Note };
     let mut segments = segments(&equal);
     segments.sort_by_key(|(start, end)| std::cmp::Reverse(end - start));
     let listed: Vec<String> = segments.iter().take(LISTED).map(|(start, end)| format!("{}-{}", start + 1, end)).collect();
     let start = segments.iter().map(|(start, _)| *start).min().unwrap_or(0);
     report.push(
         Finding::new(
-            severity,
+            Severity::Warn,
             Check::Copied,
             format!(
                 "{total} of {rows} rows have command = actual on all moving axes, {in_motion} of them while the command moves \

@@ -10,6 +10,10 @@ const ISOLATED: f64 = 4.0;
 const SMALLEST: (f64, f64) = (5e-3, 5e-5);
 /// A command's speed may change in one sample by this share of its largest.
 const SPEED_SHARE: f64 = 0.4;
+/// Samples within which a jump of the command explains one of the tracking error, and size of a change of its steps, as a share of the error's,
+/// from which on that does.
+const NEAR: usize = 3;
+const BENT_SHARE: f64 = 0.5;
 
 /// Outliers of an axis's signals.
 struct Jumps {
@@ -31,15 +35,21 @@ impl Jumps {
         let lost_at = |k: usize| lost.get(k).copied().unwrap_or(false);
         let commanded = isolated(&axis.reference_steps, smallest);
         let moved = isolated(&axis.actual_steps, smallest);
-        let deviated = isolated(&steps(&axis.error), smallest);
-        let speed_changes =
-            isolated(&steps(&axis.reference_steps), SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
+        let error_steps = steps(&axis.error);
+        let deviated = isolated(&error_steps, smallest);
+        let bends = steps(&axis.reference_steps);
+        let speed_changes = isolated(&bends, SPEED_SHARE * quantile(&axis.reference_steps, 0.999).max(smallest * 0.1));
         // After a jump of the command or of its speed the tracking error itself has a kink.
         let explained = |k: usize| {
-            let near = |other: &usize| other.abs_diff(k) <= 3;
+            let near = |other: &usize| other.abs_diff(k) <= NEAR;
             commanded.iter().any(near) || speed_changes.iter().any(near)
         };
-        let resets = deviated.iter().copied().filter(|&k| !explained(k) && !lost_at(k) && !lost_at(k + 1)).collect();
+        // A control without a limit of jerk passes corners with a jump of speed, which the actual position follows with its lag.
+        let bent = |k: usize| {
+            let near = &bends[k.saturating_sub(NEAR).min(bends.len())..(k + NEAR).min(bends.len())];
+            near.iter().any(|bend| bend.abs() >= BENT_SHARE * error_steps[k].abs())
+        };
+        let resets = deviated.iter().copied().filter(|&k| !explained(k) && !bent(k) && !lost_at(k) && !lost_at(k + 1)).collect();
         let spikes = spikes(&axis.error, smallest).into_iter().filter(|(k, _)| !explained(*k) && !lost_at(*k)).collect();
         let (together, alone) = commanded.iter().partition(|k| moved.contains(k));
         Self { alone, together, speed_changes, resets, spikes }

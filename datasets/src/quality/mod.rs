@@ -4,11 +4,15 @@
 mod copied;
 mod digits;
 mod dropout;
+mod held;
 mod jumps;
+mod lags;
+mod lost_rows;
 mod motion_checks;
 mod pairing;
 mod purpose;
 mod rate;
+mod rests;
 mod runs;
 mod signals;
 mod units;
@@ -18,6 +22,7 @@ pub(crate) use motion_checks::is_stuck;
 pub use purpose::Purpose;
 pub use rate::SLOWEST_HZ;
 pub(crate) use rate::{FEWEST_SAMPLES, SHORT_S};
+pub use rests::without_offsets;
 pub use runs::assess_runs;
 pub(crate) use signals::standstill_speed;
 
@@ -35,19 +40,21 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
     }
     let signals = Signals::of(log);
     motion_checks::check(&signals, purpose, &mut report);
-    copied::check(&signals, purpose, &mut report);
+    copied::check(&signals, &mut report);
     let mut whole = Vec::new();
     for axis in signals.iter().filter(|axis| axis.moves()) {
         digits::check(axis, purpose, &mut report);
-        units::check(axis, purpose, &mut report);
+        let has_one_unit = units::check(axis, purpose, &mut report);
+        held::check(axis, purpose, &mut report);
         let lost = dropout::check(axis, purpose, &mut report);
         jumps::check(axis, &lost, purpose, &mut report);
-        // A missing value does not follow the command either; one report is enough.
-        if !lost.contains(&true) && !motion_checks::is_dead(axis) {
+        // A missing value, or one in another unit, does not follow the command either; one report is enough.
+        if !lost.contains(&true) && !motion_checks::is_dead(axis) && has_one_unit {
             whole.push(axis);
         }
     }
     pairing::check(&whole, &mut report);
+    lost_rows::check(&whole, &mut report);
     report
 }
 

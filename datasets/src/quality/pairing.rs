@@ -142,12 +142,18 @@ fn noise(positions: &[f64]) -> f64 {
 
 /// Delay of the actual position, s, as the regression of the tracking error on the speed.
 fn lag_s(axis: &Signals) -> f64 {
+    let (ev, vv) = lag_sums(axis);
+    if vv > 0.0 { ev / vv } else { 0.0 }
+}
+
+/// Numerator and denominator of that regression.
+pub(super) fn lag_sums(axis: &Signals) -> (f64, f64) {
     let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
     let (mut ev, mut vv) = (0.0, 0.0);
-    for (k, error) in axis.error.iter().enumerate().take(axis.error.len() - 1).skip(1) {
+    for (k, error) in axis.error.iter().enumerate().take(axis.error.len().saturating_sub(1)).skip(1) {
         let speed = (axis.reference[k + 1] - axis.reference[k - 1]) / (2.0 * axis.period_s);
         ev += (error - mean) * speed;
         vv += speed * speed;
     }
-    if vv > 0.0 { ev / vv } else { 0.0 }
+    (ev, vv)
 }

@@ -7,6 +7,9 @@ use crate::{Check, Finding, Log, Report, Severity};
 pub const SLOWEST_HZ: f64 = 50.0;
 /// Rate below which the peaks at reversals are flattened, Hz.
 const SLOW_HZ: f64 = 100.0;
+/// Highest sampling rate for training, Hz, and that of the fastest position loops.
+const FASTEST_HZ: f64 = 25_000.0;
+const FASTEST_LOOP_HZ: f64 = 10_000.0;
 /// Minimum number of samples for any check.
 pub(crate) const FEWEST_SAMPLES: usize = 50;
 /// Shortest useful run for training, s.
@@ -29,6 +32,17 @@ pub(super) fn check(log: &Log, purpose: Purpose, report: &mut Report) {
             Severity::Warn,
             Check::Rate,
             format!("sampled at {rate_hz:.1} Hz: peaks at reversals fall between samples; log at 250 Hz or more"),
+        ));
+    }
+    if rate_hz > FASTEST_HZ {
+        report.push(Finding::new(
+            purpose.grave(),
+            Check::Rate,
+            format!(
+                "sampled at {rate_hz:.0} Hz, faster than position loops run: state the unit of the time column in the column mapping, as `t=time:min`, \
+                 or keep one row in {:.0}",
+                (rate_hz / FASTEST_LOOP_HZ).ceil()
+            ),
         ));
     }
     let duration_s = log.reference.duration_s();

@@ -63,6 +63,11 @@ impl<'a> Signals<'a> {
     }
 }
 
+/// The first run, where all have the same axes.
+pub(super) fn with_common_axes(logs: &[Log]) -> Option<&Log> {
+    logs.first().filter(|first| logs.iter().all(|log| log.axes() == first.axes()))
+}
+
 /// Speed below which a command is at standstill: 0.01 mm/s, 1e-4 rad/s.
 pub(crate) fn standstill_speed(kind: AxisKind) -> f64 {
     match kind {

@@ -1,7 +1,7 @@
 //! Implausible units and scales.
 
 use super::purpose::Purpose;
-use super::signals::{Signals, correlation, largest, range, rms};
+use super::signals::{Signals, correlation, largest, quantile, range, rms};
 use crate::{Check, Finding, Report, Severity};
 
 /// Longest plausible linear travel, mm, and rotation, rad.
@@ -14,6 +14,8 @@ const TRAVEL_OF_INCHES: f64 = 10.0;
 const SPEED_OF_INCHES: f64 = 8.0;
 /// Largest plausible speed, mm/s and rad/s.
 const SPEED: (f64, f64) = (5e3, 200.0);
+/// Quantile of the steps above whose implausible speed a log is refused.
+const SURE: f64 = 0.95;
 /// Largest deviation of the ratio of actual to command travel from 1.
 const SCALE_SHARE: f64 = 0.05;
 /// A mean offset above this multiple of the tracking error's spread, and above 1 mm or 10 mrad, is
@@ -23,14 +25,18 @@ const OFFSET_SPREADS: f64 = 5.0;
 /// A finding, its column, and the fault.
 type Fault = (Severity, String, String);
 
-pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) {
-    let faults = match different_travel(axis) {
+/// Reports implausible units. Returns whether command and actual position have one unit.
+pub(super) fn check(axis: &Signals, purpose: Purpose, report: &mut Report) -> bool {
+    let different = different_travel(axis);
+    let is_one = different.is_none();
+    let faults = match different {
         Some(fault) => vec![fault],
         None => implausible_size(axis, purpose).into_iter().chain(different_zeros(axis, purpose)).collect(),
     };
     for (severity, column, message) in faults {
         report.push(Finding::new(severity, Check::Units, message).in_column(column));
     }
+    is_one
 }
 
 /// Actual and command positions in different units.
@@ -52,7 +58,7 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let (guess, named) = if axis.unit() == "mm" { ("µm", "um") } else { ("degrees", "deg") };
     let message = if travel > axis.of_kind(TRAVEL.0, TRAVEL.1) {
         format!(
-            "positions reach {travel:.1} {}; if they are {guess}, say so in the column mapping, as `{}_ref=column:{named}`",
+            "positions reach {travel:.1} {}; if they are {guess}, say so in the column mapping, as `{}:{named}`",
             axis.unit(),
             axis.axis
         )
@@ -66,7 +72,7 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     {
         format!(
             "positions reach {travel:.4} mm and the tracking error {:.2e} mm RMS; if they are m, say so in the column mapping, as \
-             `{}_ref=column:m`",
+             `{}:m`",
             rms(&axis.error),
             axis.axis
         )
@@ -77,14 +83,18 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     {
         format!(
             "the command travels {:.3} mm at no more than {speed:.2} mm/s; if these are inches or metres, say so in the column mapping, \
-             as `{}_ref=column:in`; if not, record longer and faster motion",
+             as `{}:in`; if not, record longer and faster motion",
             range(axis.reference),
             axis.axis
         )
     } else {
         return None;
     };
-    Some((Severity::Warn, axis.reference_name(), message))
+    // What a whole log says is no jump of a few rows.
+    let most = axis.of_kind(SPEED.0, SPEED.1) * axis.period_s;
+    let is_sure = axis.unit() == "mm" && (range(axis.reference) > TRAVEL.0 || quantile(&axis.reference_steps, SURE) > most);
+    let severity = if is_sure { purpose.grave() } else { Severity::Warn };
+    Some((severity, axis.reference_name(), message))
 }
 
 /// Positions with different zero points.

@@ -1,0 +1,83 @@
+//! Times of day and dates as text.
+
+/// Seconds of `HH:MM:SS`, with a fraction after a point or comma, behind a date or none, in s: since the start of 1970 where there is a date, else
+/// since midnight. Dates are `2026-11-27`, `27.11.2026` and `11/27/2026`; `T` or a blank follows. `Z` and AM or PM may stand behind.
+pub(super) fn clock_s(text: &str) -> Option<f64> {
+    let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
+    if !text.contains(':') || !text.is_ascii() {
+        return None;
+    }
+    let (date, time) = match text.find(['T', ' ']) {
+        Some(at) if !text[..at].contains(':') => (Some(&text[..at]), text[at + 1..].trim_start()),
+        _ => (None, text),
+    };
+    let (time, half_day) = match time.len().checked_sub(2).map(|at| time.split_at_checked(at)) {
+        Some(Some((time, half))) if half.eq_ignore_ascii_case("am") => (time.trim_end(), Some(0.0)),
+        Some(Some((time, half))) if half.eq_ignore_ascii_case("pm") => (time.trim_end(), Some(12.0)),
+        _ => (time, None),
+    };
+    let mut parts = time.split(':');
+    let (hours, minutes, seconds) = (digits(parts.next()?)?, digits(parts.next()?)?, parts.next()?);
+    let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
+    if parts.next().is_some() || minutes >= 60 || !(0.0..61.0).contains(&seconds) {
+        return None;
+    }
+    let hours = half_day.map_or(hours as f64, |from| (hours % 12) as f64 + from);
+    let days = date.map_or(Some(0), days_of)?;
+    Some(86_400.0 * days as f64 + 3600.0 * hours + 60.0 * minutes as f64 + seconds)
+}
+
+fn digits(text: &str) -> Option<i64> {
+    let text = text.trim();
+    (text.len() <= 4 && text.bytes().all(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
+}
+
+/// Days from the start of 1970 to a date.
+fn days_of(date: &str) -> Option<i64> {
+    let separator = ['-', '.', '/'].into_iter().find(|separator| date.contains(*separator))?;
+    let parts: Vec<i64> = date.split(separator).map(digits).collect::<Option<_>>()?;
+    let &[first, second, third] = parts.as_slice() else { return None };
+    let (year, month, day) = match separator {
+        _ if first > 31 => (first, second, third),
+        '/' => (third, first, second),
+        _ => (third, second, first),
+    };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+        return None;
+    }
+    // Years begin in March, so that the leap day is the last of its year.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let of_year = (153 * month + 2) / 5 + day - 1;
+    Some(365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_dates_are_seconds() {
+        assert_eq!(clock_s("00:00:01.5"), Some(1.5));
+        assert_eq!(clock_s("12:30:05,250"), Some(45_005.25));
+        assert_eq!(clock_s("1970-01-02T00:00:00Z"), Some(86_400.0));
+        assert_eq!(clock_s("2026-11-27 18:50:03.002"), Some(1_795_805_403.002));
+        assert_eq!(clock_s("27.11.2026 18:50:03"), clock_s("11/27/2026 6:50:03 PM"));
+        assert_eq!(clock_s("2024-02-29T00:00:00").map(|s| s + 86_400.0), clock_s("2024-03-01T00:00:00"));
+        for text in [
+            "",
+            ":",
+            "1:2",
+            "12:61:00",
+            "a:b:c",
+            "2026-13-01 00:00:00",
+            "1:2:3:4",
+            "x_ref:mm",
+            "\u{b5}:1:2",
+            "12:00:00 +1",
+            "::",
+            "T:1:2",
+        ] {
+            assert_eq!(clock_s(text), None, "{text}");
+        }
+    }
+}
