@@ -28,11 +28,18 @@ pub(crate) const O_KEYWORDS: [&[u8]; 15] = [
     b"BREAK",
     b"CONTINUE",
 ];
+/// Output to an interface (Fanuc 0i-F Operator's Manual, "External output commands").
+const OUTPUTS: [&[u8]; 4] = [b"BPRNT", b"DPRNT", b"PCLOS", b"POPEN"];
 /// Operators between the terms of an unbracketed expression.
 const OPERATORS: [&[u8]; 10] = [b"AND", b"OR", b"XOR", b"MOD", b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE"];
 
 fn listed(list: &[&[u8]], text: &[u8]) -> bool {
     list.iter().any(|entry| entry.eq_ignore_ascii_case(text))
+}
+
+/// Whether the text of a word is output to an interface.
+pub(crate) fn is_output(text: &[u8]) -> bool {
+    listed(&OUTPUTS, letters(text, 0))
 }
 
 /// The run of ASCII letters at `at`.
@@ -133,6 +140,11 @@ fn address(line: &[u8], at: usize, base: u32) -> Word {
     let run = letters(line, at);
     if run.len() > 1 && listed(&STATEMENTS, run) {
         return plain(WordKind::Flow, at, statement_end(line, at), base);
+    }
+    if listed(&OUTPUTS, run) {
+        let value = skip_blanks(line, at + run.len());
+        let end = if line.get(value) == Some(&b'[') { bracket_end(line, value) } else { at + run.len() };
+        return plain(WordKind::Unknown, at, end, base);
     }
     let letter = line[at].to_ascii_uppercase();
     if letter == b'O' && is_o_word(line, at + 1) {

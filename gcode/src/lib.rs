@@ -21,9 +21,9 @@
 //! # Frames and known coordinates
 //! Positions are mm and rad in the active work coordinate system before G52, G92 and a known rotation.
 //! [`Toolpath::programmed`] converts them to programmed coordinates. A coordinate is *known* after an
-//! absolute word. It becomes unknown after G28, G53, a probing move, a subprogram call, a change of
-//! the active work offset (G54 to G55, G10 L2) and, under LinuxCNC, Z after G43. A tool change
-//! keeps the position. A linear axis that the program never names counts as known, at 0. Moves from
+//! absolute word. It becomes unknown after G28, G53, a probing move, a subprogram call, a tool or
+//! pallet change, a change of the active work offset (G54 to G55, G10 L2), and Z after a change of
+//! the tool length. A linear axis that the program never names counts as known, at 0. Moves from
 //! an unknown start are read but are never [`Shiftable`].
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]

@@ -3,10 +3,11 @@
 use crate::dialogue::lexer as dialogue;
 use crate::execution::{Execution, Ran, Step};
 use crate::lexer::lex_line;
+use crate::number::is_blank;
 use crate::sinumerik::lexer as sinumerik;
 use crate::sinumerik::names::Name;
 use crate::sinumerik::signs::is_sinumerik;
-use crate::word::{Span, Word, WordKind};
+use crate::word::{Span, Word, WordKind, plain};
 
 /// UTF-8 byte order mark. It stays at the head of the file and belongs to no block.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -70,17 +71,20 @@ pub fn parse_in(bytes: Vec<u8>, language: Language) -> Program {
     let mut blocks = Vec::with_capacity(limit / 24);
     let mut words = Vec::with_capacity(limit / 6);
     let mut start = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    let leader_end = if language == Language::Rs274 { start + leader_length(&text[start..]) } else { 0 };
     while start < limit {
         let length = text[start..].iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(limit - start);
         let end = start + length;
-        let ending = match (text.get(end), text.get(end + 1)) {
-            (Some(b'\r'), Some(b'\n')) => 2,
-            (Some(_), _) => 1,
-            (None, _) => 0,
+        // A file that was converted twice ends its lines with `\r\r\n`.
+        let ending = match &text[end..] {
+            [b'\r', b'\r', b'\n', ..] => 3,
+            [b'\r', b'\n', ..] => 2,
+            rest => rest.len().min(1),
         };
         let span = Span { start: start as u32, end: end as u32 };
         blocks.push(Block { span, next: (end + ending) as u32, first_word: words.len() as u32 });
         match language {
+            _ if start < leader_end && length > 0 => words.push(plain(WordKind::Comment, 0, length, span.start)),
             Language::Rs274 => lex_line(&text[start..end], span.start, &mut words),
             Language::Dialogue => dialogue::lex_line(&text[start..end], span.start, &mut words),
             Language::Sinumerik => sinumerik::lex_line(&text[start..end], span.start, &mut words),
@@ -89,6 +93,31 @@ pub fn parse_in(bytes: Vec<u8>, language: Language) -> Program {
     }
     let own_words = words.len();
     Program { bytes, language, blocks, words, own_words, execution: None }
+}
+
+/// Lines of text among which the start of a program is sought.
+const LEADER_LINES: usize = 200;
+
+/// Length of the text before the program: lines of words before the first `%`, which controls skip (ISO 6983-1, "program start"). 0 where one of
+/// them can be a block.
+fn leader_length(text: &[u8]) -> usize {
+    let mut length = 0;
+    for line in text.split_inclusive(|byte| matches!(byte, b'\n' | b'\r')).take(LEADER_LINES) {
+        let is_block = match line.trim_ascii() {
+            [b'%', ..] => return length,
+            [] | [b'(', ..] => false,
+            [first, then @ ..] if first.is_ascii_alphabetic() => {
+                let value = then.iter().find(|byte| !is_blank(**byte) && !b"+-".contains(byte));
+                value.is_none_or(|value| !value.is_ascii_alphabetic())
+            }
+            [first, ..] => b"/#:;$&<[".contains(first),
+        };
+        if is_block {
+            return 0;
+        }
+        length += line.len();
+    }
+    0
 }
 
 impl Program {
@@ -149,12 +178,11 @@ impl Program {
         self.blocks.partition_point(|block| block.span.start <= offset).saturating_sub(1)
     }
 
-    /// The first line ending of the program, also used for inserted lines. Default: `
-    /// `.
+    /// The line ending of inserted lines: the first one of the program, or else a line feed.
     pub fn line_ending(&self) -> &'static [u8] {
         let first = self.blocks.first().map_or(&[][..], |block| &self.bytes[block.span.end as usize..block.next as usize]);
         match first {
-            b"\r\n" => b"\r\n",
+            [b'\r', .., b'\n'] => b"\r\n",
             b"\r" => b"\r",
             _ => b"\n",
         }
@@ -239,6 +267,10 @@ mod tests {
         assert_eq!(program.line_ending(), b"\r\n");
         assert_eq!(program.block_at(4), 1);
         assert_eq!(parse("").blocks().len(), 0);
+        let twice = parse("%\r\r\nG1\r\r\n\r\r\nG2\r\rG3");
+        let texts: Vec<_> = twice.blocks().iter().map(|b| twice.text(b.span)).collect();
+        assert_eq!(texts, [&b"%"[..], b"G1", b"", b"G2", b"", b"G3"]);
+        assert_eq!(twice.line_ending(), b"\r\n");
     }
 
     #[test]
@@ -248,6 +280,18 @@ mod tests {
         assert_eq!(program.text(program.words()[0].span), b"G1");
         assert_eq!((program.block_at(0), program.block_at(3)), (0, 0));
         assert!(parse("\u{feff}").blocks().is_empty());
+    }
+
+    #[test]
+    fn text_before_the_first_percent_sign_is_no_program() {
+        use WordKind::*;
+        let text = "POST 4.1, part 7\r\n\r\nG-CODE FOR MILL\r\n%\r\nO1\r\nG1 X2\r\n%\r\n";
+        let found: Vec<_> = kinds(text).into_iter().map(|(kind, _)| kind).collect();
+        assert_eq!(found, [Comment, Comment, Percent, Number, Number, Number, Percent]);
+        // Blocks that run without a first sign end at one.
+        for text in ["HELLO\nG1 X2\n%\n", "X2 Y3\n%\nG1\n", "HELLO\nG1 X2\n"] {
+            assert!(kinds(text).iter().all(|(kind, _)| *kind != Comment), "{text}");
+        }
     }
 
     #[test]

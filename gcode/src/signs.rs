@@ -38,6 +38,8 @@ pub(crate) struct Signs {
     contour_control: bool,
     /// `IF[#1EQ0]GOTO10`.
     macro_statements: bool,
+    /// `$H`, `$X`: commands of Grbl, whose codes are read as Fanuc's.
+    grbl_commands: bool,
     fanuc_codes: i32,
 }
 
@@ -65,6 +67,7 @@ impl Signs {
         match (word.kind, word.letter) {
             (WordKind::Flow, _) if text.first().is_some_and(|b| b.eq_ignore_ascii_case(&b'o')) => self.o_words = true,
             (WordKind::Flow, _) => self.macro_statements = true,
+            (WordKind::Unknown, _) if text.first() == Some(&b'$') => self.grbl_commands = true,
             (WordKind::Assignment | WordKind::Expression, _) if text.contains(&b'<') => self.named_parameters = true,
             (WordKind::Number, b'O') => self.program_number = true,
             (WordKind::Number, b'G') if word.value == 64.0 => self.tolerance |= has(b"PQ"),
@@ -83,7 +86,7 @@ impl Signs {
     }
 
     fn fanuc(&self) -> i32 {
-        let strong = [self.program_number, self.macro_statements].map(i32::from).iter().sum::<i32>();
+        let strong = [self.program_number, self.macro_statements, self.grbl_commands].map(i32::from).iter().sum::<i32>();
         STRONG * strong + WEAK * (self.fanuc_codes + i32::from(self.contour_control))
     }
 
@@ -124,6 +127,13 @@ mod tests {
     fn the_words_beside_g5_1_decide() {
         assert_eq!(Dialect::detect(&parse("G5.1 X1 Y1 I1 J0\nG1 X2 F100")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("G43.1 Z5\nG5.1 Q3 X0 Y0\nM98 P1")), Dialect::Fanuc);
+    }
+
+    #[test]
+    fn commands_of_grbl_decide() {
+        let program = parse("$H\nG21 G90\nG38.2 Z-10 F50\nG1 X2 F100");
+        assert_eq!(Dialect::detect(&program), Dialect::Fanuc);
+        assert!(Dialect::Fanuc.is_certain(&program));
     }
 
     #[test]

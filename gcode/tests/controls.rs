@@ -29,9 +29,8 @@ fn axis_words_that_are_data_move_nothing() {
 
 #[test]
 fn axis_words_with_an_unknown_effect_leave_the_position_unknown() {
-    let codes = [
-        "G5.1 I1", "G92.1", "G50.1", "G69", "G25", "G8", "G62", "G63", "G187", "G103", "G15", "G13.1", "G91.1", "G67", "G4 P500",
-    ];
+    let codes =
+        ["G5.1 I1", "G92.1", "G50.1", "G69", "G25", "G8", "G63", "G187", "G103", "G15", "G13.1", "G91.1", "G67", "G4 P500"];
     for code in codes {
         let body = format!("{code} X0 Y0\nG1 Z-1.\nX30.\nY30.\nX40.\n");
         let of = shiftable(Dialect::Fanuc, &body);

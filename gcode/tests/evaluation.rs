@@ -198,6 +198,24 @@ fn what_run_time_decides_cannot_be_written_flat() {
 }
 
 #[test]
+fn what_acts_on_the_control_or_outlives_the_program_is_not_lost_in_a_flat_one() {
+    for acts in ["#3006=1(CLAMP)", "#1132=255", "#3003=1", "#500=7.", "#1=7.\nIF[#1EQ7.]THEN#3006=1", "#3000=1(ALARM)"] {
+        let text = format!("G21 G90\n#101=7.\nG0 X#101\n{acts}\nG1 X0 F100\nM30\n");
+        let error = error_of(Dialect::Fanuc, &text);
+        assert!(error.contains("acts on the control or outlives the program") && error.contains("do not expand it"), "{error}");
+        let line = 3 + acts.lines().count();
+        assert!(error.contains(&format!(" --> part.nc:{line}:")), "{error}");
+    }
+    assert!(error_of(Dialect::LinuxCnc, "#5161=0\nG28\nM2\n").contains("acts on the control"));
+    // Clocks are not read by anything that is left, and common variables end with the program that uses them.
+    assert_eq!(flat(Dialect::Fanuc, "#3002=0\n#101=7.\nG0 X#101\nM30\n"), "G0 X7.\nM30\n");
+    // A macro that is not there may read them.
+    let error = error_of(Dialect::Fanuc, "#101=7.\nG1 X20. F600.\nM98 P9001\nM30\n");
+    assert!(error.contains("may read what was assigned before") && error.contains(" --> part.nc:3:"), "{error}");
+    assert!(flat(Dialect::Fanuc, "G1 X20. F600.\nM98 P9001\nM30\n").contains("M98 P9001"));
+}
+
+#[test]
 fn an_endless_program_is_refused_with_its_line() {
     let repeats = "nothing that it depends on changes";
     for text in [

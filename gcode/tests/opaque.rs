@@ -138,3 +138,16 @@ fn a_mode_that_a_switch_may_begin_or_end_is_left_alone_to_the_end() {
         assert!(feeds(&path)[2..].iter().all(|shiftable| *shiftable != YES), "{section}");
     }
 }
+
+#[test]
+fn outputs_to_an_interface_and_numbers_of_spindles_change_nothing() {
+    for (dialect, lines) in [
+        (Dialect::Fanuc, "POPEN\nDPRNT[X#100[53]***Y10*F200]\nBPRNT[X#101[3]]\nPCLOS\n"),
+        (Dialect::LinuxCnc, "M3 $0 S1000\nM5 $0\nM5 $-1\n"),
+    ] {
+        let path = read(dialect, &format!("{BEFORE}{lines}X20.\n{AFTER}"));
+        assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES) && path.warnings.is_empty(), "{:?}", path.warnings);
+    }
+    let path = read(Dialect::LinuxCnc, &format!("{BEFORE}$X\nX20.\n{AFTER}"));
+    assert!(feeds(&path).contains(&LEFT));
+}

@@ -33,7 +33,7 @@ const FILES: [(&str, usize, usize, usize, usize, usize); 11] = [
     ("cncjs_helical-thread-milling.gcode", 16, 2, 10, 0, 0),
     ("cncjs_tball.gcode", 2708, 2681, 0, 0, 2679),
     ("easyplot_BOTTLE.nc", 3461, 1315, 2051, 0, 3366),
-    ("easyplot_TEST_G91.nc", 168, 45, 76, 0, 121),
+    ("easyplot_TEST_G91.nc", 168, 45, 76, 0, 9),
     ("easyplot_VINT_360arc.nc", 47, 2, 26, 0, 28),
     ("gcoders__program_3.gcode", 411, 85, 286, 0, 371),
     ("nist_827-9999-904_op2.nc", 2226, 1263, 509, 8, 1262),

@@ -48,6 +48,15 @@ fn each_fault_has_its_own_message() {
     let cases = [
         (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
         (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
+        (Dialect::Fanuc, "G90 X1 G91 Y2", "G91 contradicts G90 in the same block", "^^^"),
+        (Dialect::LinuxCnc, "G1 X1 G20 G21", "G21 contradicts G20 in the same block", "^^^"),
+        (Dialect::Fanuc, "G1 X1\nM96 P10 Q27\nX5\nN10 X2", "whether this block jumps is decided at run time", "^^^^^^^^^^^"),
+        (
+            Dialect::Fanuc,
+            "G65 H81 P10 Q#100 R5\nG1 X5\nN10 X2",
+            "whether this block jumps is decided at run time",
+            "^^^^^^^^^^^^^^^^^^^^",
+        ),
         (Dialect::Fanuc, "G#500 X1", "this G code cannot be identified", "^^^^^"),
         (Dialect::Fanuc, "G71 P10 Q20 U1. W0.5 D2.", "G71 is a cycle of lathes", "^^^"),
         (Dialect::Fanuc, "G2 X1 Y1", "an arc without centre or radius", "^^"),

@@ -155,12 +155,17 @@ fn a_flat_program_has_values_instead_of_expressions() {
     let expected = "G1 X=2. Y=IC(2.) F=200. ; Bahn\n; from line 4, run 2\nG1 X=4. Y=IC(2.) F=200. ; Bahn\n\
 ; from line 7\nT=\"MILL\" M6\nSPOS=2.\nM30\n";
     assert_eq!(String::from_utf8_lossy(&flat), expected);
+    let smooth = "R1=1\nCYCLE832(0.01,_FINISH,1)\nG1 X=R1 F100\nM30\n";
+    let flat = expand(&parse(smooth), &options, &files).expect("a constant of the control");
+    assert_eq!(String::from_utf8_lossy(&flat), "CYCLE832(0.01,_FINISH,1)\nG1 X=1. F100\nM30\n");
     for (text, why) in [
         ("R1=1\nIF $A_IN[1]\nG0 X1\nENDIF", "the program decides this when it runs"),
         ("R1=1\nG0 X=R2", "known only when the program runs"),
         ("R1=1\nNOWHERE(R1)", "no statement or subprogram that is found"),
         ("R1=1\nCYCLE81(R1,0)", "the arguments of this name are variables"),
         ("R1=1\n$P_UIFR[1,X,TR]=R1", "may move the coordinate system"),
+        ("R1=1\nG0 X1\n$A_OUT[1]=1", "acts on the control or outlives the program"),
+        ("R1=1\n$AC_MARKER[0]=1", "acts on the control or outlives the program"),
     ] {
         let error = expand(&parse(text), &options, &files).expect_err(text).to_string();
         assert!(error.contains(why), "{text}: {error}");

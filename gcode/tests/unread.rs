@@ -96,6 +96,9 @@ fn codes_that_turn_or_mirror_on_another_control_open_a_section() {
         assert!(inside.iter().all(|shiftable| *shiftable == LEFT) && inside.len() > 1, "{on}: {of:?}");
         assert_eq!(of[of.len() - 3..], [UNKNOWN, YES, YES], "{on}: {of:?}");
     }
+    // Okuma's mirror image; Fanuc's corner override is no such thing.
+    let of = feeds(Dialect::Fanuc, "G62 X1\nG1 X7. Y7. F600\nG62 X0");
+    assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{of:?}");
     // Fagor G73 and G93, NUM G52, Okuma G71 in a program in inches.
     for on in ["G73 Q45.", "G93 I5. J5.", "G0 G52 X5.", "G70\nG0 X0 Y0 Z0.2\nG71 Z50."] {
         let of = feeds(Dialect::Fanuc, &format!("{on}\nG94 G1 X7. Y7. F600"));

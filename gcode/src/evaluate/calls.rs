@@ -77,6 +77,7 @@ impl Run<'_> {
     fn call_by_code(&mut self, words: Vec<Word>, how: How) -> Result<Next, Fault> {
         let Some((body, times)) = self.body_of(&words, how)? else {
             // What is not read may assign every common parameter.
+            self.note_read();
             self.push(Some(&words), false);
             self.forget_unread(how == How::Macro);
             return Ok(Next::Following);

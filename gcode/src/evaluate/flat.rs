@@ -5,6 +5,7 @@ use super::run::Run;
 use super::trace::Executed;
 use crate::dialect::Dialect;
 use crate::execution::Note;
+use crate::lexer::is_output;
 use crate::word::{Word, WordKind};
 
 /// Writes the executed blocks.
@@ -41,6 +42,8 @@ impl Flatten for Run<'_> {
             // Numbers of repeated blocks would stand twice.
             WordKind::Number if matches!(word.letter, b'N' | b'O') && is_repeated => Vec::new(),
             WordKind::Percent if executed.source() > 0 => Vec::new(),
+            // What it puts out are values of the run.
+            WordKind::Unknown if is_output(self.sources[executed.source()].program.text(word.span)) => return Err(reason(word)),
             _ => self.sources[executed.source()].program.text(word.span).to_vec(),
         })
     }

@@ -41,6 +41,9 @@ pub(super) fn write<'a, Run: Flatten>(run: &Run, recorded: &Recorded<'a>) -> Res
         let message = "the program decides this when it runs: it cannot be written without branches and loops".to_owned();
         return Err(Note { message, help: Some("write the branch that applies as a program of its own"), ..note.clone() });
     }
+    if let Some(note) = recorded.unwritable {
+        return Err(note.clone());
+    }
     let ending = recorded.programs[0].1.line_ending();
     let mut text = Vec::new();
     let mut last: Option<&Executed> = None;

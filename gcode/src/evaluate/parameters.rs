@@ -20,6 +20,8 @@ const LAST_USER_LINUXCNC: u32 = 5000;
 const LAST_HOME_LINUXCNC: u32 = 5189;
 /// LinuxCNC's last parameter ("Numbered parameters").
 const LAST_LINUXCNC: u32 = 5602;
+/// Fanuc's first common variable that is kept when the control is switched off (#500 to #999).
+const FIRST_KEPT_FANUC: u32 = 500;
 /// Fanuc's first system variable.
 const FIRST_SYSTEM_FANUC: u32 = 1000;
 
@@ -135,6 +137,18 @@ impl Parameters {
         match (name, self.dialect) {
             (Name::Number(number), Dialect::LinuxCnc) => *number > LAST_HOME_LINUXCNC,
             (Name::Number(number), Dialect::Fanuc | Dialect::Sinumerik) => *number >= 1200 && !(3000..=3006).contains(number),
+            (Name::Named(_), _) => false,
+        }
+    }
+
+    /// Whether an assignment that leaves the coordinate system is more than a value for the program itself: outputs, alarms, messages and modes
+    /// of the control, values that are kept when it is switched off, and LinuxCNC's positions of G28 and G30. Clocks and timers are not.
+    pub fn outlives(&self, name: &Name) -> bool {
+        match (name, self.dialect) {
+            (Name::Number(number), Dialect::LinuxCnc) => *number > LAST_USER_LINUXCNC && !self.moves_frame(name),
+            (Name::Number(number), Dialect::Fanuc | Dialect::Sinumerik) => {
+                *number >= FIRST_KEPT_FANUC && !(3001..=3002).contains(number) && !self.moves_frame(name)
+            }
             (Name::Named(_), _) => false,
         }
     }

@@ -14,6 +14,8 @@ pub(super) struct Recorded<'a> {
     pub programs: Vec<(&'a str, &'a Program)>,
     pub trace: &'a Trace,
     pub undecided: Option<&'a Note>,
+    /// What cannot be written without parameters.
+    pub unwritable: Option<&'a Note>,
     /// Blocks of the main file to which jumps lead.
     pub targets: &'a HashSet<usize>,
 }

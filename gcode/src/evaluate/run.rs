@@ -56,9 +56,13 @@ pub(super) struct Run<'a> {
     pub trace: Trace,
     /// The first statement that only the running program decides.
     pub undecided: Option<Note>,
+    /// The first assignment or call that a program without parameters cannot hold.
+    pub unwritable: Option<Note>,
     /// Blocks of the main file to which sequence numbers led.
     pub targets: HashSet<usize>,
     pub limit: Limit,
+    /// Whether anything was assigned that a subprogram may read.
+    pub assigns: bool,
     content_seen: bool,
     pub quirks: Quirks,
 }
@@ -87,6 +91,8 @@ impl<'a> Run<'a> {
             block: 0,
             trace: Trace::default(),
             undecided: None,
+            unwritable: None,
+            assigns: false,
             targets: HashSet::new(),
             limit: Limit::new(program),
             content_seen: false,
@@ -184,7 +190,13 @@ impl<'a> Run<'a> {
     /// What was executed so far.
     pub fn recorded(&self) -> Recorded<'_> {
         let programs = self.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
-        Recorded { programs, trace: &self.trace, undecided: self.undecided.as_ref(), targets: &self.targets }
+        Recorded {
+            programs,
+            trace: &self.trace,
+            undecided: self.undecided.as_ref(),
+            unwritable: self.unwritable.as_ref(),
+            targets: &self.targets,
+        }
     }
 
     /// Opens a call of the body at `body`.

@@ -8,6 +8,14 @@ use super::value::{Fault, Value};
 use crate::dialect::Dialect;
 use crate::word::{Word, WordKind};
 
+/// Why an assignment that is more than a value for the program itself cannot be left out, and what to do.
+pub(super) const LASTING: &str =
+    "this assignment acts on the control or outlives the program: the program cannot be written without variables";
+pub(super) const WITHOUT_EXPAND: &str = "do not expand it, or write out by hand what needs variables";
+/// The same of a call.
+const READS: &str = "the subprogram that is called here is not found, and may read what was assigned before: the program cannot be written \
+                     without variables";
+
 impl Run<'_> {
     /// Executes a block of words: assignments, codes, calls.
     pub fn execute_words(&mut self) -> Result<Next, Fault> {
@@ -29,11 +37,31 @@ impl Run<'_> {
 
     pub fn assign(&mut self, name: Option<Name>, value: Value) -> Result<(), Fault> {
         match name {
-            Some(name) => self.parameters.set(name, value),
+            Some(name) => {
+                if self.parameters.outlives(&name) {
+                    self.note_unwritable(LASTING);
+                }
+                self.assigns |= self.dialect == Dialect::Fanuc;
+                self.parameters.set(name, value)
+            }
             None => {
                 self.parameters.forget_all();
                 Ok(())
             }
+        }
+    }
+
+    /// Notes a call of a subprogram that is not found, where parameters were assigned that it may read.
+    pub fn note_read(&mut self) {
+        if self.assigns {
+            self.note_unwritable(READS);
+        }
+    }
+
+    /// Notes the present block as one that a program without parameters cannot hold.
+    pub fn note_unwritable(&mut self, message: &str) {
+        if self.unwritable.is_none() {
+            self.unwritable = Some(self.note(Fault::new(message).help(WITHOUT_EXPAND)));
         }
     }
 

@@ -6,6 +6,7 @@ use super::classify::classify;
 use super::codes::{Code, Motion, tenths};
 use super::sinumerik_codes::classify_sinumerik;
 use crate::dialect::Dialect;
+use crate::lexer::is_output;
 use crate::number::scan_number;
 use crate::program::Program;
 use crate::sinumerik::names::Name;
@@ -77,6 +78,7 @@ impl Gathered {
                 WordKind::Percent => self.percent = true,
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
                 WordKind::Unknown if dialect == Dialect::Fanuc && is_corner(program.text(word.span)) => self.corner = true,
+                WordKind::Unknown if moves_nothing(program.text(word.span), dialect) => {}
                 WordKind::Unknown | WordKind::Motion | WordKind::Keyword => self.unknown = self.unknown.or(Some(index)),
                 // LinuxCNC reads `X--1` as 1, other controls report it.
                 WordKind::Expression if dialect == Dialect::Fanuc && has_two_signs(program.text(word.value_span())) => {
@@ -180,6 +182,18 @@ impl Gathered {
     /// Whether the block has an M word with this number.
     pub fn has_m(&self, program: &Program, numbers: &[f64]) -> bool {
         self.m.iter().any(|index| program.words()[*index].number().is_some_and(|n| numbers.contains(&n)))
+    }
+}
+
+/// Whether a word that is not interpreted is output to an interface, or the number of a spindle (`$0`, LinuxCNC).
+fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
+    match dialect {
+        Dialect::Fanuc => is_output(text),
+        // `$-1` stands for all spindles.
+        Dialect::LinuxCnc => text
+            .strip_prefix(b"$")
+            .is_some_and(|number| number == b"-1" || !number.is_empty() && number.iter().all(u8::is_ascii_digit)),
+        Dialect::Sinumerik => false,
     }
 }
 

@@ -166,13 +166,14 @@ impl Interpreter<'_> {
             self.call(self.span(statement));
             return;
         }
-        if self.refuse_conflicts(words) {
+        if self.refuse_conflicts(words) || self.refuse_jumps(words) {
             return;
         }
         self.note_unknown(words);
         self.settle_doubts(words);
         self.cutter_before = self.modal.cutter;
         let before = (self.motion, self.cycle);
+        self.forget_by_tool(words);
         self.apply_settings(words);
         let names_taken = self.apply_names(words);
         let axes_taken = self.apply_one_shots(words) || names_taken || self.keeps_axis_words(words);
@@ -217,6 +218,15 @@ impl Interpreter<'_> {
             self.report.error(self.span(second.index), message, Some("one motion code a block"));
             return true;
         }
+        if let Some((first, second)) = self.contradicting_modes(words) {
+            let message = format!(
+                "{} contradicts {} in the same block: controls differ in which of them a word follows",
+                text(second),
+                text(first)
+            );
+            self.report.error(self.span(second), message, Some("write them in blocks of their own"));
+            return true;
+        }
         if self.is_sinumerik() {
             return false;
         }
@@ -230,6 +240,42 @@ impl Interpreter<'_> {
             self.report.error(self.span(g.index), message, Some("write its moves with G1, G2, G3"));
         }
         cycle.is_some()
+    }
+
+    /// G90 and G91, or both units, in a block with coordinates. Fanuc takes the last one for all words, Beckhoff the last one before a word (P-CHAN-00116),
+    /// LinuxCNC refuses them.
+    fn contradicting_modes(&self, words: &Gathered) -> Option<(usize, usize)> {
+        words.any(b"XYZABCUVWIJKR")?;
+        let of = |is: fn(Code) -> bool| words.g.iter().filter(move |g| is(g.code));
+        let groups: [fn(Code) -> bool; 2] = [|code| matches!(code, Code::Distance(_)), |code| matches!(code, Code::Units(_))];
+        groups.into_iter().find_map(|is| {
+            let first = of(is).next()?;
+            of(is).find(|other| other.code != first.code).map(|other| (first.index, other.index))
+        })
+    }
+
+    /// Jumps that run time decides: M96 of Haas (to P where an input is 0) and of Fanuc (a macro that a signal calls), and G65 H80 to H86 of Fanuc's
+    /// macro A. Where the tool comes from at their target is not known, nor whether the moves behind them run.
+    fn refuse_jumps(&mut self, words: &Gathered) -> bool {
+        let target = words.number(self.program, b'P');
+        let jumps = target.is_some() && !self.is_sinumerik() && {
+            let by_macro = words.number(self.program, b'H').is_some_and(|h| (80.0..=86.0).contains(&h))
+                && words.g.iter().any(|g| g.code == Code::OneShot(codes::OneShot::MacroCall));
+            words.has_m(self.program, &[96.0]) || by_macro && self.has_block_number(target)
+        };
+        if jumps {
+            let message = "whether this block jumps is decided at run time: where the tool comes from at the target is not known";
+            self.report.error(
+                self.span_of_block(),
+                message,
+                Some("compensate the parts of the program before and behind it on their own"),
+            );
+        }
+        jumps
+    }
+
+    fn has_block_number(&self, number: Option<f64>) -> bool {
+        self.program.words().iter().any(|word| word.is(b'N') && word.number() == number)
     }
 
     /// After a block that may not have run, a changed motion code or feed is uncertain.

@@ -1,7 +1,7 @@
 //! Codes that mean something else on a control that shares the rest of its codes with Fanuc, as far as their blocks show it.
 //!
 //! Fagor CNC 8055: mirror images (G11 to G14), pattern rotation (G73), polar origin (G93). Okuma OSP: shift and rotation of coordinates (G11), work
-//! offset (G15 H), return level (G71). NUM 1060: coordinates of the measurement origin (G52). The manuals were not compared for each form: a
+//! offset (G15 H), mirror image (G62), return level (G71). NUM 1060: coordinates of the measurement origin (G52). The manuals were not compared for each form: a
 //! code that is wrongly listed here leaves moves alone, and changes none.
 
 use super::codes::{Code, OneShot, written};
@@ -11,10 +11,11 @@ use super::state::Interpreter;
 use crate::dialect::Dialect;
 use crate::position::AXIS_LETTERS;
 
-/// G10, G11 and G15, in tenths.
+/// G10, G11, G15 and G62, in tenths.
 const DATA: u16 = 100;
 const DATA_END: u16 = 110;
 const POLAR_OFF: u16 = 150;
+const CORNER_OVERRIDE: u16 = 620;
 
 impl Interpreter<'_> {
     /// Opens a section at a code that may turn, mirror or scale coordinates on another control.
@@ -30,6 +31,8 @@ impl Interpreter<'_> {
             Code::OneShot(OneShot::Pocket) if matches!(g.tenths, 120 | 130) && words.any(b"ID").is_none() => {
                 self.open_transform(g)
             }
+            // Okuma: `G62 X1` mirrors. Fanuc's corner override has no axis words.
+            _ if g.tenths == CORNER_OVERRIDE && has_axes && words.explicit_motion().is_none() => self.open_transform(g),
             // Okuma: `G15 H2` selects a work offset.
             _ if g.tenths == POLAR_OFF && words.has(b'H') => self.forget_all(),
             Code::Units(units) if matches!(g.tenths, 700 | 710) && has_axes && words.explicit_motion().is_none() => {

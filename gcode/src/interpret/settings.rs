@@ -166,13 +166,25 @@ impl Interpreter<'_> {
             (0..3).for_each(|axis| self.position.forget(axis));
         }
         self.modal.tool_length = length;
-        // LinuxCNC reports the same position with other coordinates. Other controls apply the offset with the next Z word.
-        if self.options.dialect == Dialect::LinuxCnc && !unchanged {
+        // The same position has another Z. LinuxCNC counts by it at once, other controls from the next Z word on.
+        if !unchanged {
             self.position.forget(2);
             // G43.1 and G43.2 may have stated offsets of any axis.
             if std::mem::take(&mut self.tool_offset_stated) {
                 self.forget_all();
             }
+        }
+    }
+
+    /// Tool and pallet changes move axes to places of the machine builder's (Haas Mill Operator's Manual, M06: Z goes home), and another tool
+    /// has other offsets: the position is unknown until it is stated.
+    pub fn forget_by_tool(&mut self, words: &Gathered) {
+        let changes = if self.options.dialect == Dialect::Fanuc { &[6.0, 50.0, 60.0][..] } else { &[6.0, 60.0] };
+        let edge = if self.is_sinumerik() { words.any(b"DT").is_some() } else { words.has(b'H') };
+        if words.has_m(self.program, changes) || edge && self.is_sinumerik() {
+            self.forget_all();
+        } else if edge {
+            self.position.forget(2);
         }
     }
 

@@ -44,6 +44,13 @@ struct Reader<'a> {
     at_head: bool,
 }
 
+/// FGROUP(X,Y,Z): what a control without rotary axes does anyway.
+fn is_default(name: &str, arguments: &[u8]) -> bool {
+    let mut axes: Vec<_> = arguments.split(|byte| *byte == b',').map(|axis| axis.trim_ascii().to_ascii_uppercase()).collect();
+    axes.sort();
+    name == "FGROUP" && axes == [b"X", b"Y", b"Z"]
+}
+
 impl Reader<'_> {
     /// A word from here to `end`, behind which reading goes on.
     fn plain(&mut self, kind: WordKind, end: usize, name: Name) -> Word {
@@ -195,7 +202,7 @@ impl Reader<'_> {
             Some(b'(') => {
                 let end = bracket_end(line, equals);
                 let inside = line.get(equals + 1..end.saturating_sub(1)).unwrap_or_default();
-                (end, inside.iter().any(|byte| !is_blank(*byte)))
+                (end, inside.iter().any(|byte| !is_blank(*byte)) && !is_default(&text, inside))
             }
             _ => (index, false),
         };

@@ -190,8 +190,26 @@ const SILENT: [&str; 92] = [
     "STOPRE",
 ];
 /// More of them.
-const SILENT_TOO: [&str; 12] =
-    ["STOPFIFO", "TMOF", "TMON", "UPATH", "WAITM", "WAITMC", "WAITP", "WAITS", "WALIMOF", "WALIMON", "WORKPIECE", "WRITE"];
+const SILENT_TOO: [&str; 18] = [
+    "ATOL",
+    "CTOL",
+    "CTOLG0",
+    "OTOL",
+    "OTOLG0",
+    "STOLF",
+    "STOPFIFO",
+    "TMOF",
+    "TMON",
+    "UPATH",
+    "WAITM",
+    "WAITMC",
+    "WAITP",
+    "WAITS",
+    "WALIMOF",
+    "WALIMON",
+    "WORKPIECE",
+    "WRITE",
+];
 const COMPRESSORS: [&str; 5] = ["COMPCAD", "COMPCURV", "COMPON", "COMPSURF", "CYCLE832"];
 const REPLACING: [&str; 5] = ["CROTS", "MIRROR", "ROT", "ROTS", "SCALE"];
 const ADDING: [&str; 4] = ["AMIRROR", "AROT", "AROTS", "ASCALE"];
@@ -235,7 +253,7 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "MCALL" => Name::Closes(ModalCall),
         "CYCLE800" if has_arguments => Name::Opens(Swivel),
         "CYCLE800" => Name::Closes(Swivel),
-        // Feed along all axes of the path is the default; other groups change what F refers to.
+        // Feed along all axes of the path is the default; other groups than X, Y and Z change what F refers to.
         "FGROUP" if !has_arguments => Name::Silent,
         _ if listed(&SILENT) || listed(&SILENT_TOO) => Name::Silent,
         _ if listed(&COMPRESSORS) => Name::Compressor,

@@ -43,8 +43,15 @@ fn what_makes_a_start_unknown() {
         ("G10 L2 P#1 X#2", false),
         ("G53 G0 X1", false),
         ("G0 X#1", false),
-        ("M6 T1", true),
-        ("G43 H1", true),
+        ("M6 T1", false),
+        ("T1 M6\nG0 X0 Y0", false),
+        ("T1 M6\nG0 X0 Y0 Z0", true),
+        ("M60", false),
+        ("G43 H1", false),
+        ("G43 H1 Z0", true),
+        ("G43 H1 Z0\nH2", false),
+        ("G49", true),
+        ("G43 H1 Z0\nG49", false),
         ("G31 Z-1 F10", false),
         ("G4 P100", true),
         ("G68 X0 Y0 R30\nG0 X1\nG69", false),
@@ -59,6 +66,11 @@ fn what_makes_a_start_unknown() {
     let linux = read_as(Dialect::LinuxCnc, "G21 G90 G0 X0 Y0 Z0\nG43 H1\nG1 X1 F100\nZ1\nX2\n");
     let starts: Vec<_> = linux.moves[1..].iter().map(|m| m.shiftable == Shiftable::Yes).collect();
     assert_eq!(starts, [false, false, true]);
+    for change in ["T=\"B\"\nM6\nD1", "D2", "T=\"B\" M6"] {
+        let of = read_as(Dialect::Sinumerik, &format!("G71 G90\nG0 X0 Y0 Z0\n{change}\nG1 X1 Y2 F100\nG1 Z0\nX2\n"));
+        let feeds: Vec<_> = of.moves.iter().filter(|m| m.is_feed()).map(|m| m.shiftable == Shiftable::Yes).collect();
+        assert_eq!(feeds, [false, false, true], "{change}");
+    }
     // An offset that the program states may concern any axis, until the next code.
     let stated = read_as(
         Dialect::LinuxCnc,

@@ -9,7 +9,9 @@ fn moves_that_are_not_changed() {
     let path = read(
         "G21 G0 X0 Y0 Z0\nG1 X1 F100\n/G1 X2\nM6 T2 X3\nG41 D1 X4\nX5\nG40 X6\nX7\nG53 X0\nG0 X0 Y0\nG33 Z-1 F1\nG4 P1500\n",
     );
-    use Fixed::{CutterCompensation as Cutter, Dwell, MachineCoordinates, OptionalBlock, Rapid, Threading, ToolChange};
+    use Fixed::{
+        CutterCompensation as Cutter, Dwell, MachineCoordinates, OptionalBlock, Rapid, Threading, ToolChange, UnknownStart,
+    };
     let reasons: Vec<_> = path.moves.iter().map(|m| m.shiftable).collect();
     let no = Shiftable::No;
     assert_eq!(
@@ -22,7 +24,7 @@ fn moves_that_are_not_changed() {
             no(Cutter),
             no(Cutter),
             no(Cutter),
-            Shiftable::Yes,
+            no(UnknownStart),
             no(MachineCoordinates),
             no(Rapid),
             no(Threading),

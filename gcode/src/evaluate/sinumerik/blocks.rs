@@ -5,6 +5,7 @@ use super::run::Run;
 use super::variables::Name;
 use crate::evaluate::control::Next;
 use crate::evaluate::value::{Fault, Value};
+use crate::evaluate::words::{LASTING, WITHOUT_EXPAND};
 use crate::word::{Word, WordKind};
 
 /// Targets and values of the assignments of a block.
@@ -14,6 +15,9 @@ impl Run<'_> {
     /// Executes a block of words: assignments, codes, calls. `perhaps`: a switch may skip it.
     pub(super) fn execute_words(&mut self, perhaps: bool) -> Result<Next, Fault> {
         let (words, assigned) = self.evaluated_words(!perhaps)?;
+        if self.unwritable.is_none() && assigned.iter().any(|(name, _)| name.acts()) {
+            self.unwritable = Some(self.note(Fault::new(LASTING).help(WITHOUT_EXPAND)));
+        }
         for (name, value) in assigned {
             self.variables.set(&name, if perhaps { Value::Unknown } else { value });
         }

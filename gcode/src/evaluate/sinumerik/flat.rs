@@ -55,6 +55,19 @@ fn valued(program: &Program, word: &Word) -> Result<Vec<u8>, &'static str> {
     Ok([address.trim_ascii(), text.as_bytes()].concat())
 }
 
+/// Constants for the kind of machining in CYCLE832 (SINUMERIK, "High-speed settings").
+const MODES: [&str; 9] = [
+    "_OFF",
+    "_FINISH",
+    "_SEMIFIN",
+    "_ROUGH",
+    "_ORI_FINISH",
+    "_ORI_SEMIFIN",
+    "_ORI_ROUGH",
+    "_TOP_SURFACE_SMOOTH_OFF",
+    "_TOP_SURFACE_SMOOTH_ON",
+];
+
 /// A cycle or another name with the values of its arguments. Variables end with the program that defined them.
 fn with_values(program: &Program, word: &Word) -> Result<Vec<u8>, &'static str> {
     let text = program.text(word.span);
@@ -66,7 +79,8 @@ fn with_values(program: &Program, word: &Word) -> Result<Vec<u8>, &'static str> 
         if index > 0 {
             out.push(b',');
         }
-        let is_constant = !argument.iter().any(u8::is_ascii_alphabetic) || argument.first() == Some(&b'"');
+        let is_named = MODES.iter().any(|mode| argument.trim_ascii().eq_ignore_ascii_case(mode.as_bytes()));
+        let is_constant = is_named || !argument.iter().any(u8::is_ascii_alphabetic) || argument.first() == Some(&b'"');
         if is_constant {
             out.extend_from_slice(argument);
             continue;

@@ -52,6 +52,8 @@ pub(in crate::evaluate) struct Run<'a> {
     pub(super) trace: Trace,
     /// The first statement that only the running program decides.
     pub(super) undecided: Option<Note>,
+    /// The first assignment that a program without variables cannot hold.
+    pub(super) unwritable: Option<Note>,
     pub(super) targets: HashSet<usize>,
     pub(super) limit: Limit,
 }
@@ -78,6 +80,7 @@ impl<'a> Run<'a> {
             block: 0,
             trace: Trace::default(),
             undecided: None,
+            unwritable: None,
             targets: HashSet::new(),
             limit: Limit::new(program),
         }
@@ -171,7 +174,13 @@ impl<'a> Run<'a> {
     /// What was executed so far.
     pub fn recorded(&self) -> Recorded<'_> {
         let programs = self.sources.iter().map(|source| (source.name.as_str(), &*source.program)).collect();
-        Recorded { programs, trace: &self.trace, undecided: self.undecided.as_ref(), targets: &self.targets }
+        Recorded {
+            programs,
+            trace: &self.trace,
+            undecided: self.undecided.as_ref(),
+            unwritable: self.unwritable.as_ref(),
+            targets: &self.targets,
+        }
     }
 
     /// Executes the blocks of `body` of a file `times` times, then goes on behind the present block.

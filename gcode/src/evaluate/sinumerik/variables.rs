@@ -75,6 +75,13 @@ impl Name {
     }
 }
 
+impl Name {
+    /// Whether an assignment that changes no frame acts on the control or on synchronized actions: system variables but timers.
+    pub fn acts(&self) -> bool {
+        self.base.starts_with('$') && !self.moves_frame() && !self.base.ends_with("_TIMER")
+    }
+}
+
 /// Variables of one program level.
 #[derive(Clone, Debug, Default)]
 struct Level {
