@@ -108,7 +108,8 @@ pub struct ProgramArgs {
     #[arg(long, value_enum, default_value_t = MacrosName::Unknown)]
     pub macros: MacrosName,
     /// Write the program without parameters, branches, loops and subprograms first, one block for every executed one. Without it programs are
-    /// refused whose feed moves run several times or in other files
+    /// refused whose feed moves run several times or in other files. Refused with it: what acts on the control or is kept after the program, such
+    /// as alarms, messages, outputs and kept variables
     #[arg(long)]
     pub expand: bool,
     /// How the control reads coordinates without a decimal point: X50 as 50 mm, or as 0.050 mm. When left out, the control's profile decides
@@ -169,10 +170,11 @@ impl ProgramArgs {
 /// How a log is read.
 #[derive(Debug, Clone, Args)]
 pub struct LogArgs {
-    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=pos:um`; `x:inch` is the unit of an axis
+    /// Column names, where they are not recognised: `t=time_s,x_ref=x_cmd_mm,x_act=pos:um`; `x:inch` is the unit of an axis. What
+    /// states no whole axis (`t=t:ms`, `x:um`, `y_act=y_act*-1`) leaves the other columns to their names
     #[arg(long, value_name = "MAP")]
     pub columns: Option<String>,
-    /// Sampling period of logs without time stamps, ms
+    /// Sampling period of logs without time stamps, ms; also of logs nearly all of whose stamps stand still
     #[arg(long, value_name = "MS", value_parser = numbers::period_ms)]
     pub period: Option<f64>,
 }
@@ -291,7 +293,7 @@ impl OutputArgs {
 /// What a compensated path is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FormatName {
-    /// Inverse time: `F` is one over the line's duration in minutes
+    /// Inverse time: `F` is one over the line's duration in minutes, at the largest speed planned in it
     G93,
     /// Units a minute, an `F` on every line
     G94,

@@ -64,7 +64,7 @@ fn a_machine_without_drives_has_limits_but_cannot_be_simulated() {
 
 #[test]
 fn unsound_files_are_refused_with_key_and_remedy() {
-    let cases: [(&str, &str, &[&str]); 18] = [
+    let cases: [(&str, &str, &[&str]); 19] = [
         ("lead_mm = 5.0", "lead_mm = -5.0", &["`drive.screw.lead_mm`", "-5", "positive"]),
         ("lead_mm = 5.0", "lead_mm = nan", &["`drive.screw.lead_mm`", "NaN", "finite"]),
         ("lead_mm = 5.0", "lead = 5.0", &["lead"]),
@@ -75,6 +75,11 @@ fn unsound_files_are_refused_with_key_and_remedy() {
             "centripetal_mm_s2 = 565.0",
             "centripetal_mm_s2 = 565.0\nshort_line_acceleration = 1.5",
             &["path.short_line_acceleration", "1.5", "at most 1"],
+        ),
+        (
+            "centripetal_mm_s2 = 565.0",
+            "centripetal_mm_s2 = 565.0\narc_acceleration_mm_s2 = 500.0",
+            &["path.arc_acceleration_mm_s2", "500", "above `path.centripetal_mm_s2`, 565"],
         ),
         ("jerk_mm_s3 = 80000.0", "jerk_mm_s3 = 100.0", &["path.jerk_mm_s3", "at least 160", "5000 sampling periods"]),
         ("integration_step_us = 25.0", "integration_step_us = 30.0", &["integration_step_us", "multiple"]),

@@ -52,6 +52,85 @@ fn a_stream_gives_what_the_whole_path_gives() {
     }
 }
 
+/// Desired and actual height every 4 ms, mm: a rapid by 5 mm, which the axis leads and passes by 0.03 mm, and the first of 5 mm/s back.
+const UP_AND_BACK: [(f64, f64); 60] = [
+    (0.0007, 0.0000),
+    (0.0040, 0.0007),
+    (0.0133, 0.0039),
+    (0.0333, 0.0134),
+    (0.0700, 0.0359),
+    (0.1300, 0.0797),
+    (0.2193, 0.1531),
+    (0.3427, 0.2628),
+    (0.5033, 0.4134),
+    (0.7033, 0.6072),
+    (0.9433, 0.8449),
+    (1.2224, 1.1256),
+    (1.5371, 1.4467),
+    (1.8812, 1.8031),
+    (2.2459, 2.1864),
+    (2.6195, 2.5853),
+    (2.9889, 2.9856),
+    (3.3416, 3.3713),
+    (3.6678, 3.7277),
+    (3.9603, 4.0442),
+    (4.2147, 4.3145),
+    (4.4291, 4.5367),
+    (4.6038, 4.7121),
+    (4.7403, 4.8439),
+    (4.8415, 4.9366),
+    (4.9114, 4.9952),
+    (4.9557, 5.0253),
+    (4.9810, 5.0339),
+    (4.9936, 5.0294),
+    (4.9986, 5.0207),
+    (4.9999, 5.0115),
+    (5.0000, 5.0037),
+    (4.9995, 4.9985),
+    (4.9978, 4.9957),
+    (4.9943, 4.9935),
+    (4.9883, 4.9899),
+    (4.9792, 4.9833),
+    (4.9667, 4.9726),
+    (4.9513, 4.9576),
+    (4.9338, 4.9393),
+    (4.9148, 4.9187),
+    (4.8950, 4.8970),
+    (4.8750, 4.8752),
+    (4.8550, 4.8540),
+    (4.8350, 4.8335),
+    (4.8150, 4.8135),
+    (4.7950, 4.7937),
+    (4.7750, 4.7740),
+    (4.7550, 4.7542),
+    (4.7350, 4.7344),
+    (4.7150, 4.7145),
+    (4.6950, 4.6945),
+    (4.6750, 4.6746),
+    (4.6550, 4.6546),
+    (4.6350, 4.6347),
+    (4.6150, 4.6147),
+    (4.5950, 4.5947),
+    (4.5750, 4.5748),
+    (4.5550, 4.5548),
+    (4.5350, 4.5348),
+];
+
+#[test]
+fn a_foot_point_is_not_left_on_the_way_up_where_an_axis_overshoots_and_turns_back() {
+    // At rest 0.1 µm below, up, and slowly down again on the same line, from a model's forecast.
+    let heights = (0..51).map(|k| (0.0, if k < 49 { -1e-4 } else { 0.0 })).chain(UP_AND_BACK).chain((1..200).map(|k| {
+        let (desired, actual) = UP_AND_BACK[UP_AND_BACK.len() - 1];
+        (desired - 0.02 * f64::from(k), actual - 0.02 * f64::from(k))
+    }));
+    let (desired, actual): (Vec<Vec3>, Vec<Vec3>) =
+        heights.map(|(desired, actual)| (Vec3::new(0.0, 0.0, desired), Vec3::new(0.0, 0.0, actual))).unzip();
+    for (k, error) in Exact::default().estimate(&desired, &actual).unwrap().iter().enumerate() {
+        let in_time = (actual[k] - desired[k]).norm();
+        assert!(error.magnitude_mm <= in_time + 0.002, "sample {k}: {} of {in_time}", error.magnitude_mm);
+    }
+}
+
 #[test]
 fn standstill_does_not_mislead_the_estimators() {
     for jitter_mm in [0.0, 2e-4] {

@@ -193,50 +193,9 @@ fn a_control_may_use_less_of_its_acceleration_along_short_lines() {
     // for two of them.
     let (half, whole) = (seconds(0.5, 0.5), seconds(0.5, 1.0));
     assert!(half > whole + 0.05, "{half} {whole}");
-    assert_eq!(seconds(5.0, 0.5), seconds(5.0, 1.0));
-}
-
-/// Largest change of speed along a path of lines and arcs from rest to rest, mm/s².
-fn peak_acceleration(pieces: &[Piece], limits: &Limits, settings: &PlanSettings) -> f64 {
-    let mut path = ToolPath::default();
-    pieces.iter().for_each(|piece| path.push(piece.clone()));
-    let samples = plan(&path, &xyz(), limits, settings).unwrap().samples;
-    let speeds: Vec<f64> =
-        samples.windows(2).map(|pair| (pair[1].position_mm - pair[0].position_mm) / settings.period_s).collect();
-    speeds.windows(2).map(|pair| (pair[1] - pair[0]).abs() / settings.period_s).fold(0.0, f64::max)
-}
-
-#[test]
-fn the_line_before_a_dwell_counts_as_one_whose_end_is_not_rounded() {
-    let settings = PlanSettings { short_line_acceleration: 0.5, smoothing_s: 0.0, ..PlanSettings::default() };
-    let line = |dwell_s, corner_tolerance_mm| {
-        let line = Line { start: Vec3::zeros(), end: Vec3::new(30.0, 0.0, 0.0) };
-        let piece = Piece { dwell_s, corner_tolerance_mm, ..Piece::whole(Arc::new(line), 60.0) };
-        peak_acceleration(&[piece], &limits(), &settings)
-    };
-    let whole = line(0.0, None);
-    assert!((line(0.1, None) / whole - 0.5).abs() < 0.02, "{} {whole}", line(0.1, None));
-    // At an exact stop no end would be rounded.
-    assert_eq!(line(0.1, Some(0.0)), whole);
-}
-
-#[test]
-fn along_arcs_the_acceleration_is_what_the_fastest_passage_leaves() {
-    let limits = Limits { centripetal_mm_s2: 600.0, ..Limits::uniform(3, 80.0, 2000.0, 0.002) };
-    let settings = PlanSettings { arc_acceleration_mm_s2: 1000.0, smoothing_s: 0.0, ..PlanSettings::default() };
-    let circle = |radius_mm: f64| {
-        let turn_rad = std::f64::consts::TAU;
-        let arc = CircularArc::new(Vec3::new(radius_mm, 0.0, 0.0), Vec3::zeros(), Vec3::z(), turn_rad, radius_mm, 0.0).unwrap();
-        Piece::whole(Arc::new(arc), 40.0)
-    };
-    let of = |pieces: &[Piece]| peak_acceleration(pieces, &limits, &settings);
-    // Alone it keeps the whole of the acceleration across: √(1000² − 600²).
-    assert!((of(&[circle(30.0)]) - 800.0).abs() < 8.0, "{}", of(&[circle(30.0)]));
-    // In a row only what the largest speed needs: 80²/30 = 213 mm/s².
-    let row = of(&[circle(30.0), circle(30.0)]);
-    assert!((row - (1e6 - 213.3_f64.powi(2)).sqrt()).abs() < 10.0, "{row}");
-    let unlimited = PlanSettings { arc_acceleration_mm_s2: f64::INFINITY, ..settings.clone() };
-    assert!(peak_acceleration(&[circle(30.0)], &limits, &unlimited) > 1900.0);
+    // Of long lines only the last one, which ends the program, is slower.
+    let (half, whole) = (seconds(5.0, 0.5), seconds(5.0, 1.0));
+    assert!(half > whole && half < whole + 0.05, "{half} {whole}");
 }
 
 #[test]

@@ -12,13 +12,13 @@ use pipeline::{Input, OutputFormat, OutputSettings, Part, ReadSettings, Setup};
 const SHIFT_MM: f64 = 0.004;
 
 /// The path with a smooth correction that is zero at both ends and beside moves that are left alone.
-fn corrected(part: &Part) -> Trajectory {
+fn corrected(part: &Part, waves_rad: f64) -> Trajectory {
     let (path, taper) = (part.plan.desired.trajectory(), part.taper());
     let last = (path.len() - 1) as f64;
     let columns = path.columns().iter().enumerate().map(|(axis, column)| {
         let shift = |k: usize| {
             let share = k as f64 / last;
-            SHIFT_MM * taper[k] * (std::f64::consts::PI * share).sin() * (20.0 * share + axis as f64).sin()
+            SHIFT_MM * taper[k] * (std::f64::consts::PI * share).sin() * (waves_rad * share + axis as f64).sin()
         };
         column.iter().enumerate().map(|(k, at)| at + shift(k)).collect()
     });
@@ -27,12 +27,18 @@ fn corrected(part: &Part) -> Trajectory {
 
 /// Lines and arcs of a program written with such a correction, read back.
 fn written(text: &str) -> (usize, usize, String) {
+    written_with(text, 20.0)
+}
+
+/// The same with a correction of so many waves along the path, rad.
+fn written_with(text: &str, waves_rad: f64) -> (usize, usize, String) {
     let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
     let settings = ReadSettings { dialect: Some(Dialect::Fanuc), ..ReadSettings::default() };
     let input = Input::from(Part::read("arcs.nc", text.as_bytes().to_vec(), &setup, &settings).unwrap());
     let format = OutputSettings::new(&setup, Some(OutputFormat::Program(TimeEncoding::Keep)), None, None);
     // The writer reads its output back and compares every point and centre.
-    let output = input.write(&corrected(input.part().unwrap()), &format, 2.0 * SHIFT_MM, Path::new("arcs.nc")).unwrap();
+    let output =
+        input.write(&corrected(input.part().unwrap(), waves_rad), &format, 2.0 * SHIFT_MM, Path::new("arcs.nc")).unwrap();
     let program = gcode::parse(output.content.clone());
     let toolpath = gcode::interpret(&program, &Dialect::Fanuc.into()).unwrap();
     let count = |is: fn(&MoveKind) -> bool| toolpath.moves.iter().filter(|step| is(&step.kind)).count();
@@ -67,4 +73,21 @@ fn a_move_after_an_arc_that_relies_on_its_code_gets_it() {
     let kept = out.lines().find(|line| line.starts_with('/')).unwrap();
     let before = out.lines().take_while(|line| !line.starts_with('/')).filter(|line| line.contains('G')).last().unwrap();
     assert!(kept.contains("G3") || before.contains("G3"), "{out}");
+}
+
+#[test]
+fn arcs_meet_without_a_kink() {
+    // Controls slow down at kinks between arcs.
+    let text = "G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F600\nG3 X10 Y20 I0 J10\nG3 X10 Y0 I0 J-10\nG1 X0\nM30\n";
+    let (_, arcs, out) = written_with(text, 300.0);
+    let toolpath = gcode::interpret(&gcode::parse(out), &Dialect::Fanuc.into()).unwrap();
+    let heading = |step: &gcode::Move, at_end: bool| {
+        let MoveKind::Arc(arc) = step.kind else { return None };
+        let radius_angle = arc.start_angle + if at_end { arc.sweep } else { 0.0 };
+        Some(radius_angle + std::f64::consts::FRAC_PI_2.copysign(arc.sweep))
+    };
+    let joints = toolpath.moves.windows(2).filter_map(|pair| Some(heading(&pair[1], false)? - heading(&pair[0], true)?));
+    let kinks: Vec<f64> = joints.map(|angle| angle.sin().abs()).collect();
+    assert!(arcs > 10 && kinks.len() > 10, "{arcs} arcs");
+    assert!(kinks.iter().all(|kink| *kink < 1.1e-3), "{kinks:?}");
 }

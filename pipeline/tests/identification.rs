@@ -390,5 +390,5 @@ fn table(control: fn(u64) -> MachineSpec, seeds: &str) {
     let (path, cycle) = (column(|row| row.0), column(|row| row.1));
     println!("{refused} refused; path RMS µm median, worst {path:?}; cycle % median, worst {cycle:?}");
     // What a forecast stands: 2 µm and 2 % on programs that no fit saw.
-    assert!(refused <= rows.len() / 10 && path.0 < 2.0 && cycle.0 < 2.0);
+    assert!(refused <= (rows.len() + refused) / 10 && path.0 < 2.0 && cycle.0 < 2.0);
 }

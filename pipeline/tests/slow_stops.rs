@@ -1,4 +1,4 @@
-//! Slow zones before stops, as they are written.
+//! Feeds of written lines: slow zones before stops, and lines with times of their own.
 
 use machine::MachineSpec;
 use motion::Trajectory;
@@ -22,11 +22,15 @@ fn written_with(text: &str, settings: RefitSettings) -> String {
     written_by(text, settings, SHIFT_MM)
 }
 
-fn written_by(text: &str, settings: RefitSettings, shift_mm: [f64; 3]) -> String {
+fn planned(text: &str) -> Part {
     let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
     let (program, options) = (gcode::parse(text), gcode::Dialect::LinuxCnc.into());
     let part = Part::planned("part.nc", program, options, &WorkOffsets::default().or_zero(), &setup, &setup.plan_settings());
-    let part = part.unwrap();
+    part.unwrap()
+}
+
+fn written_by(text: &str, settings: RefitSettings, shift_mm: [f64; 3]) -> String {
+    let part = planned(text);
     let (bytes, _) = write_program(&part, &corrected(&part, shift_mm), &settings, 0.1, None).unwrap();
     String::from_utf8(bytes).unwrap()
 }
@@ -146,4 +150,20 @@ fn slow_stops_are_in_the_units_and_distances_of_the_program() {
     let incremental = written("G21 G90\nG0 X0 Y0 Z0\nG91\nG1 X20 F3000\nG0 Z5\nM2\n");
     let [(feed, next)] = slow_lines(&incremental, &["3000"])[..] else { panic!("{incremental}") };
     assert!((feed - 30.0).abs() < 3.1 && next == "F3000.", "{incremental}");
+}
+
+#[test]
+fn lines_with_times_of_their_own_take_little_longer_where_the_plan_speeds_up_and_brakes() {
+    let text = "G21 G90\nG0 X0 Y0 Z0\nG1 X20 F3000\nX20 Y10\nX0\nM2\n";
+    let seconds = |text: &str| planned(text).plan.desired.trajectory().duration_s();
+    for encoding in [TimeEncoding::G93, TimeEncoding::G94] {
+        let text_with_times = written_with(text, RefitSettings::of(encoding, None, None, None));
+        let (before, after) = (seconds(text), seconds(&text_with_times));
+        // With the mean speed of each line 8.5 % longer.
+        assert!(after < 1.05 * before, "{encoding:?}: {before} {after}");
+        if encoding == TimeEncoding::G94 {
+            // No line is faster than the program, but for the correction along it.
+            assert!(slow_lines(&text_with_times, &[]).iter().all(|(feed, _)| *feed < 3010.0), "{text_with_times}");
+        }
+    }
 }

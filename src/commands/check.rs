@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use datasets::{Inspection, Log, Purpose, Report, Severity, assess_runs};
+use datasets::{Finding, Inspection, Log, Purpose, Report, Severity, assess_runs};
+use pipeline::training::HELD_OUT;
 use serde_json::json;
 
 use crate::args::{Common, LogArgs};
@@ -52,6 +53,10 @@ impl Check {
         joined.into_iter().for_each(|finding| report.push(finding));
         if !logs.is_empty() {
             report.extend(assess_runs(&logs, Purpose::Training));
+            // What `train` would refuse when it holds a part out.
+            if let Err(error) = datasets::folds(&logs, HELD_OUT, 1, 0) {
+                report.push(Finding::new(Severity::Refuse, datasets::Check::Rate, error.to_string()));
+            }
         }
         found.iter().for_each(|one| print::show(&printer, one));
         unread.iter().for_each(|error| printer.line(format!("refused: {error}")));

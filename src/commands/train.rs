@@ -10,7 +10,7 @@ use machine::MachineSpec;
 use models::FeatureSet;
 use pipeline::identification::{Identified, KnownRun, identify};
 use pipeline::machine_of;
-use pipeline::training::{self, MOST_SAMPLES, TrainSettings, Trained};
+use pipeline::training::{self, HELD_OUT, MOST_SAMPLES, TrainSettings, Trained};
 
 use super::diagnose;
 use crate::args::{Common, LogArgs, ReportArgs};
@@ -57,7 +57,7 @@ pub struct Train {
     #[command(flatten)]
     columns: LogArgs,
     /// Share of the samples that is held out, as whole runs
-    #[arg(long, default_value_t = 0.2, value_parser = numbers::held_out)]
+    #[arg(long, default_value_t = HELD_OUT, value_parser = numbers::held_out)]
     held_out: f64,
     /// Largest number of samples to train on; of longer logs the stretches of 10 s that show most of their motion are taken
     #[arg(long, value_name = "NUMBER", default_value_t = MOST_SAMPLES, value_parser = numbers::samples)]

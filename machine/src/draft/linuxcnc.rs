@@ -68,13 +68,15 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
     }
     let linear = draft.axes.iter().filter(|axis| !axis.is_rotary).filter_map(|axis| axis.acceleration.as_ref());
     let accelerations: Vec<f64> = linear.map(|known| known.value).collect();
-    let least = accelerations.iter().copied().fold(f64::INFINITY, f64::min);
-    if least.is_finite() {
+    let largest = accelerations.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
         let together = accelerations.iter().fold(0.0, |sum: f64, axis| sum.hypot(*axis));
         draft.path_acceleration_mm_s2 =
             Some(Known::new(together, "what the axes allow together: LinuxCNC has no other limit for programs"));
-        draft.centripetal_mm_s2 = Some(Known::new(ACROSS * least, "LinuxCNC's planner: 0.866 of the least of the axes"));
-        draft.arc_acceleration_mm_s2 = Some(Known::new(least, "LinuxCNC's planner: the least of the axes"));
+        draft.centripetal_mm_s2 =
+            Some(Known::new(ACROSS * largest, "LinuxCNC's planner: 0.866 of that along and across together"));
+        draft.arc_acceleration_mm_s2 =
+            Some(Known::new(largest, "LinuxCNC's planner: in every plane what its slowest axis allows"));
     }
     Ok(draft)
 }

@@ -91,7 +91,7 @@ pub struct PathSpec {
     #[serde(default = "smoothing_ms")]
     pub smoothing_ms: f64,
     /// Fraction of the acceleration that the control uses along lines whose end it does not round as the tolerance allows: they are too
-    /// short for it, or the tool dwells there.
+    /// short for it, the tool dwells there, or the program ends.
     #[serde(default = "whole")]
     pub short_line_acceleration: f64,
     /// Largest acceleration in arcs, along and across together, mm/s²: along an arc the control uses what its fastest passage leaves.
@@ -323,7 +323,12 @@ impl MachineSpec {
         not_negative("path.smoothing_ms", smoothing_ms)?;
         let used = short_line_acceleration;
         within("path.short_line_acceleration", used, (0.01..=1.0).contains(&used), "at least 0.01 and at most 1")?;
-        positive("path.arc_acceleration_mm_s2", arc_acceleration_mm_s2.unwrap_or(1.0))?;
+        if let Some(both) = arc_acceleration_mm_s2 {
+            positive("path.arc_acceleration_mm_s2", both)?;
+            // Else nothing would be left along an arc.
+            let across = self.path.centripetal_mm_s2;
+            within("path.arc_acceleration_mm_s2", both, both > across, &format!("above `path.centripetal_mm_s2`, {across}"))?;
+        }
         if let Some(control) = &self.control {
             control.check()?;
         }

@@ -6,12 +6,13 @@
 
 /// Lowest and highest value of every numeric key, by the end of its name. Integer keys with a check of
 /// their own, such as `decimals`, are not included.
-pub(super) const RANGES: [(&str, f64, f64); 85] = [
+pub(super) const RANGES: [(&str, f64, f64); 86] = [
     ("sampling_period_ms", 1e-2, 1e3),
     ("path.velocity_mm_s", 1e-2, 1e5),
     ("path.acceleration_mm_s2", 1e-2, 1e7),
     ("path.jerk_mm_s3", 1e-2, 1e12),
     ("path.centripetal_mm_s2", 1e-2, 1e7),
+    ("path.arc_acceleration_mm_s2", 1e-2, 1e7),
     ("path.smoothing_ms", 0.0, 1e3),
     ("control.corners.blend_mm", 0.0, 10.0),
     ("control.corners.speed_jump_mm_s", 0.0, 1e5),

@@ -88,9 +88,9 @@ impl Corner {
 }
 
 /// The pieces between two stops with every corner replaced by a Bézier that deviates from the
-/// corner by at most the tolerance and uses at most half of each neighbour. Returns the pieces and,
+/// corner by at most the tolerance and uses at most half of each neighbour. `ends`: the last of them ends the program. Returns the pieces and,
 /// for each, the index in the whole path.
-pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec<Piece>, Vec<usize>) {
+pub(super) fn round(pieces: &[Piece], first: usize, ends: bool, rounding: &Rounding) -> (Vec<Piece>, Vec<usize>) {
     let length = |piece: &Piece| length_between(piece, piece.range.0, piece.range.1);
     let lengths: Vec<f64> = pieces.par_iter().with_min_len(SHARE).map(length).collect();
     let kept: Vec<usize> = (0..pieces.len()).filter(|k| lengths[*k] >= POINT_MM).collect();
@@ -106,7 +106,8 @@ pub(super) fn round(pieces: &[Piece], first: usize, rounding: &Rounding) -> (Vec
         let before = number.checked_sub(1).and_then(|corner| corners[corner].as_ref());
         let after = corners.get(number).and_then(Option::as_ref);
         let crowded = before.is_some_and(|corner| corner.crowded) || after.is_some_and(|corner| corner.crowded);
-        let acceleration = pieces[k].acceleration * rounding.acceleration(&pieces[k], crowded || pieces[k].dwell_s > 0.0);
+        let waits = pieces[k].dwell_s > 0.0 || (ends && k + 1 == pieces.len());
+        let acceleration = pieces[k].acceleration * rounding.acceleration(&pieces[k], crowded || waits);
         let start = rounded.len();
         let (from, to) = pieces[k].range;
         let range = (before.map_or(from, |corner| corner.meet), after.map_or(to, |corner| corner.leave));

@@ -45,7 +45,9 @@ impl ToolPath {
         let mut first = 0;
         for index in 0..self.pieces.len() {
             if stops.get(index).copied().unwrap_or(true) {
-                let (pieces, piece_indices) = corner::round(&self.pieces[first..=index], first, rounding);
+                // A control waits at the end of a program as at a dwell.
+                let ends = index > 0 && index + 1 == self.pieces.len();
+                let (pieces, piece_indices) = corner::round(&self.pieces[first..=index], first, ends, rounding);
                 runs.push(Run { piece_indices, pieces, dwell_s: self.pieces[index].dwell_s });
                 first = index + 1;
             }

@@ -92,12 +92,14 @@ impl<'a> SpeedLimit<'a> {
             axes.iter().zip(&limits.axes).filter_map(|(axis, limit)| Some((axis.slot()?, *limit))).collect();
         let steps: Vec<f64> = std::iter::once(0.0).chain(nodes.windows(2).map(|pair| pair[1].s - pair[0].s)).collect();
         let parts = Parts::new(&segment.shapes);
+        let is_alone = nodes.first().zip(nodes.last()).is_some_and(|(first, last)| first.piece == last.piece);
+        let arcs = ArcLimits { axes: &axes, limits, most_mm_s2: settings.arc_acceleration_mm_s2, is_alone };
         let cap_of_part = |part: usize| {
             let shapes = parts.of(part);
             let mut cap: Vec<f64> = Vec::with_capacity(shapes.len());
             for (k, shape) in (parts.first[part]..).zip(shapes) {
                 let feed = segment.feed_mm_s(&nodes[k]).min(limits.path_velocity_mm_s / shape.point[0]);
-                let mut most = pointwise(shape, &axes, limits).min(feed * feed);
+                let mut most = pointwise(shape, &axes, arcs.across(shape)).min(feed * feed);
                 // A jump of curvature is a jump of acceleration, which must fit into one period.
                 let joint = |k: usize| steps.get(k).is_some_and(|step| *step <= 0.0);
                 let before = (k > 0 && joint(k)).then(|| parts.shape(part, k - 1));
@@ -123,12 +125,6 @@ impl<'a> SpeedLimit<'a> {
         // At the highest speeds no acceleration may remain. One percent keeps the passes from
         // locking there.
         let least_acceleration = 0.01 * limits.path_acceleration_mm_s2;
-        let is_alone = nodes.first().zip(nodes.last()).is_some_and(|(first, last)| first.piece == last.piece);
-        let along_arc = |shape: &Shape| {
-            let fastest = if is_alone { f64::INFINITY } else { limits.path_velocity_mm_s.powi(2) * shape.point[1] };
-            let across = limits.centripetal_mm_s2.min(fastest);
-            (settings.arc_acceleration_mm_s2.powi(2) - across.powi(2)).max(0.0).sqrt()
-        };
         let bounds_of_part = |part: usize| {
             let shapes = parts.of(part);
             let mut bounds: Vec<AccelerationBound> = Vec::with_capacity(shapes.len());
@@ -137,7 +133,7 @@ impl<'a> SpeedLimit<'a> {
                 // The speed of a node is read together with that of its neighbours.
                 let top = cap[k.saturating_sub(1)..nodes.len().min(k + 2)].iter().copied().fold(0.0, f64::max);
                 let first = ends.last().copied().unwrap_or(0);
-                let along = if segment.is_arc(&nodes[k]) { along_arc(shape) } else { f64::INFINITY };
+                let along = arcs.along(shape, segment.is_arc(&nodes[k]));
                 acceleration_bounds(shape, segment.acceleration(&nodes[k]), along, &axes, limits)
                     .for_each(|bound| add(bound, top, first, &mut bounds));
                 ends.push(bounds.len());
@@ -290,6 +286,62 @@ fn add(bound: AccelerationBound, top: f64, first: usize, bounds: &mut Vec<Accele
     bounds.push(bound);
 }
 
+/// Curvature up to which a path is straight, 1/mm.
+const STRAIGHT_PER_MM: f64 = 1e-12;
+
+/// What a control with an acceleration of its own in arcs allows there. In a plane in which the axes allow less in some direction, that holds
+/// in every direction.
+struct ArcLimits<'a> {
+    axes: &'a [(usize, AxisLimits)],
+    limits: &'a Limits,
+    /// Largest acceleration in arcs, along and across together, mm/s²; infinite for none.
+    most_mm_s2: f64,
+    /// Whether the segment is one piece from standstill to standstill.
+    is_alone: bool,
+}
+
+impl ArcLimits<'_> {
+    /// Largest acceleration across the path, mm/s².
+    fn across(&self, shape: &Shape) -> f64 {
+        let centripetal = self.limits.centripetal_mm_s2;
+        if self.most_mm_s2.is_finite() { centripetal * self.together(shape).0 / self.most_mm_s2 } else { centripetal }
+    }
+
+    /// Largest acceleration along the path, mm/s²: in arcs what their fastest passage leaves, or the largest acceleration across, where the arc
+    /// is alone.
+    fn along(&self, shape: &Shape, is_arc: bool) -> f64 {
+        if self.most_mm_s2.is_infinite() {
+            return f64::INFINITY;
+        }
+        let (together, velocity) = self.together(shape);
+        if !is_arc {
+            return if shape.point[1] > STRAIGHT_PER_MM { together } else { f64::INFINITY };
+        }
+        let fastest = if self.is_alone { f64::INFINITY } else { velocity.powi(2) * shape.point[1] };
+        let across = self.across(shape).min(fastest);
+        (together.powi(2) - across.powi(2)).max(0.0).sqrt()
+    }
+
+    /// Acceleration and velocity that are allowed in every direction of the plane of the path, mm/s² and mm/s.
+    fn together(&self, shape: &Shape) -> (f64, f64) {
+        let unit = |vector: [f64; 3]| {
+            let length = vector.iter().fold(0.0, |sum: f64, by| sum.hypot(*by));
+            vector.map(|by| if length > STRAIGHT_PER_MM { by / length } else { 0.0 })
+        };
+        let [along, bend] = [0, 1].map(|order| [0, 1, 2].map(|slot| shape.axes[order][slot]));
+        let tangent = unit(along);
+        let share: f64 = bend.iter().zip(tangent).map(|(bend, tangent)| bend * tangent).sum();
+        let normal = unit([0, 1, 2].map(|slot| bend[slot] - share * tangent[slot]));
+        let mut most = (self.most_mm_s2, self.limits.path_velocity_mm_s);
+        for (slot, limit) in self.axes.iter().filter(|(slot, _)| *slot < 3) {
+            // Length of the axis's direction in the plane.
+            let within = tangent[*slot].hypot(normal[*slot]);
+            most = (most.0.min(limit.acceleration / within), most.1.min(limit.velocity / within));
+        }
+        most
+    }
+}
+
 /// Bounds on the acceleration along the path at one node, of which `part` may be used: of the path itself, where no more than `along_mm_s2`
 /// is allowed, and of every axis.
 fn acceleration_bounds(
@@ -314,9 +366,9 @@ fn acceleration_bounds(
 
 /// Cap on the squared speed at one node by all limits that do not depend on acceleration along the
 /// path, feed excluded.
-fn pointwise(shape: &Shape, axes: &[(usize, AxisLimits)], limits: &Limits) -> f64 {
+fn pointwise(shape: &Shape, axes: &[(usize, AxisLimits)], across_mm_s2: f64) -> f64 {
     let [tangent, normal, third] = &shape.axes;
-    let (mut speed, mut squared, mut cubed) = (f64::INFINITY, limits.centripetal_mm_s2 / shape.point[1], f64::INFINITY);
+    let (mut speed, mut squared, mut cubed) = (f64::INFINITY, across_mm_s2 / shape.point[1], f64::INFINITY);
     for (slot, limit) in axes {
         speed = speed.min(limit.velocity / tangent[*slot].abs());
         squared = squared.min(limit.acceleration / normal[*slot].abs());

@@ -63,11 +63,12 @@ pub struct PlanSettings {
     pub look_ahead: Option<usize>,
     /// Shortest time for a piece, s: a shorter one is passed slower. 0 for none.
     pub piece_time_s: f64,
-    /// Fraction of the acceleration that is used on pieces whose end is not rounded as the tolerance allows: they are too short for it, or
-    /// the tool dwells there.
+    /// Fraction of the acceleration that is used on pieces whose end is not rounded as the tolerance allows: they are too short for it, the
+    /// tool dwells there, or the program ends.
     pub short_line_acceleration: f64,
     /// Largest acceleration in arcs, along and across together, mm/s²: along an arc what its fastest passage leaves, and along one that
-    /// begins and ends at standstill what the largest acceleration across leaves. Infinite for none.
+    /// begins and ends at standstill what the largest acceleration across leaves. In a plane in which the axes allow less in some direction, it
+    /// and the acceleration across are as much smaller. Infinite for none.
     pub arc_acceleration_mm_s2: f64,
     /// Dwell before the first and after the last motion, s.
     pub rest_s: f64,

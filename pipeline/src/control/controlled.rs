@@ -72,12 +72,18 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
     /// effect where there is no program, where a recorded run gives the command, or where the program states the times
     /// of its lines.
     pub fn replans(&mut self, written: RefitSettings) -> bool {
-        let timed = |part: &Part| written.encoding == TimeEncoding::Keep && part.states_times();
-        let replans = self.part.is_some_and(|part| !part.is_recorded && !timed(part));
+        let replans = self.can_replan(written);
         if replans {
             self.replans = Some(written);
         }
         replans
+    }
+
+    /// Whether the control would plan the program, written with these settings, again.
+    #[must_use]
+    pub fn can_replan(&self, written: RefitSettings) -> bool {
+        let timed = |part: &Part| written.encoding == TimeEncoding::Keep && part.states_times();
+        self.part.is_some_and(|part| !part.is_recorded && !timed(part))
     }
 
     /// Duration of every replanned program, s.

@@ -301,6 +301,17 @@ pub enum Error {
         /// Sampling period of the log, ms.
         log_ms: f64,
     },
+    /// The logs have another sampling period than the machine file.
+    #[error(
+        "the rows of the logs are {log_ms:.4} ms apart, `sampling_period_ms` of the machine file is {file_ms}: log at that rate, or state there the one of \
+         the logs; where the two are nearly alike, the clock of the time stamps runs wrong"
+    )]
+    OtherPeriod {
+        /// Period of the logs, ms.
+        log_ms: f64,
+        /// Period of the machine file, ms.
+        file_ms: f64,
+    },
     /// The curve for tuning ILC cannot be planned on the machine.
     #[error("the curve on which ILC is tuned does not fit the machine; give its gain and cut-off with --gain and --low-pass")]
     TuningCurve(#[source] Box<Error>),

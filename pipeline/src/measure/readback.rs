@@ -54,8 +54,14 @@ pub fn readback(log: &Log, intended: &Input, estimator: &mut dyn ContourEstimato
     let moves = |k: &usize| tips[*k] != tips[k - 1];
     let ends = (1..tips.len()).find(moves).zip((1..tips.len()).rev().find(moves));
     let (start, end) = ends.ok_or(Error::NoMotion)?;
-    let passed = |position: usize| path_positions.partition_point(|known| *known < position as f64) as f64;
-    let (first, last) = (passed(start), passed(end));
+    let passed = |position: usize| path_positions.partition_point(|known| *known < position as f64);
+    // Whether a command that rests within a fraction of a micrometre of an end lies before or behind it is chance: such a
+    // rest is not part of the path.
+    let leaves = |k: &usize| k + 1 >= commanded.len() || !is_still(k + 1);
+    let first = (passed(start)..commanded.len()).find(leaves).unwrap_or(0);
+    let reached = passed(end).min(commanded.len().saturating_sub(1));
+    let last = (first..=reached).rev().find(|k| !is_still(*k)).unwrap_or(reached);
+    let (first, last) = (first as f64, last as f64);
     // A standstill is one position at many instants and counts as no delay.
     let within = |(k, position): &(usize, &f64)| !is_still(*k) && **position >= start as f64 && **position <= end as f64;
     let late = path_positions.iter().enumerate().filter(within);

@@ -124,13 +124,18 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
     if let (Some(written), Some(part)) = (settings.written, input.part())
         && let Some((ideal, _)) = &chosen.run
-        && control.replans(written)
+        && control.can_replan(written)
     {
+        task.leave_limits_to_control();
+        let freed =
+            if settings.law == LawName::ModelBased { task.freed(&mut control, ideal, settings.iterations)? } else { None };
+        control.replans(written);
+        let ideals: Vec<&Iteration> = std::iter::once(ideal).chain(&freed).collect();
         let resumed = known.map(|known| &known.command);
         let slow_stop = slow_stop(&task, &mut control, part, [&first.actual, &ideal.reference], written, settings)?;
         let mut learned = |slow_stop| {
             let written = RefitSettings { slow_stop, ..written };
-            relearn_on_program(&task, &mut control, input, settings, written, ideal, resumed)
+            relearn_on_program(&task, &mut control, input, settings, written, &ideals, resumed)
         };
         let mut on_program = learned(slow_stop)?;
         if slow_stop.is_some() && on_program.run.is_none() {

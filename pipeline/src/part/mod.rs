@@ -6,6 +6,7 @@
 mod borders;
 mod faults;
 mod fixed;
+mod missing;
 mod offsets;
 mod section;
 mod settings;
@@ -27,6 +28,7 @@ use crate::setup::Setup;
 
 pub(crate) use faults::refused;
 use faults::{on_line, on_move, with_warnings};
+pub(crate) use missing::MissingAxes;
 use tool_path::{offset_of, pieces, words_of};
 
 pub use borders::PathSegment;
@@ -156,7 +158,10 @@ impl Part {
             return Err(Error::NotAProgram { name: name.to_owned(), kind });
         }
         gcode::evaluate(&mut program, &options, files).map_err(|error| refused(error, &program, name))?;
-        let toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
+        let mut toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
+        let mut missing = MissingAxes::of(setup.kinematics.as_ref());
+        toolpath.moves.iter().for_each(|step| missing.note(step));
+        toolpath.warnings.extend(missing.warnings(&program));
         let placement = offsets.placement(&toolpath);
         let read = Read { program: Arc::new(program), section: None, options, toolpath, placement };
         Self::on_path(name, read, setup, settings)

@@ -6,7 +6,8 @@ use gcode::{
 };
 use motion::Vec6;
 
-use super::element::{Element, ElementArc, Target};
+use super::arc::ElementArc;
+use super::element::{Element, Target};
 use super::notation::Notation;
 use super::settings::{RefitSettings, SlowStop, TimeEncoding};
 use crate::error::{Error, Result};
@@ -127,7 +128,7 @@ impl<'a> Writer<'a> {
         if first_of_block {
             self.notation.append_compensation_off(&mut text, &self.part.program, step);
         }
-        let duration_s = target.slow_s.unwrap_or((target.time_s - before_s).max(1e-5));
+        let duration_s = target.slow_s.unwrap_or((target.time_s - before_s).max(1e-5) / self.unevenness(before_s, target.time_s));
         let per_minute = || self.length(step, &target.element, &(self.written - start)) / duration_s * 60.0;
         match (self.settings.encoding, target.slow_s) {
             (TimeEncoding::G93, _) => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
@@ -140,6 +141,19 @@ impl<'a> Writer<'a> {
             (TimeEncoding::Keep, None) => self.append_own_feed(&mut text, owner, first_of_block, share)?,
         }
         Ok(text)
+    }
+
+    /// Largest speed of the plan between two times, over its mean: lines state the speed that the plan reaches in them. With the mean the
+    /// control would take longer wherever it speeds up or brakes.
+    fn unevenness(&self, from_s: f64, to_s: f64) -> f64 {
+        let samples = &self.part.plan.samples;
+        let index = |time_s: f64| time_s / self.part.plan.desired.trajectory().period_s();
+        let first = (index(from_s).floor() as usize).min(samples.len() - 1);
+        // A move of less than a point may end before its start is left.
+        let last = (index(to_s).ceil() as usize).clamp(first, samples.len() - 1);
+        let steps = samples[first..=last].windows(2).map(|pair| pair[1].position_mm - pair[0].position_mm);
+        let mean = (samples[last].position_mm - samples[first].position_mm) / (last - first).max(1) as f64;
+        if mean > 0.0 { steps.fold(mean, f64::max) / mean } else { 1.0 }
     }
 
     /// Writes the codes of feed mode and motion where they change.

@@ -4,6 +4,7 @@
 //! points within arcs and long lines as the correction and the shape of the arc need. Everything else in the program is
 //! unchanged. [`write_program`] refits and verifies.
 
+mod arc;
 mod block_writer;
 mod element;
 mod mark;
@@ -31,7 +32,8 @@ use modes::rounds_less;
 use segment::Segment;
 use verify_feeds::verify_feeds;
 
-pub use element::{Element, ElementArc};
+pub use arc::ElementArc;
+pub use element::Element;
 pub use mark::{Mark, comes_from, marked_line};
 pub use refitted::Refitted;
 pub use settings::{DECIMALS, RefitSettings, SlowStop, TimeEncoding};

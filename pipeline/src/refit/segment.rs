@@ -2,12 +2,13 @@
 
 use std::collections::HashSet;
 
-use gcode::{Language, Move, MoveKind};
+use gcode::{Arc, Language, Move, MoveKind};
 use motion::Vec6;
 use rayon::prelude::*;
 
+use super::arc::{Passage, arc_through, biarc, norm};
 use super::block_writer::Writer;
-use super::element::{Element, ElementArc, Target};
+use super::element::{Element, Span, Target};
 use super::modes::{Modes, restore_motion_code};
 use super::refitted::Refitted;
 use super::settings::{RefitSettings, TimeEncoding};
@@ -170,7 +171,10 @@ impl Segment<'_> {
             Vec6::new(x, y, z, turned[3], turned[4], turned[5])
         };
         let corrected = |time_s: f64| point_at(time_s, share_at(time_s)) + self.shift_at(time_s);
-        let by_time = ((until_s - from_s) / self.settings.spacing_s).floor() as usize;
+        let arc = self.arc_of(step);
+        // Up to two arcs lead from point to point.
+        let apart_s = self.settings.spacing_s * if arc.is_some() { 2.0 } else { 1.0 };
+        let by_time = ((until_s - from_s) / apart_s).floor() as usize;
         let is_slow = slow.is_some() && until_s == to_s;
         let steps = if exact { 1 } else { (if is_slow { 1 } else { by_time }).max(self.least_steps(step)) };
         let at = |i: usize| from_s + (until_s - from_s) * i as f64 / steps as f64;
@@ -192,20 +196,38 @@ impl Segment<'_> {
             self.settings.encoding == TimeEncoding::Keep
                 || (from + 1..to).map(at).all(|time_s| (share_at(time_s) - uniform(time_s)).abs() * length <= ALONG_PATH_MM)
         };
-        let element = |from: usize, to: usize| {
-            let arc = self.arc(step, point(from), corrected(0.5 * (at(from) + at(to))), point(to));
-            Element { point: point(to), arc }
+        let span = |from: usize, to: usize| {
+            let (start, end) = (point(from), point(to));
+            let single = |arc| Span { joint: None, end: Element { point: end, arc } };
+            let Some(arc) = arc else { return single(None) };
+            let between = corrected(0.5 * (at(from) + at(to)));
+            let [leaving, arriving] = [from, to].map(|i| self.direction(arc, share_at(at(i)), at(i)));
+            let through = arc_through(arc.plane, &start, &between, &end);
+            if through.is_some_and(|through| through.follows(leaving, arriving)) {
+                return single(through);
+            }
+            let [leaves, arrives] = [(start, leaving), (end, arriving)].map(|(point, direction)| Passage { point, direction });
+            let (joint, last) = biarc(arc.plane, &leaves, &arrives).unwrap_or_default();
+            let span = Span { joint: joint.map(|(point, arc)| Element { point, arc }), end: Element { point: end, arc: last } };
+            if to > from + 1 || span.off(start, between) <= self.settings.chord_tolerance_mm.max(WITHIN_STEP_MM) {
+                return span;
+            }
+            // Where the correction changes within a step, the directions at its ends do not say where it leads.
+            single(through)
         };
         let fits = |from: usize, to: usize| {
-            let (start, element) = (point(from), element(from, to));
-            let near = |i: usize| element.off(start, point(i)) <= self.settings.chord_tolerance_mm;
+            let (start, span) = (point(from), span(from, to));
+            let near = |i: usize| span.off(start, point(i)) <= self.settings.chord_tolerance_mm;
             to == from + 1 || ((from + 1..to).all(near) && even(from, to))
         };
         let mut targets = Vec::new();
         let mut from = 0;
         while from < steps {
             let to = furthest(from, steps, &fits);
-            targets.push(Target { element: element(from, to), time_s: if to == steps { until_s } else { at(to) }, slow_s: None });
+            let (span, end_s) = (span(from, to), if to == steps { until_s } else { at(to) });
+            let joint_s = at(from) + (end_s - at(from)) * span.share_at_joint(point(from));
+            let joint = span.joint.map(|element| Target { element, time_s: joint_s, slow_s: None });
+            targets.extend(joint.into_iter().chain([Target { element: span.end, time_s: end_s, slow_s: None }]));
             from = to;
         }
         let Some(slow) = slow else { return targets };
@@ -226,24 +248,48 @@ impl Segment<'_> {
         (arc.sweep.abs() / angle).ceil() as usize
     }
 
-    /// Whether arcs are written as arcs. LinuxCNC, where segments state their path mode, slows down where arcs meet: the circle of
-    /// `tests/linuxcnc/story.sh` took 3 % longer as arcs, with 0.70 µm RMS, and 0.4 % longer as lines, with 0.40 µm.
+    /// Whether arcs are written as arcs. LinuxCNC, where segments state their path mode, accelerates less in short arcs after a corner than its
+    /// arcs elsewhere: the circle of `tests/linuxcnc/story.sh` had 0.56 µm RMS as 169 lines and arcs, and 0.30 µm as 664 lines.
     fn writes_arcs(&self) -> bool {
         let is_dialogue = self.part.program.language() == Language::Dialogue;
         let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
         !is_rounded && !is_dialogue && !self.part.states_path && !self.part.plan.desired.kinematics().has_rotary_axes()
     }
 
-    /// The arc of a part of an arc move, through three corrected points; `None` for a line.
-    fn arc(&self, step: &Move, start: Vec6, between: Vec6, end: Vec6) -> Option<ElementArc> {
-        let MoveKind::Arc(arc) = step.kind else { return None };
-        let [first, second, _] = arc.plane.axes();
-        let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
-        // Ends that are rounded to one point would be a full circle.
-        if chord < LEAST_CHORD_MM || !self.writes_arcs() {
-            return None;
+    /// The arc of a move that is written as arcs.
+    fn arc_of<'b>(&self, step: &'b Move) -> Option<&'b Arc> {
+        match &step.kind {
+            MoveKind::Arc(arc) if self.writes_arcs() => Some(arc),
+            _ => None,
         }
-        ElementArc::through(arc.plane, arc.sweep > 0.0, start, between, end)
+    }
+
+    /// Direction of the corrected path in the plane of an arc, of length 1, at a share of the arc and the time of it.
+    fn direction(&self, arc: &Arc, share: f64, time_s: f64) -> [f64; 2] {
+        let [first, second, _] = arc.plane.axes();
+        let (sin, cos) = (arc.start_angle + arc.sweep * share).sin_cos();
+        let growth = arc.radius_end_mm - arc.radius_start_mm;
+        // By the share of the arc, whose radius changes with the rounding of the program.
+        let turn = (arc.radius_start_mm + growth * share) * arc.sweep;
+        let mut direction = [growth * cos - turn * sin, growth * sin + turn * cos];
+        let length = norm(direction);
+        direction = direction.map(|by| by / length);
+        let samples = &self.part.plan.samples;
+        let period = self.part.plan.desired.trajectory().period_s();
+        let at = ((time_s / period).round() as usize).min(samples.len() - 1);
+        let (before, after) = (at.saturating_sub(1), (at + 1).min(samples.len() - 1));
+        let passed_mm = samples[after].position_mm - samples[before].position_mm;
+        // Near a standstill the correction has no slope that could be told.
+        if passed_mm > LEAST_PASSED_MM {
+            let by = |values: &[Vec6]| (values[after] - values[before]) / passed_mm;
+            let slope = by(self.shifts);
+            direction = match self.rounded.map(by) {
+                Some(path) => [path[first] + slope[first], path[second] + slope[second]],
+                None => [direction[0] + slope[first], direction[1] + slope[second]],
+            };
+        }
+        let length = norm(direction);
+        direction.map(|by| by / length)
     }
 }
 
@@ -272,8 +318,11 @@ const MOST_POINTS: usize = 1024;
 /// Least decimals of coordinates in mm for arcs. With fewer, rounding makes the radii at both ends differ by more than the 5 µm that LinuxCNC accepts.
 const LEAST_ARC_DECIMALS: usize = 3;
 
-/// Least chord of an arc, mm: twenty increments of a control with three decimals.
-const LEAST_CHORD_MM: f64 = 0.02;
+/// Least distance that the plan passes in two periods for a slope of the correction there, mm.
+const LEAST_PASSED_MM: f64 = 1e-3;
+
+/// Distance from the corrected curve within a step up to which no kink is taken instead, mm.
+const WITHIN_STEP_MM: f64 = 2e-3;
 
 /// Largest angle of an arc between points, rad. Fewer points would not show its shape.
 const MOST_ANGLE: f64 = 0.25;

@@ -11,9 +11,9 @@ use crate::part::Part;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TimeEncoding {
-    /// Inverse time: `F` is one over the line's duration in minutes.
+    /// Inverse time: `F` is one over the line's duration in minutes at the largest speed that the plan has in it.
     G93,
-    /// Feed per minute: an `F` on every line.
+    /// Feed per minute: an `F` on every line, the largest speed that the plan has in it.
     G94,
     /// The program's own feed words, unchanged.
     Keep,

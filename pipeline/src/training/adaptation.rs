@@ -1,6 +1,6 @@
 //! Adaptation of a model to another machine, or to a later state of the same one, with a few seconds of log.
 
-use datasets::{Fold, Log, Purpose, assess_runs};
+use datasets::{Fold, Log, Purpose, assess_runs, without_offsets};
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, HeldOut, Manifest, StackedPredictor};
 use training::AxisRun;
@@ -50,10 +50,13 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
     if report.is_refused() {
         return Err(Error::unfit(&report));
     }
+    let data_sha256 = data_hash(logs);
+    let corrected = without_offsets(logs);
+    let logs = corrected.as_deref().unwrap_or(logs);
     let folds = datasets::folds(logs, HELD_OUT, FOLDS, seed)?;
     let mut predictors: Vec<Box<dyn AxisPredictor>> = Vec::new();
     let mut axes = Vec::new();
-    let mut manifest = Manifest { date: None, data_sha256: data_hash(logs), ..bundle.manifest.clone() };
+    let mut manifest = Manifest { date: None, data_sha256, ..bundle.manifest.clone() };
     for (predictor, axis) in bundle.predictors()?.into_iter().zip(&mut manifest.axes) {
         let unadapted = Unadapted::of(predictor.as_ref(), &axis.name)?;
         let runs = runs_of(logs, &axis.name)?;

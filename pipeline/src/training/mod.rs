@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::Range;
 
-use datasets::{Check, Log, Purpose, Recording, Report, Severity, assess_runs, moving_axes};
+use datasets::{Check, Log, Purpose, Recording, Report, Severity, assess_runs, moving_axes, without_offsets};
 use machine::MachineSpec;
 use models::{AxisManifest, AxisPredictor, Bundle, FORMAT, HeldOut, Manifest};
 use motion::{Axis, AxisKind};
@@ -32,7 +32,7 @@ use crate::units::ErrorUnit;
 
 pub use adaptation::{Adapted, AdaptedAxis, adapt};
 pub use cross_fit::Piece as HeldOutPiece;
-pub use settings::{MOST_SAMPLES, TrainSettings};
+pub use settings::{HELD_OUT, MOST_SAMPLES, TrainSettings};
 
 /// Total samples over which cross-fit folds run, and the largest number of folds. A short log gets three folds, since
 /// one part gives a poor estimate; a long log, whose fit takes a minute, gets one. The bound limits computing time.
@@ -137,10 +137,20 @@ fn check_stretches(runs: &[Log]) -> Result<()> {
     if of_set || 2 * unfit.len() > runs.len() { Err(Error::unfit(&report)) } else { Ok(()) }
 }
 
+/// Largest relative difference of sampling periods that are the same.
+const SAME_PERIOD: f64 = 1e-6;
+
 /// Where the limits of a model come from.
 enum Limits<'a> {
     Given(&'a MachineSpec),
     Reached(Reached),
+}
+
+/// A model of another period than that of the machine file compensates nothing that is planned with it.
+fn check_period(limits: &Limits<'_>, period_s: f64) -> Result<()> {
+    let Limits::Given(spec) = limits else { return Ok(()) };
+    let (log_ms, file_ms) = (1e3 * period_s, spec.sampling_period_ms);
+    if (log_ms / file_ms - 1.0).abs() <= SAME_PERIOD { Ok(()) } else { Err(Error::OtherPeriod { log_ms, file_ms }) }
 }
 
 /// Trains on the samples `rows` of `logs`.
@@ -151,8 +161,12 @@ fn fit(
     settings: &TrainSettings,
     progress: Progress<'_>,
 ) -> Result<Trained> {
+    let data_sha256 = data_hash(logs);
+    let corrected = without_offsets(logs);
+    let logs = corrected.as_deref().unwrap_or(logs);
     let Some(first) = logs.first() else { return Err(Error::NoLog) };
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
+    check_period(&limits, period_s)?;
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
     let samples: usize = rows.iter().map(ExactSizeIterator::len).sum();
     let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);
@@ -189,7 +203,7 @@ fn fit(
         date: None,
         period_s,
         seed: settings.seed,
-        data_sha256: data_hash(logs),
+        data_sha256,
         common_delay_s: common_delay_s(logs, &moving),
         machine_toml: spec_of_model.to_toml()?,
         limits_from_log,

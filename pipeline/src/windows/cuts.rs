@@ -7,7 +7,7 @@ use gcode::{Diagnostic, Feed, Move, MoveKind, Reader, Resume, Toolpath, WorkOffs
 use motion::{Limits, Vec6};
 
 use crate::error::Result;
-use crate::part::{Placement, Section, Whole, coordinates, refused};
+use crate::part::{MissingAxes, Placement, Section, Whole, coordinates, refused};
 use crate::setup::Setup;
 
 /// Estimated time between places at which the program can be cut, s.
@@ -31,6 +31,8 @@ struct Cut {
     /// Estimated time and number of moves before it.
     time_s: f64,
     moves: usize,
+    /// Number of feed moves before it.
+    feeds: usize,
     /// Start of the next move in program coordinates, and its system.
     at: Vec6,
     system: WorkOffset,
@@ -51,10 +53,10 @@ pub(super) struct Cuts {
 }
 
 /// Finds the cuts of a program; `None` where it cannot be read in parts.
-pub(super) fn scan(whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
+pub(super) fn scan(whole: &Whole, setup: &Setup) -> Result<Option<Cuts>> {
     let (program, options) = (&whole.program, &whole.options);
     for reader in [Reader::new(program, options), Reader::with_absolute_centres(program, options)].into_iter().flatten() {
-        if let Some(cuts) = read_through(reader, whole, limits)? {
+        if let Some(cuts) = read_through(reader, whole, setup)? {
             return Ok(Some(cuts));
         }
     }
@@ -62,18 +64,20 @@ pub(super) fn scan(whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
 }
 
 /// Reads a program to its end; `None` where its arcs fit no circle.
-fn read_through(mut reader: Reader<'_>, whole: &Whole, limits: &Limits) -> Result<Option<Cuts>> {
+fn read_through(mut reader: Reader<'_>, whole: &Whole, setup: &Setup) -> Result<Option<Cuts>> {
     let program = &whole.program;
     let mut cuts = vec![Cut {
         block: 0,
         state: reader.state(),
         time_s: 0.0,
         moves: 0,
+        feeds: 0,
         at: Vec6::zeros(),
         system: WorkOffset::Standard(1),
         direction: Vec6::zeros(),
     }];
-    let (mut time_s, mut moves, mut direction, mut systems) = (0.0, 0, Vec6::zeros(), BTreeSet::new());
+    let mut missing = MissingAxes::of(setup.kinematics.as_ref());
+    let (mut time_s, mut moves, mut feeds, mut direction, mut systems) = (0.0, 0, 0, Vec6::zeros(), BTreeSet::new());
     loop {
         let last_s = cuts.last().map_or(0.0, |cut| cut.time_s);
         let state = if time_s >= last_s + APART_S { reader.resume().filter(Resume::is_absolute) } else { None };
@@ -83,19 +87,22 @@ fn read_through(mut reader: Reader<'_>, whole: &Whole, limits: &Limits) -> Resul
             && matches!(next.kind, MoveKind::Line | MoveKind::Rapid)
         {
             let (at, system) = (coordinates(&next.start), part.modal(next).work_offset);
-            cuts.push(Cut { block, state, time_s, moves, at, system, direction });
+            cuts.push(Cut { block, state, time_s, moves, feeds, at, system, direction });
         }
         for step in &part.moves {
-            time_s += estimate_s(step, limits, whole.settings.piece_time_s);
+            missing.note(step);
+            time_s += estimate_s(step, &setup.limits, whole.settings.piece_time_s);
             moves += 1;
             note_direction(step, &mut direction);
             if step.is_feed() {
                 systems.insert(system_of(&part, step));
+                feeds += 1;
             }
         }
     }
     let refusal = |error| refused(error, program, &whole.name);
-    let Some(warnings) = reader.finish().map_err(refusal)? else { return Ok(None) };
+    let Some(mut warnings) = reader.finish().map_err(refusal)? else { return Ok(None) };
+    warnings.extend(missing.warnings(program));
     let mut starts = vec![0];
     // Of equal length: a short last one would leave all cores but one without work.
     let window_s = time_s / (time_s / WINDOW_S).round().max(1.0);
@@ -103,7 +110,9 @@ fn read_through(mut reader: Reader<'_>, whole: &Whole, limits: &Limits) -> Resul
         let from = &cuts[starts[starts.len() - 1]];
         let is_full = cut.time_s - from.time_s >= window_s || cut.moves - from.moves >= WINDOW_MOVES;
         let (left_s, left) = (time_s - cut.time_s, moves - cut.moves);
-        if is_full && left_s > BESIDE_S && (left_s > 0.5 * WINDOW_S || left > WINDOW_MOVES / 2) {
+        // A window without a feed move has nothing to compensate: rapids and dwells belong to one that has.
+        let has_feed = cut.feeds > from.feeds && feeds > cut.feeds;
+        if is_full && has_feed && left_s > BESIDE_S && (left_s > 0.5 * WINDOW_S || left > WINDOW_MOVES / 2) {
             starts.push(index);
         }
     }

@@ -56,7 +56,7 @@ impl LongProgram {
             return Ok(None);
         }
         let whole = Whole::new(name, Arc::clone(program), setup, settings)?;
-        let Some(cuts) = scan(&whole, &setup.limits)? else { return Ok(None) };
+        let Some(cuts) = scan(&whole, setup)? else { return Ok(None) };
         let is_long = cuts.seconds() >= LONG_S && cuts.windows() > 1;
         let (setup, read) = (setup.clone(), settings.clone());
         Ok(is_long.then(|| Self { whole: Arc::new(whole), setup, read, cuts }))

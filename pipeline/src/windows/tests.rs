@@ -104,7 +104,7 @@ fn windows_cut_at_random_run_as_the_whole_does() {
         let text = Arc::new(gcode::parse(program(seed).into_bytes()));
         let of_whole = run(Part::read("part.nc", text.bytes(), &setup, &settings).unwrap(), &mut machine);
         let whole = Arc::new(Whole::new("part.nc", Arc::clone(&text), &setup, &settings).unwrap());
-        let mut cuts = scan(&whole, &setup.limits).unwrap().unwrap();
+        let mut cuts = scan(&whole, &setup).unwrap().unwrap();
         let mut places: Vec<usize> = (1..WINDOWS).map(|_| random.random_range(1..cuts.places())).chain([0]).collect();
         places.sort_unstable();
         places.dedup();
@@ -119,5 +119,26 @@ fn windows_cut_at_random_run_as_the_whole_does() {
             assert!(is_near(window.0, whole.0, RMS) && is_near(window.1, whole.1, MAX), "seed {seed}, blocks {core:?}");
             assert!(samples.abs_diff(of) as f64 <= TIME * of as f64 + ENDS, "seed {seed}, blocks {core:?}");
         }
+    }
+}
+
+#[test]
+fn every_window_has_a_feed_move() {
+    let rapids = "G0 X0.\nG0 X50.\n".repeat(200);
+    let text = format!("G21 G90 G17\nG0 X0. Y0. Z5.\nG1 Z0. F60.\nG1 X20.\n{rapids}G1 X0. F60.\n{rapids}M30\n");
+    let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
+    let settings = ReadSettings { at_zero: true, ..ReadSettings::default() };
+    let program = Arc::new(gcode::parse(text.into_bytes()));
+    let whole = Arc::new(Whole::new("part.nc", program, &setup, &settings).unwrap());
+    let cuts = scan(&whole, &setup).unwrap().unwrap();
+    let placement = whole.placement(cuts.systems(), &setup, &settings);
+    assert!(cuts.windows() > 1 && cuts.seconds() > 200.0, "{} windows, {} s", cuts.windows(), cuts.seconds());
+    for section in cuts.sections(&whole, &placement, &setup) {
+        let core = section.core.clone();
+        let part = section.part(&placement, &setup).unwrap();
+        assert!(
+            part.toolpath.moves.iter().any(|step| step.is_feed() && core.contains(&(step.block as usize))),
+            "blocks {core:?}"
+        );
     }
 }

@@ -85,7 +85,18 @@ impl Window {
                 look.seed = (look.from, 0.0);
             }
         }
-        pieces.nearest(look.from, look.to, look.seed, p)
+        let found = pieces.nearest(look.from, look.to, look.seed, p);
+        let (piece, t) = source.locate(due.matched);
+        // No foot point is farther away than the point at the same time: one that is lies on a branch that the path has left.
+        let is_lost = found.distance > self.noise_mm && (pieces.cubic(piece).point(t) - p).norm() < found.distance;
+        if is_lost { self.found_again(source, due.matched, p) } else { found }
+    }
+
+    /// Foot point around a time match.
+    #[cold]
+    fn found_again(&self, source: &impl PathSource, matched: f64, p: &Vec3) -> PathPoint {
+        let look = self.around(source, matched, p);
+        source.pieces().nearest(look.from, look.to, look.seed, p)
     }
 
     /// Slow path of [`Self::around`].
@@ -186,6 +197,8 @@ pub(in crate::contour) struct Due {
     usual: f64,
     /// Lower bound of the search, noise aside: paths go forward.
     back: f64,
+    /// The time match.
+    matched: f64,
 }
 
 /// Tracks the lead of the foot points over the time match.
@@ -218,7 +231,7 @@ impl Follower {
         let most = window.max_samples as f64;
         let near = |index: f64| index.clamp(matched - most, matched + most);
         match self.track {
-            None => Due { moved_on: matched, usual: matched, back: matched - most },
+            None => Due { moved_on: matched, usual: matched, back: matched - most, matched },
             Some(track) => {
                 let usual = near(matched + track.lead);
                 Due {
@@ -227,6 +240,7 @@ impl Follower {
                     // A foot point that once jumped ahead, for example to a spike in the log, must
                     // not hold back later ones.
                     back: usual.min(track.furthest),
+                    matched,
                 }
             }
         }

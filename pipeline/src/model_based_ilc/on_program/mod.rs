@@ -43,7 +43,8 @@ pub(super) struct OnProgram {
     pub(super) written: Option<RefitSettings>,
 }
 
-/// Continues the iteration from `ideal`, the best run on the reference, on the replanned program. The points are as few as the forecast
+/// Continues the iteration from the best of `ideals`, runs on the reference within the limits of the axes and without them, on the replanned
+/// program. The points are as few as the forecast
 /// allows; the cycle stays within its limit. With the command of an earlier run, `resumed`, the iteration also continues from there, and the
 /// better result is taken.
 pub(super) fn relearn_on_program(
@@ -52,10 +53,11 @@ pub(super) fn relearn_on_program(
     input: &Input,
     settings: &Settings,
     written: RefitSettings,
-    ideal: &Iteration,
+    ideals: &[&Iteration],
     resumed: Option<&Trajectory>,
 ) -> Result<OnProgram> {
-    let mut search = Search { task, control, path: input.trajectory(), settings, ideal, low_pass_hz: CUT_OFFS_HZ[0], updates: 0 };
+    let mut search =
+        Search { task, control, path: input.trajectory(), settings, ideals, low_pass_hz: CUT_OFFS_HZ[0], updates: 0 };
     let (found, kept_feeds) = search.cut_offs(written)?;
     let mut found = search.stepped(found)?;
     if let Some(command) = resumed {
@@ -124,7 +126,7 @@ impl Search<'_, '_, '_> {
     /// Whether no other cut-off can save much.
     fn is_near(&self, tried: &Tried) -> bool {
         let expected = |cost_mm: f64| self.task.worth(0.0).expected(cost_mm);
-        let (cost_mm, ideal_mm) = (tried.cost_mm(), self.ideal.measure.max(self.task.floor_mm()));
+        let (cost_mm, ideal_mm) = (tried.cost_mm(), self.ideal_mm().max(self.task.floor_mm()));
         cost_mm <= AS_GOOD * ideal_mm || expected(cost_mm) <= NEAR * expected(ideal_mm)
     }
 

@@ -20,27 +20,48 @@ pub(super) struct Opening {
 
 impl Search<'_, '_, '_> {
     /// The best reference with this cut-off and a few updates of it, with the finest points whose cycle is short enough: with times of their own,
-    /// or without where that is too long whatever the points.
+    /// or without, where these need points further apart and cost more, or the cycle is too long whatever the points.
     pub(super) fn opening(&mut self, low_pass_hz: f64, written: RefitSettings) -> Result<Opening> {
         self.low_pass_hz = low_pass_hz;
-        let start = self.start()?;
-        let timed = self.finest(&start, written)?;
-        let kept = RefitSettings { encoding: TimeEncoding::Keep, ..written };
-        let (tried, kept_feeds) = match timed {
-            Tried::Long(shortest) if written.encoding != TimeEncoding::Keep && self.control.replans(kept) => {
-                (self.finest(&start, kept)?, Some(self.slowdown(shortest.cycle_s)))
+        let (first, others) = (self.ideals[0], &self.ideals[1..]);
+        let mut best = self.opening_from(&first.reference, written)?;
+        for ideal in others {
+            let next = self.opening_from(&ideal.reference, written)?;
+            if !best.tried.is_better(&next.tried) {
+                best = next;
             }
-            timed => (timed, None),
-        };
-        let tried = if matches!(tried, Tried::Short(_)) { self.learn(tried, f64::INFINITY, OPENING_UPDATES)? } else { tried };
+        }
+        Ok(best)
+    }
+
+    /// The opening from one reference.
+    fn opening_from(&mut self, ideal: &Trajectory, written: RefitSettings) -> Result<Opening> {
+        let low_pass_hz = self.low_pass_hz;
+        let start = self.start(ideal)?;
+        let (timed, slowdown) = self.finest(&start, written)?;
+        let timed = self.begun(timed)?;
+        let is_finest = matches!(&timed, Tried::Short(found) if found.written.spacing_s <= written.spacing_s);
+        let kept = RefitSettings { encoding: TimeEncoding::Keep, ..written };
+        if is_finest || written.encoding == TimeEncoding::Keep || !self.control.replans(kept) {
+            return Ok(Opening { tried: timed, low_pass_hz, kept_feeds: None });
+        }
+        let (kept, _) = self.finest(&start, kept)?;
+        let kept = self.begun(kept)?;
+        let (tried, kept_feeds) = if timed.is_better(&kept) { (timed, None) } else { (kept, Some(slowdown)) };
         Ok(Opening { tried, low_pass_hz, kept_feeds })
     }
 
+    /// A few updates of a run whose cycle is short enough.
+    fn begun(&mut self, tried: Tried) -> Result<Tried> {
+        if matches!(tried, Tried::Short(_)) { self.learn(tried, f64::INFINITY, OPENING_UPDATES) } else { Ok(tried) }
+    }
+
     /// Doubles the time between points until the cycle is short enough; looser chords make no cycle shorter. All cut-offs but the lowest give up
-    /// where it would be too long even if every further doubling halved the slowdown.
-    fn finest(&mut self, start: &Trajectory, written: RefitSettings) -> Result<Tried> {
+    /// where it would be too long even if every further doubling halved the slowdown. Also returns the increase of the cycle time with `written`.
+    fn finest(&mut self, start: &Trajectory, written: RefitSettings) -> Result<(Tried, f64)> {
         let mut best = self.run(start.clone(), written)?;
-        let (mut at, mut slowdown) = (written, self.slowdown(best.cycle_s()));
+        let first = self.slowdown(best.cycle_s());
+        let (mut at, mut slowdown) = (written, first);
         let is_lowest = CUT_OFFS_HZ.last() == Some(&self.low_pass_hz);
         for left in (1..=if self.may_coarsen(written) { DOUBLINGS } else { 0 }).rev() {
             let is_far = slowdown > self.settings.cycle_limit * f64::from(1 << left);
@@ -54,6 +75,6 @@ impl Search<'_, '_, '_> {
                 best = next;
             }
         }
-        Ok(best)
+        Ok((best, first))
     }
 }

@@ -58,8 +58,8 @@ pub(super) struct Search<'a, 'b, 'm> {
     pub(super) control: &'a mut ControlledMachine<'m, LearnedMachine>,
     pub(super) path: &'a Trajectory,
     pub(super) settings: &'a Settings,
-    /// The best run on the reference.
-    pub(super) ideal: &'a Iteration,
+    /// The best runs on the reference: within the limits of the axes, and without them where that costs less.
+    pub(super) ideals: &'a [&'a Iteration],
     /// Cut-off of the start and of the updates, Hz.
     pub(super) low_pass_hz: f64,
     /// Updates so far.
@@ -117,7 +117,7 @@ impl Search<'_, '_, '_> {
     pub(super) fn learn(&mut self, first: Tried, allowed: f64, updates: usize) -> Result<Tried> {
         let (Tried::Short(known) | Tried::Long(known)) = &first;
         let (start, written) = (&known.run.0, known.written);
-        let is_same = (start.measure / self.ideal.measure - 1.0).abs() <= SAME_FORECAST;
+        let is_same = (start.measure / self.ideal_mm() - 1.0).abs() <= SAME_FORECAST;
         let is_too_slow = self.slowdown(known.cycle_s) > HOPELESS_CYCLE * self.settings.cycle_limit;
         if self.settings.law != LawName::ModelBased || is_same || is_too_slow || start.measure > HOPELESS * allowed {
             return Ok(first);
@@ -175,13 +175,18 @@ impl Search<'_, '_, '_> {
         if self.is_short(cycle_s) { Tried::Short(candidate) } else { Tried::Long(candidate) }
     }
 
-    /// The best reference, its correction smoothed with the cut-off where that is not the highest.
-    pub(super) fn start(&self) -> Result<Trajectory> {
+    /// Least cost on the reference, mm.
+    pub(super) fn ideal_mm(&self) -> f64 {
+        self.ideals.iter().map(|ideal| ideal.measure).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A reference, its correction smoothed with the cut-off where that is not the highest.
+    pub(super) fn start(&self, ideal: &Trajectory) -> Result<Trajectory> {
         let low_pass = LowPass::new(self.low_pass_hz, self.path.period_s())?;
         let Some(low_pass) = low_pass.filter(|_| self.low_pass_hz < CUT_OFFS_HZ[0]) else {
-            return Ok(self.ideal.reference.clone());
+            return Ok(ideal.clone());
         };
-        let pairs = self.path.columns().iter().zip(self.ideal.reference.columns());
+        let pairs = self.path.columns().iter().zip(ideal.columns());
         let columns = pairs.map(|(path, ideal)| {
             let correction: Vec<f64> = ideal.iter().zip(path).map(|(ideal, path)| ideal - path).collect();
             path.iter().zip(low_pass.zero_phase(&correction)).map(|(path, correction)| path + correction).collect()
