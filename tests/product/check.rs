@@ -54,6 +54,15 @@ fn assert_unfit(what: (String, Vec<(String, String)>), check: &str, message: &st
 }
 
 #[test]
+fn a_log_that_training_finds_too_short_is_not_fit() {
+    let folder = Folder::new();
+    let log = healthy();
+    let rows = (1.5 / log.period_s()) as usize;
+    let short = log.part("run", 1000, 1000 + rows).unwrap();
+    assert_unfit(found_in(&folder, &short), "rate", "2.5 s are needed to hold a part of it out");
+}
+
+#[test]
 fn a_log_without_fault_is_fit_and_its_columns_are_told() {
     let folder = Folder::new();
     let logs = recorded();

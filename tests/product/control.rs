@@ -81,6 +81,25 @@ fn the_first_run_on_a_learned_control_has_less_than_half_the_error_of_one_withou
 }
 
 #[test]
+fn sharp_corners_are_corrected_where_the_control_passes_them_at_its_largest_acceleration() {
+    let folder = folder();
+    // Without a limit of jerk, and a turn by 135 degrees.
+    let control =
+        control().replace("jerk_mm_s3 = 80000.0", "jerk_mm_s3 = 1e10").replacen("= 1e10", "= 1e10\nsmoothing_ms = 0.0", 1);
+    folder.write("control.toml", control);
+    folder.write("part.nc", "G21 G90 G17\nG0 X0 Y0\nG4 P0.2\nG1 X12. F3600\nG1 X6. Y6.\nG1 X20.\nG1 X0 Y0\nG4 P0.2\nM30\n");
+    let worst_um = |program: &str| {
+        folder.figures(&["simulate", program, "--machine", "control.toml", "-o", "run.csv", "--seed", "7"]);
+        let measured = folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--machine", "control.toml"]);
+        measured["contour_um"]["max"].as_f64().unwrap()
+    };
+    folder.figures(&["compensate", "part.nc", "-m", "own.model", "-o", "own.nc", "--machine", "control.toml"]);
+    let [raw, own] = ["part.nc", "own.nc"].map(worst_um);
+    println!("{raw:.2} -> {own:.2} µm MAX");
+    assert!(own < 0.3 * raw, "{raw} {own}");
+}
+
+#[test]
 fn training_says_what_it_learned_of_the_control_and_how_far_it_holds() {
     let control = &LEARNED.control;
     let filter = control["values"].as_array().unwrap().iter().find(|value| value["key"] == "control.filters_ms[0]").unwrap();

@@ -44,8 +44,8 @@ fn settings_of_controls_become_machine_files() {
         // What the axes allow together: √(508² + 508² + 254²).
         ("path.acceleration_mm_s2", 762.0),
         ("path.jerk_mm_s3", 1_524_000.0),
-        ("path.centripetal_mm_s2", 0.866 * 254.0),
-        ("path.arc_acceleration_mm_s2", 254.0),
+        ("path.centripetal_mm_s2", 0.866 * 508.0),
+        ("path.arc_acceleration_mm_s2", 508.0),
         ("path.short_line_acceleration", 0.5),
         // The narrower of axis and joint.
         ("axes.0.velocity_mm_s", 50.8),

@@ -152,6 +152,11 @@ fn readback_tells_a_control_that_keeps_path_and_time_from_others() {
     let (path, _, figures) = kept("off.nc");
     assert!(!path, "{figures}");
     folder.fails(2, &["measure", "run.csv", "--readback"]);
+    // A rest a fraction of a micrometre before the end is not part of the path.
+    std::fs::write(folder.path("short.nc"), part.replace("X0\nM2", "X0.0003\nG4 P1\nM2")).unwrap();
+    folder.figures(&["simulate", "short.nc", "-o", "run.csv"]);
+    let (path, time, figures) = kept("part.nc");
+    assert!(path && time, "{figures}");
     // A wait within the path makes no one late.
     std::fs::write(folder.path("part.nc"), part.replace("G3 X20", "G4 P0.3\nG3 X20")).unwrap();
     folder.figures(&["simulate", "part.nc", "-o", "run.csv"]);

@@ -46,8 +46,10 @@ fn the_time_of_the_first_line_is_without_the_dwell_before_it() {
 
 #[test]
 fn a_program_keeps_its_feeds_where_the_times_of_points_cost_too_much_of_the_cycle() {
-    let folder = folder_with(PART);
-    let words = ["compensate", "modes.ngc", "-m", "machine.model", "-o", "out.ngc", "--controller", "linuxcnc"];
+    // Smoothed acceleration: at every step of the stated speed the control takes longer.
+    let folder = folder_with("G21 G90 G17\nG0 X0 Y0 Z0\nG1 X20 F3000\nX20 Y10\nX0\nY0\nG0 Z5\nM2\n");
+    let words =
+        ["compensate", "modes.ngc", "-m", "machine.model", "-o", "out.ngc", "--controller", "linuxcnc", "--work-offset", "0,0,0"];
     let printed = text(&folder.precomp(&words).stdout);
     assert!(printed.contains("the program keeps its feeds instead (--format g93 states the times)"));
     assert!(!folder.read("out.ngc").contains("G93"));

@@ -103,10 +103,20 @@ export class Page {
     return this.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
   }
 
-  /** The middle of an element, shifted, on the screen. */
+  /** A place of an element on the screen, as shares of its width and height, once the page no longer scrolls. */
   async at(selector, shift = [0.5, 0.5]) {
-    return this.ask(`(() => { const e = document.querySelector(${JSON.stringify(selector)}); e.scrollIntoView({ block: "center" }); const b = e.getBoundingClientRect();
-      return [b.left + ${shift[0]} * b.width, b.top + ${shift[1]} * b.height]; })()`);
+    return this.ask(`(async () => {
+      const element = document.querySelector(${JSON.stringify(selector)});
+      element.scrollIntoView({ block: "center", behavior: "instant" });
+      let box = element.getBoundingClientRect(), rest = 0;
+      for (let k = 0; rest < 3 && k < 300; k++) {
+        await new Promise(requestAnimationFrame);
+        const now = element.getBoundingClientRect();
+        rest = now.top === box.top && now.left === box.left ? rest + 1 : 0;
+        box = now;
+      }
+      return [box.left + ${shift[0]} * box.width, box.top + ${shift[1]} * box.height];
+    })()`);
   }
 
   mouse(type, [x, y], more = {}) {
