@@ -4,6 +4,7 @@ use std::path::Path;
 
 use motion::{Axis, AxisKind};
 
+use crate::columns::Side;
 use crate::formats::{format_of, table_of};
 use crate::read::{map_of, runs_of, stated};
 use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Source, Table};
@@ -43,6 +44,8 @@ pub enum Role {
     Commanded(Axis),
     /// Reported positions of an axis.
     Actual(Axis),
+    /// Tracking errors of an axis, in place of its commanded or reported positions.
+    Error(Axis),
     /// Nothing.
     Unused,
 }
@@ -77,9 +80,11 @@ fn role(index: usize, map: &ColumnMap) -> (Role, String) {
     }
     for axis in &map.axes {
         let units = if axis.axis.kind == AxisKind::Linear { LENGTHS } else { ANGLES };
-        for (source, role) in
-            [(axis.reference, Role::Commanded(axis.axis.clone())), (axis.actual, Role::Actual(axis.axis.clone()))]
-        {
+        let of = |side, role: Role| if axis.error_for == Some(side) { Role::Error(axis.axis.clone()) } else { role };
+        for (source, role) in [
+            (axis.reference, of(Side::Reference, Role::Commanded(axis.axis.clone()))),
+            (axis.actual, of(Side::Actual, Role::Actual(axis.axis.clone()))),
+        ] {
             if source.column == index {
                 return (role, unit(source, units, axis.axis.kind.unit()));
             }

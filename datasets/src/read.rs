@@ -1,17 +1,19 @@
 //! Reads logs from files.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use motion::{Axis, Trajectory};
 
 use crate::clocks::on_one_clock;
+use crate::columns::Side;
 use crate::formats::{read_table, table_of};
 use crate::options::ReadOptions;
 use crate::parts::{Parts, noted, of_one_period};
 use crate::recorded::Recorded;
 use crate::side_file::read_side_file;
 use crate::usable::Usable;
-use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table};
+use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table, missing, tracking_errors, turns};
 
 /// Reads one run, and reports the corrections for a uniform rate.
 ///
@@ -143,14 +145,21 @@ fn recorded(
     options: &ReadOptions,
     report: &mut Report,
 ) -> Result<(Vec<Axis>, Recorded), DatasetError> {
-    let map = map_of(path, table, options)?;
+    let mut map = map_of(path, table, options)?;
     report.findings.extend(map.findings());
-    let (table, findings) = on_one_clock(path, table, map.time, &map.clocks)?;
+    let split = missing::apart(table, &map);
+    let (table, clocks) = split.as_ref().map_or((table, &map.clocks), |(table, clocks)| (table, clocks));
+    let (mut table, findings) = on_one_clock(path, table, map.time, clocks)?;
     report.findings.extend(findings);
+    if let Some((kept, time, finding)) = missing::without_rows(path, &table, &map, options)? {
+        (table, map.time) = (Cow::Owned(kept), Some(time));
+        report.push(finding);
+    }
     let axes: Vec<Axis> = map.axes.iter().map(|columns| columns.axis.clone()).collect();
     let references = map.axes.iter().map(|axis| axis.reference);
     let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
-    let (kept, columns) = usable_columns(path, &table, &axes, &sources, report)?;
+    let errors: Vec<Option<Side>> = map.axes.iter().map(|axis| axis.error_for).collect();
+    let (kept, columns) = usable_columns(path, &table, &axes, (&sources, &errors), report)?;
     let axes: Vec<Axis> = kept.iter().map(|axis| axes[*axis].clone()).collect();
     let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(kept.iter().map(|axis| sources[*axis])).collect();
     let (recorded, findings) = Recorded::new(path, &table, map.time, (&named, columns), options.period_s)?;
@@ -163,11 +172,16 @@ fn usable_columns(
     path: &Path,
     table: &Table,
     axes: &[Axis],
-    sources: &[Source],
+    (sources, errors): (&[Source], &[Option<Side>]),
     report: &mut Report,
 ) -> Result<(Vec<usize>, Vec<Vec<f64>>), DatasetError> {
     let columns = sources.iter().map(|source| table.scaled(path, source.column, source.scale));
     let mut columns = columns.collect::<Result<Vec<_>, _>>()?;
+    tracking_errors::replace(&mut columns, errors, 0);
+    report.findings.extend(turns::go_on(axes, &mut columns));
+    let mut signs = tracking_errors::Signs::new(errors);
+    signs.note(&columns);
+    report.findings.extend(signs.finding(axes));
     let mut usable = Usable::new(path, table, axes, sources);
     usable.note(&columns, &table.lines);
     let (kept, findings) = usable.finish()?;

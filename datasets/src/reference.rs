@@ -10,7 +10,7 @@ use crate::formats::read_table;
 use crate::read::{map_of, opened};
 use crate::recorded::{Recorded, columns_of};
 use crate::write::{content, times, write_content};
-use crate::{DatasetError, ReadOptions, Report, Table};
+use crate::{ColumnMap, DatasetError, ReadOptions, Report, Table, turns};
 
 /// Reads a reference, one column per axis; of a log, the commanded columns.
 ///
@@ -25,7 +25,15 @@ pub fn read_reference(path: &Path, options: &ReadOptions) -> Result<(Trajectory,
     let (table, options, mut report) = opened(path, options)?;
     let map = map_of(path, &table, &options)?;
     report.findings.extend(map.findings());
-    reference_of(path, &table, map.into(), options.period_s, report)
+    reference_of(path, &table, commands_of(path, &table, map)?, options.period_s, report)
+}
+
+/// The commanded columns of a log.
+///
+/// # Errors
+/// When an axis has none.
+pub(crate) fn commands_of(path: &Path, table: &Table, map: ColumnMap) -> Result<CommandColumns, DatasetError> {
+    map.try_into().map_err(|reason| DatasetError::Columns { path: path.to_owned(), reason, names: table.names.clone() })
 }
 
 /// As [`read_reference`], from columns that are already in memory, named as in a file; errors have the name `path`. `period_s` is the
@@ -47,7 +55,9 @@ fn reference_of(
 ) -> Result<(Trajectory, Report), DatasetError> {
     let (table, findings) = on_one_clock(path, table, time, &clocks)?;
     report.findings.extend(findings);
-    let columns = columns_of(path, &table, &sources)?;
+    let mut columns = columns_of(path, &table, &sources)?;
+    let axes: Vec<Axis> = sources.iter().map(|(axis, _)| axis.clone()).collect();
+    report.findings.extend(turns::go_on(&axes, &mut columns));
     let (recorded, findings) = Recorded::new(path, &table, time, (&sources, columns), period_s)?;
     report.findings.extend(findings);
     if let Some((gap, line, time_s)) = recorded.gaps().first() {
@@ -55,7 +65,6 @@ fn reference_of(
     }
     let uniform = recorded.uniform(path)?;
     report.findings.extend(uniform.findings);
-    let axes: Vec<Axis> = sources.into_iter().map(|(axis, _)| axis).collect();
     Ok((Trajectory::new(uniform.period_s, axes, uniform.columns)?, report))
 }
 

@@ -277,12 +277,21 @@ fn a_bad_axis_is_left_out_and_the_others_are_used() {
     let (log, report) = read(table(header, unlogged), None).unwrap();
     assert_eq!(names(&log), ["x", "y"]);
     assert_found(&report, Severity::Warn, Check::Mended, "axis z is left out: line 2: column `z_ref` has no finite number");
-    let hole = |k: usize| {
-        row(k, &[0, 1, 2]).replacen(',', if k == 300 { ",n/a," } else { "," }, 1).split(',').take(7).collect::<Vec<_>>().join(",")
+    let hole = |rows: std::ops::Range<usize>| {
+        move |k: usize| {
+            let mark = if rows.contains(&k) { ",n/a," } else { "," };
+            row(k, &[0, 1, 2]).replacen(',', mark, 1).split(',').take(7).collect::<Vec<_>>().join(",")
+        }
     };
-    let (log, report) = read(table(header, hole), None).unwrap();
+    let (log, report) = read(table(header, hole(300..360)), None).unwrap();
     assert_eq!(names(&log), ["y", "z"]);
     assert_found(&report, Severity::Warn, Check::Mended, "axis x is left out: line 302: column `x_ref`");
+    // Few such rows are interpolated.
+    let (log, report) = read(table(header, hole(300..303)), None).unwrap();
+    assert_eq!(names(&log), ["x", "y", "z"]);
+    let off = |k: usize| (log.reference.columns()[0][k] - sample(0, k as f64 * PERIOD_S)[0]).abs();
+    assert!((0..SAMPLES).all(|k| off(k) < 1e-5), "{:?}", (300..303).map(off).collect::<Vec<_>>());
+    assert_found(&report, Severity::Warn, Check::Mended, "3 rows lack a value, first `x_ref` in line 302");
 }
 
 #[test]

@@ -159,11 +159,23 @@ fn faults_of_halscope_logs_are_reported() {
     assert!(error.contains("no time column and no sampling period given"), "{error}");
     assert_sample(&read("run.csv", bare, None, Some(PERIOD_S)).unwrap().0, 0, SAMPLES);
     // A channel without its other half is left out; without any pair there is no axis.
-    let alone =
-        halscope("2000000 ns", ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.2.motor-pos-cmd", "joint.2.f-error"]);
+    let alone = halscope(
+        "2000000 ns",
+        ["joint.0.motor-pos-cmd", "joint.0.motor-pos-fb", "joint.2.motor-pos-cmd", "joint.2.motor-offset"],
+    );
     let (log, report) = read("run.csv", &alone, None, None).unwrap();
     assert_eq!(log.axes().len(), 1);
-    assert_found(&report, Severity::Note, Check::Mended, "columns not used: joint.2.motor-pos-cmd, joint.2.f-error");
+    assert_found(&report, Severity::Note, Check::Mended, "columns not used: joint.2.motor-pos-cmd, joint.2.motor-offset");
+    // The following error stands for it.
+    let error = alone.replace("joint.2.motor-offset", "joint.2.f-error");
+    let (log, report) = read("run.csv", &error, None, None).unwrap();
+    assert_eq!(log.axes().len(), 2);
+    assert_found(
+        &report,
+        Severity::Note,
+        Check::Mended,
+        "the actual position of z is taken from its command and `joint.2.f-error`",
+    );
     let none = halscope("2000000 ns", ["joint.0.motor-pos-cmd", "joint.1.motor-pos-fb", "spindle.0.at-speed", "joint.2.f-error"]);
     let error = read("run.csv", &none, None, None).unwrap_err().to_string();
     assert!(error.contains("no axis has both a commanded and an actual position"), "{error}");

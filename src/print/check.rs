@@ -50,6 +50,7 @@ fn role(role: &Role) -> String {
         Role::Time => "time".to_owned(),
         Role::Commanded(axis) => format!("{axis} commanded"),
         Role::Actual(axis) => format!("{axis} actual"),
+        Role::Error(axis) => format!("{axis} tracking error"),
         Role::Unused => "not used".to_owned(),
     }
 }
@@ -132,6 +133,7 @@ fn column_json(column: &Column) -> Value {
         Role::Time => ("time", None),
         Role::Commanded(axis) => ("commanded", Some(&axis.name)),
         Role::Actual(axis) => ("actual", Some(&axis.name)),
+        Role::Error(axis) => ("error", Some(&axis.name)),
         Role::Unused => ("unused", None),
     };
     json!({ "name": column.name, "role": role, "axis": axis, "unit": column.unit })

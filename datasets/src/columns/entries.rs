@@ -2,7 +2,7 @@
 
 use super::map::{AxisColumns, Clock, Source};
 use super::meaning::Role;
-use super::names::side_of;
+use super::names::role_of;
 use super::recognise::unit_of_name;
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
@@ -20,6 +20,8 @@ pub(super) struct Sides {
     pub axis: String,
     pub reference: Option<Named>,
     pub actual: Option<Named>,
+    /// The tracking error.
+    pub error: Option<Named>,
 }
 
 /// The entries of a mapping.
@@ -88,9 +90,9 @@ impl Entries {
         let Some((key, value)) = entry.split_once('=') else { return self.add_unit(entry) };
         let key = key.trim().to_lowercase();
         let is_given_twice = || format!("`{key}` is given twice");
-        let (axis, side) = key.rsplit_once('_').map_or((key.as_str(), None), |(axis, word)| (axis, side_of(word)));
+        let (axis, side) = key.rsplit_once('_').map_or((key.as_str(), None), |(axis, word)| (axis, role_of(word)));
         let named = named(value.trim(), axis, table)?;
-        if axis == "t" && (side.is_some() || key == "t") {
+        if axis == "t" && (side.is_some_and(|role| role != Role::Error) || key == "t") {
             if named.unit.is_some_and(|unit| unit.quantity != Quantity::Time) {
                 return Err("time needs a unit of time: s, ms, us, ns or min".to_owned());
             }
@@ -101,15 +103,19 @@ impl Entries {
             };
             return time.replace(named.source).map_or(Ok(()), |_| Err(is_given_twice()));
         }
-        let Some(role) = side.filter(|_| !axis.is_empty()) else {
-            return Err(format!("`{key}` is neither `t`, `t_ref`, `t_act`, `<axis>_ref` nor `<axis>_act`"));
+        let Some(role) = side.filter(|_| !axis.is_empty() && axis != "t") else {
+            return Err(format!("`{key}` is neither `t`, `t_ref`, `t_act`, `<axis>_ref`, `<axis>_act` nor `<axis>_err`"));
         };
         let index = self.sides.iter().position(|sides| sides.axis == axis).unwrap_or_else(|| {
-            self.sides.push(Sides { axis: axis.to_owned(), reference: None, actual: None });
+            self.sides.push(Sides { axis: axis.to_owned(), reference: None, actual: None, error: None });
             self.sides.len() - 1
         });
         let sides = &mut self.sides[index];
-        let side = if role == Role::Actual { &mut sides.actual } else { &mut sides.reference };
+        let side = match role {
+            Role::Actual => &mut sides.actual,
+            Role::Error => &mut sides.error,
+            _ => &mut sides.reference,
+        };
         side.replace(named).map_or(Ok(()), |_| Err(is_given_twice()))
     }
 
@@ -130,9 +136,15 @@ impl Entries {
 }
 
 impl Sides {
+    /// Number of columns that are named.
+    pub fn count(&self) -> usize {
+        [&self.reference, &self.actual, &self.error].into_iter().flatten().count()
+    }
+
     /// Takes the unit of the axis for the columns whose own is not stated.
     fn take_unit(&mut self, unit: Unit) {
-        for side in [&mut self.reference, &mut self.actual].into_iter().flatten().filter(|side| !side.is_stated) {
+        for side in [&mut self.reference, &mut self.actual, &mut self.error].into_iter().flatten().filter(|side| !side.is_stated)
+        {
             side.unit = Some(unit);
             side.source.scale = unit.scale;
         }

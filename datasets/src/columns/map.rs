@@ -22,6 +22,43 @@ pub struct AxisColumns {
     pub reference: Source,
     /// Reported positions.
     pub actual: Source,
+    /// The side whose column holds the tracking error instead, command minus actual position.
+    pub error_for: Option<Side>,
+}
+
+/// A side of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Commanded positions.
+    Reference,
+    /// Reported positions.
+    Actual,
+}
+
+impl AxisColumns {
+    /// The columns of command, actual position and tracking error; the last one stands for one of the others that is missing.
+    pub(super) fn with_error(axis: Axis, [reference, actual, error]: [Option<Source>; 3]) -> Option<Self> {
+        let of = |reference, actual, error_for| Some(Self { axis, reference, actual, error_for });
+        match (reference, actual, error) {
+            (Some(reference), Some(actual), _) => of(reference, actual, None),
+            (Some(reference), None, Some(error)) => of(reference, error, Some(Side::Actual)),
+            (None, Some(actual), Some(error)) => of(error, actual, Some(Side::Reference)),
+            _ => None,
+        }
+    }
+
+    /// What is taken for granted where a tracking error stands for a position.
+    pub(super) fn assumed(&self, names: &[String]) -> Option<String> {
+        let (side, other, column) = match self.error_for? {
+            Side::Reference => ("command", "actual position", self.reference.column),
+            Side::Actual => ("actual position", "command", self.actual.column),
+        };
+        let (axis, name) = (&self.axis, names.get(column).map_or("", String::as_str));
+        Some(format!(
+            "the {side} of {axis} is taken from its {other} and `{name}`, which counts as command minus actual position; where it is the other \
+             way round, map it with `{axis}_err={name}*-1`"
+        ))
+    }
 }
 
 /// Columns whose time stamps are not those of the log.

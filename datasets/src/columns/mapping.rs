@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::entries::{Entries, Sides};
-use super::map::{AxisColumns, ColumnMap};
+use super::map::{AxisColumns, ColumnMap, Side};
 use super::recognise::{axis, clocks_of, unused};
 use super::unit::Unit;
 use crate::{DatasetError, Table};
@@ -27,7 +27,7 @@ impl ColumnMap {
 fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let Entries { times, sides, units } = Entries::parse(text, table)?;
     let whole = |reason: String| DatasetError::Mapping { text: text.to_owned(), reason };
-    let is_partial = sides.iter().any(|sides| sides.reference.is_none() || sides.actual.is_none());
+    let is_partial = sides.iter().any(|sides| sides.count() < 2);
     let names_no_axis = sides.is_empty() && (!units.is_empty() || !times.is_empty());
     let recognised = (is_partial || names_no_axis).then(|| ColumnMap::recognise(path, table));
     if let Some(Ok(mut map)) = recognised {
@@ -57,7 +57,8 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
             names: table.names.clone(),
         })?,
     };
-    let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed: Vec::new() };
+    let assumed = axes.iter().filter_map(|columns| columns.assumed(&table.names)).collect();
+    let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed };
     map.unused = unused(table, &map);
     Ok(map)
 }
@@ -67,7 +68,11 @@ fn replace(axes: &mut [AxisColumns], stated: Sides) -> Result<(), String> {
     let Some(columns) = axes.iter_mut().find(|columns| columns.axis.name == stated.axis) else {
         return both_sides(stated).map(drop);
     };
-    let units = [&stated.reference, &stated.actual].map(|side| side.as_ref().and_then(|named| named.unit));
+    if stated.count() > 1 {
+        *columns = both_sides(stated)?;
+        return Ok(());
+    }
+    let units = [&stated.reference, &stated.actual, &stated.error].map(|side| side.as_ref().and_then(|named| named.unit));
     if units.iter().any(Option::is_some) {
         columns.axis = axis(&stated.axis, &units)?;
     }
@@ -76,6 +81,18 @@ fn replace(axes: &mut [AxisColumns], stated: Sides) -> Result<(), String> {
     }
     if let Some(named) = stated.actual {
         columns.actual = named.source;
+    }
+    if let Some(named) = stated.error {
+        match columns.error_for {
+            Some(Side::Reference) => columns.reference = named.source,
+            Some(Side::Actual) => columns.actual = named.source,
+            None => {
+                return Err(format!(
+                    "axis `{0}` has a command and an actual position; map the one that counts beside `{0}_err`",
+                    stated.axis
+                ));
+            }
+        }
     }
     Ok(())
 }
@@ -95,11 +112,14 @@ fn no_such_axis(name: &str, axes: &[AxisColumns]) -> String {
 }
 
 /// Refuses an axis with one missing column.
-fn both_sides(Sides { axis: name, reference, actual }: Sides) -> Result<AxisColumns, String> {
-    let (Some(reference), Some(actual)) = (reference, actual) else {
-        return Err(format!("axis `{name}` needs both `{name}_ref` and `{name}_act`"));
-    };
-    Ok(AxisColumns { axis: axis(&name, &[reference.unit, actual.unit])?, reference: reference.source, actual: actual.source })
+fn both_sides(Sides { axis: name, reference, actual, error }: Sides) -> Result<AxisColumns, String> {
+    let named = [reference, actual, error];
+    if named.iter().all(Option::is_some) {
+        return Err(format!("of `{name}_ref`, `{name}_act` and `{name}_err` two are enough; leave one out"));
+    }
+    let axis = axis(&name, &named.each_ref().map(|side| side.as_ref().and_then(|side| side.unit)))?;
+    let columns = AxisColumns::with_error(axis, named.map(|side| side.map(|side| side.source)));
+    columns.ok_or_else(|| format!("axis `{name}` needs both `{name}_ref` and `{name}_act`, or one of them and `{name}_err`"))
 }
 
 #[cfg(test)]
@@ -166,6 +186,25 @@ mod tests {
     }
 
     #[test]
+    fn a_tracking_error_stands_for_a_position() {
+        let map = read("x_ref=5,x_err=motor_um*-1").unwrap();
+        assert_eq!((map.axes[0].error_for, map.axes[0].actual), (Some(Side::Actual), Source { column: 2, scale: -1.0 }));
+        assert!(map.assumed[0].contains("`motor_um`"), "{:?}", map.assumed);
+        let map = read("x_fb=5,x_lag=motor_um").unwrap();
+        assert_eq!((map.axes[0].error_for, map.axes[0].reference), (Some(Side::Reference), Source { column: 2, scale: 1e-3 }));
+        // Of a recognised one sign or unit are stated alone.
+        let names = ["t", "x_ref", "x_err", "y_ref", "y_act", "y_err"].map(str::to_owned).to_vec();
+        let table = Table { names, ..Table::default() };
+        let parsed = |text: &str| parse(text, Path::new("log.csv"), &table);
+        let map = parsed("x_err=x_err*-0.001").unwrap();
+        assert_eq!((map.axes[0].actual, map.axes[1].error_for), (Source { column: 2, scale: -1e-3 }, None));
+        let map = parsed("y_ref=y_ref,y_err=y_err").unwrap();
+        assert_eq!((map.axes[0].error_for, map.axes[0].actual.column), (Some(Side::Actual), 5));
+        let both = parsed("y_err=y_err").unwrap_err().to_string();
+        assert!(both.contains("map the one that counts"), "{both}");
+    }
+
+    #[test]
     fn invalid_mappings_are_reported() {
         for (text, word) in [
             ("", "no axis"),
@@ -185,6 +224,9 @@ mod tests {
             ("x_ref=5,x_act=5,y:inch", "the axes are x"),
             ("x_ref=5,x_cmd=5", "twice"),
             ("t_x=5", "neither"),
+            ("t_err=5", "neither"),
+            ("x_ref=5,x_act=5,x_err=#3", "two are enough"),
+            ("x_err=5", "needs both"),
         ] {
             let message = read(text).unwrap_err().to_string();
             assert!(message.contains(word), "{text}: {message}");

@@ -12,6 +12,8 @@ pub(super) enum Role {
     ActualTime,
     Reference,
     Actual,
+    /// A tracking error: command minus actual position.
+    Error,
     /// A position whose name does not state whether it is commanded or actual.
     Position,
 }

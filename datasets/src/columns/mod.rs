@@ -10,7 +10,7 @@ mod numbered;
 mod recognise;
 mod unit;
 
-pub use map::{AxisColumns, Clock, ColumnMap, Source};
+pub use map::{AxisColumns, Clock, ColumnMap, Side, Source};
 pub(crate) use numbered::{edge_role, is_joint_pin};
 pub(crate) use recognise::{
     CommandColumns, PROBED_ROWS, implied_period_s, is_known, is_own_clock, recognise_reference, table_encoders,

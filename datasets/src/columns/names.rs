@@ -2,7 +2,7 @@
 
 use super::meaning::{Meaning, Role};
 use super::numbered::{is_edge_name, numbered};
-use super::unit::Unit;
+use super::unit::{Quantity, Unit};
 
 const TIME: &[&str] = &["t", "time", "timestamp", "datetime", "elapsed", "zeit", "zeitstempel"];
 const REFERENCE: &[&str] = &[
@@ -49,6 +49,22 @@ const ACTUAL: &[&str] = &[
     "lageistwert",
     "positionsistwert",
 ];
+const ERROR: &[&str] = &[
+    "err",
+    "error",
+    "ferror",
+    "lag",
+    "diff",
+    "deviation",
+    "schleppfehler",
+    "schleppabstand",
+    "nachlauffehler",
+    "lageabweichung",
+    "regelabweichung",
+    "regeldifferenz",
+];
+/// Words that say of which kind an error is.
+const OF_ERROR: &[&str] = &["following", "follow", "tracking", "distance", "control", "servo"];
 const TABLE: &[&str] = &["enc2", "encoder2"];
 const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert", "mc", "date", "datum"];
 
@@ -62,6 +78,7 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         return None;
     }
     let (mut role, mut is_time, mut is_table) = (None, false, false);
+    let is_error = words(name).iter().any(|word| ERROR.contains(&word.as_str()));
     let mut axis = String::new();
     let mut unit = None;
     for (index, word) in words(name).iter().enumerate() {
@@ -85,9 +102,13 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
                 return None;
             }
             unit = Unit::named(word);
-        } else if !NEUTRAL.contains(&word) {
+        } else if !(NEUTRAL.contains(&word) || is_error && (ERROR.contains(&word) || OF_ERROR.contains(&word))) {
             return None;
         }
+    }
+    if is_error {
+        let is_known = role.is_none() && !is_time && !axis.is_empty() && unit.is_none_or(|unit| unit.quantity != Quantity::Time);
+        return is_known.then_some(Meaning { role: Role::Error, axis, unit, is_table });
     }
     let role = match role {
         None if is_time && axis.is_empty() => Role::Time,
@@ -101,8 +122,13 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
     Some(Meaning { role, axis, unit, is_table })
 }
 
+/// Whether a lower-case word says that a column is of commanded or actual positions, or of tracking errors.
+pub(super) fn role_of(word: &str) -> Option<Role> {
+    if ERROR.contains(&word) { Some(Role::Error) } else { side_of(word) }
+}
+
 /// Whether a lower-case word says that positions are commanded or actual.
-pub(super) fn side_of(word: &str) -> Option<Role> {
+fn side_of(word: &str) -> Option<Role> {
     if REFERENCE.contains(&word) {
         Some(Role::Reference)
     } else if ACTUAL.contains(&word) || TABLE.contains(&word) {
@@ -205,6 +231,12 @@ mod tests {
             ("ZACT", Role::Actual, "z"),
             ("Date Time", Role::Time, ""),
             ("elapsed_ms", Role::Time, ""),
+            ("x_err", Role::Error, "x"),
+            ("Axis1_FollowingError [um]", Role::Error, "axis1"),
+            ("X1_PosDiff", Role::Error, "x1"),
+            ("LagDistance Z", Role::Error, "z"),
+            ("Schleppabstand X (mm)", Role::Error, "x"),
+            ("joint.0.f-error", Role::Error, "x"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }
@@ -215,6 +247,11 @@ mod tests {
         for name in [
             "X1_ActualVelocity",
             "x_act_error",
+            "x_lag_ms",
+            "x_velocity_error",
+            "contour_error",
+            "x_contour_error",
+            "x_following",
             "S1_ActualPosition",
             "drive_volt",
             "x_ref_act",

@@ -40,6 +40,7 @@ fn joint_pin(name: &str) -> Option<Meaning> {
     let role = match pin.strip_prefix("motor-").unwrap_or(pin) {
         "pos-cmd" => Role::Reference,
         "pos-fb" => Role::Actual,
+        "f-error" => Role::Error,
         _ => return None,
     };
     meaning(role, number.parse().ok()?, false, None)

@@ -5,7 +5,7 @@ use std::path::Path;
 use motion::{Axis, AxisKind};
 
 use super::clocks::{Signal, clocks};
-use super::map::{AxisColumns, Clock, ColumnMap, Source};
+use super::map::{AxisColumns, Clock, ColumnMap, Side, Source};
 use super::meaning::{Meaning, Role};
 use super::names::understand;
 use super::numbered::{assumed_unit, is_edge_signal};
@@ -34,15 +34,27 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     for name in &names {
         let reference = only(&meanings, name, Role::Reference).map_err(fail)?;
         let actual = only(&meanings, name, Role::Actual).map_err(fail)?;
-        if let (Some((reference, unit)), Some((actual, actual_unit))) = (reference, actual) {
-            let axis = axis(&short_name(name, &meanings), &[unit, actual_unit]).map_err(fail)?;
-            signals.push(Signal { axis: name, role: Role::Reference, column: reference });
-            signals.push(Signal { axis: name, role: Role::Actual, column: actual });
-            axes.push(AxisColumns { axis, reference: source(reference, unit), actual: source(actual, actual_unit) });
-        }
+        let error = match (reference, actual) {
+            (Some(_), Some(_)) => None,
+            _ => only(&meanings, name, Role::Error).map_err(fail)?,
+        };
+        let units = [reference, actual, error].map(|found| found.and_then(|(_, unit)| unit));
+        let axis = axis(&short_name(name, &meanings), &units).map_err(fail)?;
+        let of = |found: Found| found.map(|(column, unit)| source(column, unit));
+        // An error without a unit has that of the position.
+        let error = error.map(|(column, unit)| (column, unit.or(units[0]).or(units[1])));
+        let sources = [of(reference), of(actual), of(error)];
+        let Some(columns) = AxisColumns::with_error(axis, sources) else { continue };
+        assumed.extend(columns.assumed(&table.names));
+        signals.push(Signal { axis: name, role: Role::Reference, column: columns.reference.column });
+        signals.push(Signal { axis: name, role: Role::Actual, column: columns.actual.column });
+        axes.push(columns);
     }
     if axes.is_empty() {
-        return Err(fail("no axis has both a commanded and an actual position by its column names".to_owned()));
+        return Err(fail(
+            "no axis has both a commanded and an actual position, or one of them and its tracking error, by its column names"
+                .to_owned(),
+        ));
     }
     let (time, clocks) = clocks(&table.names, &meanings, &signals).map_err(fail)?;
     let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed };
@@ -58,15 +70,20 @@ pub(crate) struct CommandColumns {
     pub axes: Vec<(Axis, Source)>,
 }
 
-impl From<ColumnMap> for CommandColumns {
-    fn from(map: ColumnMap) -> Self {
+impl TryFrom<ColumnMap> for CommandColumns {
+    type Error = String;
+
+    fn try_from(map: ColumnMap) -> Result<Self, String> {
+        if let Some(lost) = map.axes.iter().find(|columns| columns.error_for == Some(Side::Reference)) {
+            return Err(format!("of axis `{}` the file holds no command, only actual position and tracking error", lost.axis));
+        }
         let axes: Vec<(Axis, Source)> = map.axes.into_iter().map(|axis| (axis.axis, axis.reference)).collect();
         let is_command = |column: &usize| axes.iter().any(|(_, source)| source.column == *column);
         let of_commands = |clock: Clock| {
             let signals: Vec<usize> = clock.signals.into_iter().filter(is_command).collect();
             (!signals.is_empty()).then_some(Clock { signals, ..clock })
         };
-        Self { time: map.time, clocks: map.clocks.into_iter().filter_map(of_commands).collect(), axes }
+        Ok(Self { time: map.time, clocks: map.clocks.into_iter().filter_map(of_commands).collect(), axes })
     }
 }
 
@@ -241,6 +258,7 @@ fn only(meanings: &[Option<Meaning>], axis: &str, role: Role) -> Result<Found, S
             second + 1,
             match role {
                 Role::Actual => "actual position",
+                Role::Error => "tracking error",
                 _ => "command",
             },
             axis

@@ -12,12 +12,16 @@ use std::path::{Path, PathBuf};
 
 use motion::Axis;
 
-use crate::columns::{CommandColumns, PROBED_ROWS, recognise_reference, table_encoders};
+use crate::columns::{CommandColumns, PROBED_ROWS, Side, recognise_reference, table_encoders};
 use crate::cycles::has_counter;
 use crate::formats::{CsvHead, CsvRows, ParquetRows, Rows, parquet_head};
+use crate::missing::is_incomplete;
 use crate::options::ReadOptions;
 use crate::read::{map_of, run_name, stated};
 use crate::recorded::{LATEST_S, check_period, stated_period_s};
+use crate::reference::commands_of;
+use crate::tracking_errors::{Positions, Signs};
+use crate::turns::steps_by_a_turn;
 use crate::usable::Usable;
 use crate::{Check, DatasetError, Finding, Report, Severity, Source, Table};
 use stamps::Stamps;
@@ -38,6 +42,8 @@ pub struct LongFile {
     axes: Vec<Axis>,
     /// Columns of the commanded positions, then those of the reported ones.
     sources: Vec<Source>,
+    /// The side of every axis whose column holds the tracking error.
+    errors: Vec<Option<Side>>,
     period_s: f64,
     start_s: f64,
     rows: usize,
@@ -53,11 +59,18 @@ enum Format {
 }
 
 /// Axes, time column, columns of positions, and what is to be known of them.
-type Columns = (Vec<Axis>, Option<Source>, Vec<Source>, Vec<Finding>);
+struct Columns {
+    axes: Vec<Axis>,
+    time: Option<Source>,
+    sources: Vec<Source>,
+    /// The side of every axis whose column holds the tracking error; none of a reference.
+    errors: Vec<Option<Side>>,
+    findings: Vec<Finding>,
+}
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
-    /// CSV and Parquet, uneven or repeated time stamps, counters of cycles, and columns with clocks of their own.
+    /// CSV and Parquet, uneven or repeated time stamps, missing values, turns of rotary axes that begin anew, counters of cycles, and columns with clocks of their own.
     ///
     /// # Errors
     /// As [`read_log`](crate::read_log).
@@ -65,9 +78,11 @@ impl LongFile {
         Self::open(path, options, most, |table, options| {
             let map = map_of(path, table, options)?;
             let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
-            let findings = map.findings();
+            let errors = map.axes.iter().map(|axis| axis.error_for).collect();
+            let (time, findings) = (map.time, map.findings());
             let is_one = map.clocks.is_empty();
-            Ok(is_one.then(|| (map.axes.into_iter().map(|axis| axis.axis).collect(), map.time, sources, findings)))
+            let axes = map.axes.into_iter().map(|axis| axis.axis).collect();
+            Ok(is_one.then_some(Columns { axes, time, sources, errors, findings }))
         })
     }
 
@@ -78,12 +93,12 @@ impl LongFile {
     pub fn reference(path: &Path, options: &ReadOptions, most: usize) -> Result<Option<Self>, DatasetError> {
         Self::open(path, options, most, |table, options| {
             let columns = match &options.columns {
-                Some(_) => map_of(path, table, options)?.into(),
+                Some(_) => commands_of(path, table, map_of(path, table, options)?)?,
                 None => recognise_reference(path, table)?,
             };
             let CommandColumns { time, clocks, axes } = columns;
             let (axes, sources) = axes.into_iter().unzip();
-            Ok(clocks.is_empty().then_some((axes, time, sources, Vec::new())))
+            Ok(clocks.is_empty().then_some(Columns { axes, time, sources, errors: Vec::new(), findings: Vec::new() }))
         })
     }
 
@@ -111,7 +126,7 @@ impl LongFile {
         }
         let mut report = Report::default();
         let options = stated(path, options, &mut report)?;
-        let Some((axes, time, sources, findings)) = columns(&table, &options)? else { return Ok(None) };
+        let Some(Columns { axes, time, sources, errors, findings }) = columns(&table, &options)? else { return Ok(None) };
         report.findings.extend(findings);
         if time.is_none() {
             // The head has all that an error about the period says.
@@ -122,7 +137,8 @@ impl LongFile {
             }
         }
         let (period_s, extents) = (options.period_s.unwrap_or_default(), vec![Extent::default(); axes.len()]);
-        let mut file = Self { path: path.to_owned(), format, axes, sources, period_s, start_s: 0.0, rows: 0, extents, report };
+        let mut file =
+            Self { path: path.to_owned(), format, axes, sources, errors, period_s, start_s: 0.0, rows: 0, extents, report };
         Ok(file.scan(&table, time)?.then_some(file))
     }
 
@@ -133,7 +149,9 @@ impl LongFile {
         let mut rows = self.rows_of(&wanted)?;
         let (mut columns, mut lines, mut stamps) = (vec![Vec::new(); wanted.len()], Vec::new(), Stamps::default());
         let positions = self.sources.len();
+        let mut signs = Signs::new(&self.errors);
         let mut usable = Usable::new(&self.path, head, &self.axes, &self.sources);
+        let (mut missing, mut last) = (vec![0; positions], vec![f64::NAN; positions]);
         while rows.read(BATCH, &mut columns, &mut lines)? > 0 {
             usable.note(&columns[..positions], &lines);
             if self.is_reference() {
@@ -141,6 +159,17 @@ impl LongFile {
             }
             if let Some(time) = time {
                 self.check_times(head, time, &columns[positions], &lines)?;
+            }
+            signs.note(&columns[..positions]);
+            for (slot, column) in columns[..positions].iter().enumerate() {
+                missing[slot] += column.iter().filter(|value| !value.is_finite()).count();
+                let axis = &self.axes[slot % self.axes.len()];
+                for value in column {
+                    if steps_by_a_turn(axis, last[slot], *value) {
+                        return Ok(false);
+                    }
+                    last[slot] = *value;
+                }
             }
             for (extent, column) in self.extents.iter_mut().zip(&columns) {
                 column.iter().for_each(|at| extent.note(*at));
@@ -155,6 +184,10 @@ impl LongFile {
                 return Ok(false);
             }
         }
+        if missing.iter().any(|missing| is_incomplete(*missing, self.rows)) {
+            return Ok(false);
+        }
+        self.report.findings.extend(signs.finding(&self.axes));
         let (kept, left_out) = usable.finish()?;
         self.report.findings.extend(left_out);
         self.keep(&kept);
@@ -180,6 +213,7 @@ impl LongFile {
         self.sources =
             (0..self.sources.len()).filter(|slot| kept.contains(&(slot % axes))).map(|slot| self.sources[slot]).collect();
         self.extents = kept.iter().map(|axis| self.extents[*axis]).collect();
+        self.errors = kept.iter().filter_map(|axis| self.errors.get(*axis).copied()).collect();
         self.axes = kept.iter().map(|axis| self.axes[*axis].clone()).collect();
     }
 
@@ -197,10 +231,12 @@ impl LongFile {
     }
 
     fn rows_of(&self, wanted: &[Source]) -> Result<Box<dyn Rows>, DatasetError> {
-        Ok(match &self.format {
+        let rows: Box<dyn Rows> = match &self.format {
             Format::Csv(head) => Box::new(CsvRows::open(&self.path, head, wanted)?),
             Format::Parquet => Box::new(ParquetRows::open(&self.path, wanted)?),
-        })
+        };
+        let sides = self.errors.clone();
+        Ok(if sides.iter().any(Option::is_some) { Box::new(Positions { rows, sides }) } else { rows })
     }
 
     fn positions(&self) -> Vec<Source> {

@@ -93,6 +93,27 @@ fn a_last_row_that_is_cut_off_is_left_out_with_the_same_words() {
     }
 }
 
+#[test]
+fn tracking_errors_become_positions_as_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = log();
+    let of = |from: &Trajectory, axis: usize| from.columns()[axis].clone();
+    let less = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+    let [x, x_act, y, y_act] = [of(&log.reference, 0), of(&log.actual, 0), of(&log.reference, 1), of(&log.actual, 1)];
+    let time = (0..ROWS).map(|k| k as f64 * 0.001).collect();
+    let columns =
+        [("t", time), ("x_ref", x.clone()), ("x_err", less(x, x_act)), ("y_act", y_act.clone()), ("YLag", less(y, y_act))];
+    for path in both_forms(&folder, &columns) {
+        check(&path, Lengths { own: 7777, before: 100, after: 100 });
+        let (whole, report) = read_log(&path, &ReadOptions::default()).unwrap();
+        let near = |found: &Trajectory, wanted: &Trajectory| {
+            found.columns().iter().flatten().zip(wanted.columns().iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-8)
+        };
+        assert!(near(&whole.reference, &log.reference) && near(&whole.actual, &log.actual));
+        assert!(report.to_string().contains("`YLag`, which counts as command minus actual position"), "{report}");
+    }
+}
+
 /// The line of a text log at this index, and its fields.
 fn line_of(text: &str, index: usize) -> (&str, Vec<&str>) {
     let line = text.lines().nth(index).unwrap();
@@ -106,7 +127,7 @@ fn faults_have_the_words_of_the_whole() {
     let (line, fields) = line_of(&text, lines);
     let [t, x, y] = [fields[0], fields[2], fields[5]];
     // A stamp, both axes, too few fields and too many.
-    let no_axis = line.replace(x, "nan").replace(y, "1e9");
+    let no_axis = line.replace(x, "1e9").replace(y, "1e9");
     for mended in [line.replace(t, "nan"), no_axis, line.replace(&format!(",{y}"), ""), format!("{line},7")] {
         let path = write(&folder, "fault.csv", &text.replace(line, &mended));
         let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
@@ -132,9 +153,16 @@ fn a_bad_axis_is_left_out_as_of_the_whole() {
             _ => line.to_owned(),
         } + "\n")
         .collect();
-    let [x, y_act] = [fields[2], fields[5]];
+    let y_act = fields[5];
+    let without: String = text
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [t, mode, x, x_act, y, y_act] if x != "x_ref" => [t, mode, "", x_act, y, y_act].join(","),
+            _ => line.to_owned(),
+        } + "\n")
+        .collect();
     for (bad, kept, words) in [
-        (text.replace(line, &line.replace(x, "nan")), "y", "axis x is left out: line 50004: column `x_ref` has no finite number"),
+        (without, "y", "axis x is left out: line 4: column `x_ref` has no finite number"),
         (
             text.replace(line, &line.replace(y_act, "1e9")),
             "x",
@@ -158,7 +186,11 @@ fn what_is_short_or_uneven_is_read_whole() {
     let text = text();
     let short = write(&folder, "short.csv", &text[..100_000]);
     let gap = write(&folder, "gap.csv", &text.replace("\r\n42.0", "\r\n42.5"));
-    for path in [short, gap] {
+    let (line, fields) = line_of(&text, 50_003);
+    let hole = write(&folder, "hole.csv", &text.replace(line, &line.replace(fields[2], "")));
+    let turns: String = (0..ROWS).map(|k| format!("{:.3},{1:.4},{1:.4}\n", k as f64 * 1e-3, (k as f64 * 0.01) % 360.0)).collect();
+    let turns = write(&folder, "turns.csv", &(String::from("t,c_ref_deg,c_act_deg\n") + &turns));
+    for path in [short, gap, hole, turns] {
         assert!(LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap().is_none(), "{}", path.display());
     }
     let path = write(&folder, "run.csv", &text);
