@@ -29,6 +29,7 @@ mod reference;
 mod report;
 mod resample;
 mod side_file;
+mod spikes;
 mod splits;
 mod stretches;
 mod table;

@@ -13,7 +13,9 @@ use crate::parts::{Parts, noted, of_one_period};
 use crate::recorded::Recorded;
 use crate::side_file::read_side_file;
 use crate::usable::Usable;
-use crate::{Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table, missing, tracking_errors, turns};
+use crate::{
+    Check, ColumnMap, DatasetError, Finding, Log, Report, Severity, Source, Table, missing, spikes, tracking_errors, turns,
+};
 
 /// Reads one run, and reports the corrections for a uniform rate.
 ///
@@ -147,8 +149,10 @@ fn recorded(
 ) -> Result<(Vec<Axis>, Recorded), DatasetError> {
     let mut map = map_of(path, table, options)?;
     report.findings.extend(map.findings());
-    let split = missing::apart(table, &map);
-    let (table, clocks) = split.as_ref().map_or((table, &map.clocks), |(table, clocks)| (table, clocks));
+    let (table, findings) = spikes::without(table, &map);
+    report.findings.extend(findings);
+    let split = missing::apart(&table, &map);
+    let (table, clocks) = split.as_ref().map_or((&*table, &map.clocks), |(table, clocks)| (table, clocks));
     let (mut table, findings) = on_one_clock(path, table, map.time, clocks)?;
     report.findings.extend(findings);
     if let Some((kept, time, finding)) = missing::without_rows(path, &table, &map, options)? {

@@ -20,6 +20,7 @@ use crate::options::ReadOptions;
 use crate::read::{map_of, run_name, stated};
 use crate::recorded::{LATEST_S, check_period, stated_period_s};
 use crate::reference::commands_of;
+use crate::spikes::Spikes;
 use crate::tracking_errors::{Positions, Signs};
 use crate::turns::steps_by_a_turn;
 use crate::usable::Usable;
@@ -70,7 +71,7 @@ struct Columns {
 
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
-    /// CSV and Parquet, uneven or repeated time stamps, missing values, turns of rotary axes that begin anew, counters of cycles, and columns with clocks of their own.
+    /// CSV and Parquet, uneven or repeated time stamps, missing values, spikes, turns of rotary axes that begin anew, counters of cycles, and columns with clocks of their own.
     ///
     /// # Errors
     /// As [`read_log`](crate::read_log).
@@ -146,12 +147,13 @@ impl LongFile {
     fn scan(&mut self, head: &Table, time: Option<Source>) -> Result<bool, DatasetError> {
         let mut wanted = self.sources.clone();
         wanted.extend(time);
-        let mut rows = self.rows_of(&wanted)?;
+        let (mut rows, is_log) = (self.rows_of(&wanted)?, !self.is_reference());
         let (mut columns, mut lines, mut stamps) = (vec![Vec::new(); wanted.len()], Vec::new(), Stamps::default());
         let positions = self.sources.len();
         let mut signs = Signs::new(&self.errors);
         let mut usable = Usable::new(&self.path, head, &self.axes, &self.sources);
         let (mut missing, mut last) = (vec![0; positions], vec![f64::NAN; positions]);
+        let mut spikes: Vec<Spikes> = (0..positions).map(|slot| Spikes::new(&self.axes[slot % self.axes.len()])).collect();
         while rows.read(BATCH, &mut columns, &mut lines)? > 0 {
             usable.note(&columns[..positions], &lines);
             if self.is_reference() {
@@ -165,7 +167,7 @@ impl LongFile {
                 missing[slot] += column.iter().filter(|value| !value.is_finite()).count();
                 let axis = &self.axes[slot % self.axes.len()];
                 for value in column {
-                    if steps_by_a_turn(axis, last[slot], *value) {
+                    if steps_by_a_turn(axis, last[slot], *value) || is_log && spikes[slot].note(*value).is_some() {
                         return Ok(false);
                     }
                     last[slot] = *value;

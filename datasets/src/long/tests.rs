@@ -120,16 +120,28 @@ fn line_of(text: &str, index: usize) -> (&str, Vec<&str>) {
     (line, line.split(',').collect())
 }
 
+/// A text log whose lines of these indices are those that `line` makes of time, actual position of x and command of y.
+fn hurt(text: &str, lines: std::ops::Range<usize>, line: impl Fn([&str; 3]) -> String) -> String {
+    let of = |(index, old): (usize, &str)| {
+        let fields: Vec<&str> = old.split(',').collect();
+        let is_row = lines.contains(&index) && fields.len() == 6;
+        if is_row { line([fields[0], fields[3], fields[4]]) } else { old.to_owned() }
+    };
+    text.lines().enumerate().map(of).fold(String::new(), |text, line| text + &line + "\n")
+}
+
 #[test]
 fn faults_have_the_words_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (text, lines) = (text(), 50_003);
     let (line, fields) = line_of(&text, lines);
     let [t, x, y] = [fields[0], fields[2], fields[5]];
-    // A stamp, both axes, too few fields and too many.
-    let no_axis = line.replace(x, "1e9").replace(y, "1e9");
-    for mended in [line.replace(t, "nan"), no_axis, line.replace(&format!(",{y}"), ""), format!("{line},7")] {
-        let path = write(&folder, "fault.csv", &text.replace(line, &mended));
+    // Both axes, over more rows than a spike has.
+    let no_axis = hurt(&text, lines..lines + 9, |[t, x_act, y]| format!("{t},auto,1e9,{x_act},{y},1e9"));
+    // A stamp, too few fields and too many.
+    for mended in [&no_axis, &line.replace(t, "nan"), &line.replace(&format!(",{y}"), ""), &format!("{line},7")] {
+        let (line, mended) = if mended == &no_axis { (text.as_str(), mended) } else { (line, mended) };
+        let path = write(&folder, "fault.csv", &text.replace(line, mended));
         let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();
         assert_eq!(found, read_log(&path, &ReadOptions::default()).unwrap_err().to_string());
         assert!(found.contains(&format!("line {}", lines + 1)), "{found}");
@@ -143,8 +155,7 @@ fn faults_have_the_words_of_the_whole() {
 #[test]
 fn a_bad_axis_is_left_out_as_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
-    let (text, lines) = (text(), 50_003);
-    let (line, fields) = line_of(&text, lines);
+    let text = text();
     let stuck: String = text
         .lines()
         .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
@@ -153,7 +164,6 @@ fn a_bad_axis_is_left_out_as_of_the_whole() {
             _ => line.to_owned(),
         } + "\n")
         .collect();
-    let y_act = fields[5];
     let without: String = text
         .lines()
         .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
@@ -164,7 +174,7 @@ fn a_bad_axis_is_left_out_as_of_the_whole() {
     for (bad, kept, words) in [
         (without, "y", "axis x is left out: line 4: column `x_ref` has no finite number"),
         (
-            text.replace(line, &line.replace(y_act, "1e9")),
+            hurt(&text, 50_003..50_012, |[t, x_act, y]| format!("{t},auto,{x_act},{x_act},{y},1e9")),
             "x",
             "axis y is left out: line 50004: column `y_act` holds 1000000000 mm",
         ),
@@ -190,7 +200,8 @@ fn what_is_short_or_uneven_is_read_whole() {
     let hole = write(&folder, "hole.csv", &text.replace(line, &line.replace(fields[2], "")));
     let turns: String = (0..ROWS).map(|k| format!("{:.3},{1:.4},{1:.4}\n", k as f64 * 1e-3, (k as f64 * 0.01) % 360.0)).collect();
     let turns = write(&folder, "turns.csv", &(String::from("t,c_ref_deg,c_act_deg\n") + &turns));
-    for path in [short, gap, hole, turns] {
+    let spike = write(&folder, "spike.csv", &text.replace(line, &line.replace(fields[3], "-9999")));
+    for path in [short, gap, hole, turns, spike] {
         assert!(LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap().is_none(), "{}", path.display());
     }
     let path = write(&folder, "run.csv", &text);
