@@ -9,12 +9,14 @@ use crate::timing::gaps;
 use crate::{Check, DatasetError, Finding, Severity, Source, Table};
 
 /// Period of a clock in periods of the command's above which motion between its samples is lost.
-const SLOW: f64 = 2.0;
+const SLOW: f64 = 1.5;
+/// Distance of a sample from the next one, as a multiple of that between the two beside an instant, beyond which it lies behind a gap.
+const NEAR: f64 = 4.0;
 
 /// The table with all columns at the time stamps `time` of the command, and findings; the table itself where no column has other stamps.
 ///
-/// A column with other stamps is interpolated linearly between the two samples beside an instant. The nearest sample would be up to half a
-/// period from it, 50 µm at 100 mm/s and 1 ms; the line between two samples is off by a·T²/8, 0.1 µm at 1 m/s² and 1 ms. Instants before the
+/// A column with other stamps is interpolated between the two samples beside an instant, by a cubic. The nearest sample would be up to half a
+/// period from it, 50 µm at 100 mm/s and 1 ms; a line between two samples is off by a·T²/8, 2 µm at 1 m/s² and 4 ms. Instants before the
 /// first sample, after the last and in gaps are left out.
 ///
 /// # Errors
@@ -99,15 +101,28 @@ impl Channel {
         self.times.partition_point(|stamp| *stamp <= time).saturating_sub(1)
     }
 
-    /// The value of a column at an instant that is covered.
+    /// The value of a column at an instant that is covered: on the cubic between the two samples beside it, whose slopes are those of parabolas
+    /// through their neighbours; on a line where a neighbour is missing, or beyond a gap.
     fn at(&self, column: &[f64], time: f64) -> f64 {
         let before = self.before(time);
         let value = |row: usize| column.get(row).copied().unwrap_or(f64::NAN);
         if self.times[before] == time || before + 1 == self.times.len() {
             return value(before);
         }
-        let share = (time - self.times[before]) / (self.times[before + 1] - self.times[before]);
-        value(before) + share * (value(before + 1) - value(before))
+        let [from, to] = [before, before + 1].map(|row| (self.times[row], value(row)));
+        let width = to.0 - from.0;
+        let line = (to.1 - from.1) / width;
+        // Slope at the sample `at` with the neighbour `row` on its other side.
+        let slope = |at: (f64, f64), row: Option<usize>| {
+            let next = row.filter(|row| *row < self.times.len()).map(|row| (self.times[row], value(row)));
+            let near = next.filter(|(stamp, _)| (stamp - at.0).abs() <= NEAR * width && *stamp != at.0);
+            near.filter(|(_, value)| value.is_finite()).map_or(line, |(stamp, value)| {
+                let (other, distance) = ((value - at.1) / (stamp - at.0), (stamp - at.0).abs());
+                (other * width + line * distance) / (width + distance)
+            })
+        };
+        let (leaving, arriving) = (slope(from, before.checked_sub(1)), slope(to, Some(before + 2)));
+        motion::hermite(from.1, to.1, leaving * width, arriving * width, (time - from.0) / width).0
     }
 
     /// Time of the nearest sample after an instant, s; negative before it.
@@ -127,7 +142,7 @@ impl Channel {
             rows => format!("; {rows} rows of the command without samples on both sides are left out"),
         };
         let message = format!(
-            "{names}: joined to the clock of the command by linear interpolation; the nearest samples are {low:.3} to {high:.3} ms from its \
+            "{names}: joined to the clock of the command by cubic interpolation; the nearest samples are {low:.3} to {high:.3} ms from its \
              instants{beyond}"
         );
         let mut findings = vec![Finding::new(Severity::Note, Check::Timing, message)];

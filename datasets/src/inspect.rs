@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use motion::{Axis, AxisKind};
+use motion::Axis;
 
-use crate::columns::Side;
+use crate::columns::{Quantity, Side, unit_name};
 use crate::formats::{format_of, table_of};
 use crate::read::{map_of, runs_of, stated};
-use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Source, Table};
+use crate::{ColumnMap, DatasetError, Log, ReadOptions, Report, Table};
 
 /// A log with what its columns are taken for.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,31 +76,19 @@ fn columns(table: &Table, map: &ColumnMap) -> Vec<Column> {
 fn role(index: usize, map: &ColumnMap) -> (Role, String) {
     let mut times = map.time.iter().chain(map.clocks.iter().map(|clock| &clock.time));
     if let Some(time) = times.find(|time| time.column == index) {
-        return (Role::Time, unit(*time, TIMES, "s"));
+        return (Role::Time, unit_name(time.scale, Quantity::Time));
     }
     for axis in &map.axes {
-        let units = if axis.axis.kind == AxisKind::Linear { LENGTHS } else { ANGLES };
+        let quantity = Quantity::of(axis.axis.kind);
         let of = |side, role: Role| if axis.error_for == Some(side) { Role::Error(axis.axis.clone()) } else { role };
         for (source, role) in [
             (axis.reference, of(Side::Reference, Role::Commanded(axis.axis.clone()))),
             (axis.actual, of(Side::Actual, Role::Actual(axis.axis.clone()))),
         ] {
             if source.column == index {
-                return (role, unit(source, units, axis.axis.kind.unit()));
+                return (role, unit_name(source.scale, quantity));
             }
         }
     }
     (Role::Unused, String::new())
-}
-
-/// Units by their factor to the internal one.
-type Units = &'static [(f64, &'static str)];
-
-const TIMES: Units = &[(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"), (60.0, "min")];
-const LENGTHS: Units = &[(1.0, "mm"), (1e3, "m"), (10.0, "cm"), (1e-3, "µm"), (1e-6, "nm"), (25.4, "in")];
-const ANGLES: Units = &[(1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad"), (std::f64::consts::PI / 180.0, "deg")];
-
-fn unit(source: Source, units: Units, internal: &str) -> String {
-    let known = units.iter().find(|(scale, _)| (source.scale / scale - 1.0).abs() < 1e-9);
-    known.map_or_else(|| format!("× {} {internal}", source.scale), |(_, name)| (*name).to_owned())
 }

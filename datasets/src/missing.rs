@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::columns::{Clock, ColumnMap};
+use crate::columns::{Clock, ColumnMap, Side};
 use crate::recorded::stated_period_s;
 use crate::{Check, DatasetError, Finding, ReadOptions, Severity, Source, Table};
 
@@ -19,20 +19,27 @@ pub(crate) fn is_incomplete(missing: usize, rows: usize) -> bool {
 
 /// The table and clocks of a log whose channels have rows of their own, as tables have that were joined by time: every channel gets its time
 /// stamps as a column. `None` for other logs.
-pub(crate) fn apart(table: &Table, map: &ColumnMap) -> Option<(Table, Vec<Clock>)> {
+pub(crate) fn apart(table: &Table, map: &ColumnMap) -> Option<(Table, Vec<Clock>, Finding)> {
     let time = map.time.filter(|_| map.clocks.is_empty())?;
     let used = used(table, map);
     let has = |column: usize| -> Vec<bool> { table.columns[column].iter().map(|value| value.is_finite()).collect() };
-    if !used.iter().any(|column| is_sparse(&has(*column))) {
+    let whole = (0..table.len())
+        .filter(|row| used.iter().all(|column| table.columns[*column].get(*row).is_some_and(|value| value.is_finite())));
+    let few = FEW * table.len() as f64;
+    // Few values may be missing in every channel, and in too many rows together.
+    let is_mixed = table.len() - whole.count() > few as usize && used.iter().all(|column| is_between(&has(*column)));
+    if !is_mixed && !used.iter().any(|column| is_sparse(&has(*column))) {
         return None;
     }
-    let own = has(*used.first()?);
-    // Channels with a value in nearly all rows of the first command have its clock.
+    // The command with most values has the clock of the log; channels with a value in nearly all of its rows have it, too.
+    let commands = map.axes.iter().filter(|axis| axis.error_for != Some(Side::Reference)).map(|axis| axis.reference.column);
+    let master = commands.filter(|column| used.contains(column)).rev().max_by_key(|column| count(&has(*column)))?;
+    let own = has(master);
     let mut channels: Vec<(Vec<bool>, Vec<usize>)> = Vec::new();
-    for &column in &used[1..] {
+    for &column in used.iter().filter(|column| **column != master) {
         let mask = has(column);
         let lacking = own.iter().zip(&mask).filter(|(own, has)| **own && !**has).count();
-        if lacking as f64 <= FEW * count(&own) as f64 {
+        if lacking as f64 <= if is_mixed { 0.0 } else { FEW * count(&own) as f64 } {
             continue;
         }
         match channels.iter_mut().find(|(known, _)| *known == mask) {
@@ -57,7 +64,13 @@ pub(crate) fn apart(table: &Table, map: &ColumnMap) -> Option<(Table, Vec<Clock>
         out.columns.push(taken(time.column, mask));
         clocks.push(Clock { time: Source { column: out.columns.len() - 1, ..time }, signals: signals.clone() });
     }
-    Some((out, clocks))
+    let message = format!(
+        "of {} rows {} hold a value of `{}`, others are those of other channels: the log has the clock of that one",
+        table.len(),
+        count(&own),
+        table.names[master]
+    );
+    Some((out, clocks, Finding::new(Severity::Note, Check::Timing, message)))
 }
 
 /// The table without the rows in which a value is missing, where these are few, with its column of time, and a finding. A table without time
@@ -76,7 +89,7 @@ pub(crate) fn without_rows(
         let missing = (0..table.len()).filter(|row| is_missing(column, *row)).count();
         missing > 0 && missing as f64 <= FEW * table.len() as f64
     };
-    let columns: Vec<usize> = used(table, map).into_iter().filter(few).collect();
+    let columns: Vec<usize> = used(table, map).into_iter().chain(map.time.map(|time| time.column)).filter(few).collect();
     let lacks = |row: usize| columns.iter().find(|column| is_missing(column, row));
     let kept: Vec<usize> = (0..table.len()).filter(|row| lacks(*row).is_none()).collect();
     let left_out = table.len() - kept.len();
@@ -115,11 +128,15 @@ fn count(mask: &[bool]) -> usize {
 }
 
 /// Whether a column has values throughout, with rows without one between them.
-fn is_sparse(has: &[bool]) -> bool {
+fn is_between(has: &[bool]) -> bool {
     let missing = has.len() - count(has);
     let stretches = has.chunk_by(|a, b| a == b).filter(|chunk| !chunk[0]).count();
-    let is_between = stretches >= FEWEST && missing as f64 <= BETWEEN * stretches as f64;
-    missing as f64 > FEW * has.len() as f64 && missing < has.len() && is_between
+    missing < has.len() && (missing == 0 || stretches >= FEWEST && missing as f64 <= BETWEEN * stretches as f64)
+}
+
+/// Whether more of its rows lack a value than may be left out.
+fn is_sparse(has: &[bool]) -> bool {
+    is_between(has) && (has.len() - count(has)) as f64 > FEW * has.len() as f64
 }
 
 #[cfg(test)]
@@ -146,7 +163,7 @@ mod tests {
         let of = |rest: usize, add: f64| (0..60).map(|k| if k % 2 == rest { k as f64 + add } else { NO }).collect::<Vec<_>>();
         let (even, odd) = (of(0, 0.0), of(1, 0.5));
         let (table, map) = table(&[("t", t), ("x_ref", even.clone()), ("x_act", odd), ("y_ref", even.clone()), ("y_act", even)]);
-        let (split, clocks) = apart(&table, &map).unwrap();
+        let (split, clocks, _) = apart(&table, &map).unwrap();
         let begin = |column: usize| split.columns[column][..4].to_vec();
         assert_eq!(
             (begin(0), begin(1), begin(2)),

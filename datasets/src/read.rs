@@ -149,16 +149,7 @@ fn recorded(
 ) -> Result<(Vec<Axis>, Recorded), DatasetError> {
     let mut map = map_of(path, table, options)?;
     report.findings.extend(map.findings());
-    let (table, findings) = spikes::without(table, &map);
-    report.findings.extend(findings);
-    let split = missing::apart(&table, &map);
-    let (table, clocks) = split.as_ref().map_or((&*table, &map.clocks), |(table, clocks)| (table, clocks));
-    let (mut table, findings) = on_one_clock(path, table, map.time, clocks)?;
-    report.findings.extend(findings);
-    if let Some((kept, time, finding)) = missing::without_rows(path, &table, &map, options)? {
-        (table, map.time) = (Cow::Owned(kept), Some(time));
-        report.push(finding);
-    }
+    let table = complete(path, table, &mut map, options, report)?;
     let axes: Vec<Axis> = map.axes.iter().map(|columns| columns.axis.clone()).collect();
     let references = map.axes.iter().map(|axis| axis.reference);
     let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
@@ -169,6 +160,34 @@ fn recorded(
     let (recorded, findings) = Recorded::new(path, &table, map.time, (&named, columns), options.period_s)?;
     report.findings.extend(findings);
     Ok((axes, recorded))
+}
+
+/// The table with all columns at the instants of the command, without rows in which a position is missing or a spike.
+fn complete<'a>(
+    path: &Path,
+    table: &'a Table,
+    map: &mut ColumnMap,
+    options: &ReadOptions,
+    report: &mut Report,
+) -> Result<Cow<'a, Table>, DatasetError> {
+    let (table, findings) = spikes::without(table, map);
+    report.findings.extend(findings);
+    let (mut table, finding) = turns::in_table(table, map);
+    report.findings.extend(finding);
+    if let Some((split, clocks, finding)) = missing::apart(&table, map) {
+        (table, map.clocks) = (Cow::Owned(split), clocks);
+        report.push(finding);
+    }
+    if !map.clocks.is_empty() {
+        let (joined, findings) = on_one_clock(path, &table, map.time, &map.clocks)?;
+        report.findings.extend(findings);
+        table = Cow::Owned(joined.into_owned());
+    }
+    if let Some((kept, time, finding)) = missing::without_rows(path, &table, map, options)? {
+        (table, map.time) = (Cow::Owned(kept), Some(time));
+        report.push(finding);
+    }
+    Ok(table)
 }
 
 /// Indices of the axes that can be used, and their columns: commands, then actual positions. The others are findings.
@@ -182,7 +201,6 @@ fn usable_columns(
     let columns = sources.iter().map(|source| table.scaled(path, source.column, source.scale));
     let mut columns = columns.collect::<Result<Vec<_>, _>>()?;
     tracking_errors::replace(&mut columns, errors, 0);
-    report.findings.extend(turns::go_on(axes, &mut columns));
     let mut signs = tracking_errors::Signs::new(errors);
     signs.note(&columns);
     report.findings.extend(signs.finding(axes));

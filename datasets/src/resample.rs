@@ -21,8 +21,7 @@ pub(crate) fn resample(times: &[f64], values: &[f64], period_s: f64) -> Vec<f64>
             let u = (time - times[piece]) / width;
             let (p, q) = (values[piece], values[piece + 1]);
             let (m, n) = (tangents[piece] * width, tangents[piece + 1] * width);
-            // p + u·(m + …): this form returns `p` exactly at u = 0.
-            p + u * (m + u * (3.0 * (q - p) - 2.0 * m - n + u * (2.0 * (p - q) + m + n)))
+            motion::hermite(p, q, m, n, u).0
         })
         .collect()
 }

@@ -17,7 +17,7 @@ const STANDS_OUT: f64 = 50.0;
 /// Distance from whole turns, rad, within which a rotary position begins anew instead.
 const TURNED: f64 = 0.1;
 /// Share of the rows of a column above which they are no spikes.
-const MOST: f64 = 0.01;
+const MOST: f64 = 0.05;
 
 /// Finds the spikes of a column as its values (mm or rad) come.
 #[derive(Debug, Clone)]
@@ -63,8 +63,13 @@ impl Spikes {
 /// Rows of a column that are spikes, with their distances from the line between their neighbours, mm or rad.
 fn rows(column: &[f64], scale: f64, axis: &Axis) -> Vec<(usize, f64)> {
     let mut spikes = Spikes::new(axis);
-    let ends = column.iter().enumerate().filter_map(|(row, value)| Some((row, spikes.note(value * scale)?)));
-    ends.flat_map(|(row, (length, distance))| (row - 1 - length..row - 1).map(move |row| (row, distance))).collect()
+    // Rows without a value are those of other channels.
+    let with: Vec<usize> = (0..column.len()).filter(|row| !column[*row].is_nan()).collect();
+    let ends = with.iter().enumerate().filter_map(|(at, row)| Some((at, spikes.note(column[*row] * scale)?)));
+    let rows = |(at, (length, distance)): (usize, (usize, f64))| {
+        with[at - 1 - length..at - 1].iter().map(move |row| (*row, distance)).collect::<Vec<_>>()
+    };
+    ends.flat_map(rows).collect()
 }
 
 /// Whether a value lies among the others of its column, where a motion may have gone.

@@ -8,6 +8,8 @@ use crate::{Check, DatasetError, Finding, Severity};
 
 /// Correlation of tracking error and speed of the command below which an axis is ahead of its command.
 const AHEAD: f64 = -0.5;
+/// Rows by which it has to be ahead: feed-forward may lead by less.
+const AHEAD_ROWS: f64 = 0.5;
 
 /// Replaces the errors of the rows from `from` on by positions. `columns` are the commands of the axes, then their actual positions; `sides`
 /// tells for every axis which of the two holds its error, command minus actual position.
@@ -80,20 +82,18 @@ impl Signs {
         }
     }
 
-    /// A refusal where all axes that are known by their errors are ahead of their commands.
+    /// A refusal of the axes that by their errors are ahead of their commands.
     pub fn finding(&self, axes: &[Axis]) -> Option<Finding> {
         let of_errors = axes.iter().zip(&self.sides).zip(&self.sums).filter(|((_, side), _)| side.is_some());
-        let moving: Vec<(&Axis, f64)> = of_errors.filter_map(|((axis, _), sums)| Some((axis, sums.correlation()?))).collect();
-        let (first, _) = moving.first()?;
-        moving.iter().all(|(_, correlation)| *correlation < AHEAD).then(|| {
-            let names: Vec<&str> = moving.iter().map(|(axis, _)| axis.name.as_str()).collect();
-            let message = format!(
-                "by their tracking errors {} move before their commands: the errors are actual position minus command; map them with a factor \
-                 of -1, as in `{first}_err=NAME*-1`",
-                names.join(", ")
-            );
-            Finding::new(Severity::Refuse, Check::Pairing, message)
-        })
+        let ahead = of_errors.filter(|(_, sums)| sums.is_ahead()).map(|((axis, _), _)| axis.name.as_str());
+        let names: Vec<&str> = ahead.collect();
+        let first = names.first()?;
+        let message = format!(
+            "by the tracking error the axis moves before its command ({}): the error is actual position minus command; map it with a factor of -1, \
+             as in `{first}_err=NAME*-1`",
+            names.join(", ")
+        );
+        Some(Finding::new(Severity::Refuse, Check::Pairing, message))
     }
 }
 
@@ -108,11 +108,11 @@ impl Sums {
         }
     }
 
-    /// Correlation of error and step; `None` for an axis that does not move.
-    fn correlation(&self) -> Option<f64> {
+    /// Whether the axis is ahead of its command.
+    fn is_ahead(&self) -> bool {
         let of = |ab: f64, a: f64, b: f64| ab - a * b / self.rows;
-        let spread = (of(self.ee, self.e, self.e) * of(self.vv, self.v, self.v)).sqrt();
-        (spread > 0.0).then(|| of(self.ev, self.e, self.v) / spread)
+        let (ee, ev, vv) = (of(self.ee, self.e, self.e), of(self.ev, self.e, self.v), of(self.vv, self.v, self.v));
+        ev < AHEAD * (ee * vv).sqrt() && ev < -AHEAD_ROWS * vv
     }
 }
 

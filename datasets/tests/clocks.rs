@@ -75,7 +75,7 @@ fn actual_positions_are_joined_to_the_clock_of_the_command() {
     ] {
         let (log, report) = read(&table(names, |t| pairs(t, 1)), None).unwrap_or_else(|error| panic!("{names}: {error}"));
         assert_joined(&log, 1);
-        let told = "joined to the clock of the command by linear interpolation; the nearest samples are 0.700 to 0.700 ms";
+        let told = "joined to the clock of the command by cubic interpolation; the nearest samples are 0.700 to 0.700 ms";
         assert_found(&report, Severity::Note, Check::Timing, told);
         assert_eq!(report.findings.len(), 1, "{names}: {report}");
     }

@@ -58,6 +58,10 @@ fn lost_rows_are_seen() {
 fn zeros_frozen_values_and_spikes_are_seen() {
     let report = training(&hurt(|_, actual| actual[0][300] = 0.0));
     assert_found(&report, Refuse, Check::Dropout, "x_act, row 301");
+    for spikes in [1, 6, 30] {
+        let report = training(&hurt(|_, actual| (0..spikes).for_each(|spike| actual[0][100 + 61 * spike] += 0.4)));
+        assert_found(&report, Warn, Check::Jumps, "stand out of their neighbours");
+    }
     let report = training(&hurt(|_, actual| {
         let value = actual[0][1000];
         actual[0][1000..1100].fill(value);
@@ -349,4 +353,43 @@ fn runs_that_do_not_fit_together_are_refused() {
     assert_found(&report, Refuse, Check::Runs, "its axes are not those of `made`");
     assert_found(&report, Refuse, Check::Runs, "its period is 4.0000 ms");
     assert_found(&assess_runs(&[], Purpose::Training), Refuse, Check::Runs, "there is no run");
+}
+
+/// Runs of a machine that lags by 4 ms, the columns changed by the place and time in a run.
+fn set_of_runs(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Log> {
+    let run = |number: usize| {
+        let position = |t: f64, axis: f64| 30.0 * ((0.9 + 0.1 * number as f64) * t + axis).sin() * (0.31 * t).cos();
+        let rows = 4000;
+        let column = |axis: f64, lag_s: f64| (0..rows).map(|k| position(k as f64 * 0.002 - lag_s, axis)).collect::<Vec<_>>();
+        let references = vec![column(0.0, 0.0), column(1.0, 0.0)];
+        let actual = |axis: usize| {
+            let of = |k: usize| {
+                let t = k as f64 * 0.002;
+                let (late_s, off) = change(number, t, references[axis][k]);
+                position(t - 0.004 - late_s, axis as f64) + if axis == 0 { off } else { 0.0 } + 1e-4 * ((k * 7919) % 13) as f64
+            };
+            (0..rows).map(of).collect::<Vec<_>>()
+        };
+        let actuals = vec![actual(0), actual(1)];
+        let mut log = log(0.002, references, actuals);
+        log.name = format!("run {number}");
+        log
+    };
+    (0..5).map(run).collect()
+}
+
+#[test]
+fn trends_and_shifted_runs_are_seen_in_motion() {
+    let clean = assess_runs(&set_of_runs(|_, _, _| (0.0, 0.0)), Purpose::Training);
+    assert!(!clean.is_refused() && clean.findings.iter().all(|finding| finding.check != Check::Pairing), "{clean}");
+    let scaled = |share: f64| assess_runs(&set_of_runs(|_, _, x| (0.0, share * x)), Purpose::Training);
+    assert_found(&scaled(0.02), Refuse, Check::Units, "grows by 2.00 % more than its command");
+    assert_found(&scaled(0.02), Refuse, Check::Units, "`x_act=x_act*0.980");
+    assert_found(&scaled(-0.007), Warn, Check::Units, "grows by -0.70 %");
+    let drifting = assess_runs(&set_of_runs(|_, t, _| (0.0, 0.01 * t)), Purpose::Training);
+    assert_found(&drifting, Refuse, Check::Units, "drifts against its command, by 0.0800 mm");
+    let late =
+        |by_s: f64| assess_runs(&set_of_runs(move |run, _, _| (if run == 3 { by_s } else { 0.0 }, 0.0)), Purpose::Training);
+    assert_found(&late(0.004), Refuse, Check::Pairing, "run 3: all axes lag their commands by 4.0 ms more");
+    assert_found(&late(-0.0015), Warn, Check::Pairing, "run 3: all axes lag their commands by 1.5 ms less");
 }

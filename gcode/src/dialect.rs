@@ -92,6 +92,8 @@ pub struct Options {
     pub arc_tolerance: Option<ArcTolerance>,
     /// M codes of this machine that change neither path nor frame.
     pub passive: PassiveCodes,
+    /// Whether the machine has the axes A, B and C. In lines of Fanuc and its like words of axes that it lacks are no positions.
+    pub rotary_axes: [bool; 3],
     /// What is known after macros and subprograms that are not found. On SINUMERIK it concerns calls by L; after others nothing is known.
     pub macros: Macros,
 }
@@ -113,6 +115,7 @@ impl From<Dialect> for Options {
             start_mm: None,
             arc_tolerance: None,
             passive: PassiveCodes::default(),
+            rotary_axes: [true; 3],
             macros: Macros::Unknown,
         }
     }

@@ -177,6 +177,16 @@ fn what_is_not_interpreted_leaves_the_moves_after_it_alone() {
         ("L M143", None),
         ("L M777", unknown),
         ("M8", None),
+        ("M3 S500", None),
+        ("M128", unknown),
+        ("M128 F1000\nM129", None),
+        ("M140 MB MAX", None),
+        ("M777", unknown),
+        ("STOP M128", unknown),
+        ("STOP M6", None),
+        ("CC X+5 Y+5 M136", unknown),
+        ("TOOL CALL Z S900 M6", None),
+        ("FN 0: Q1 = +5", None),
         ("TCH PROBE 0.0 REF. PLANE Q5 X-", unknown),
         ("FN 17: SYSWRITE ID 210 NR1 = +0", unknown),
         ("FN 18: SYSREAD Q5 = ID270 NR1", None),
@@ -195,7 +205,7 @@ fn what_is_not_interpreted_leaves_the_moves_after_it_alone() {
         assert_eq!(fixed(&path.moves).last(), Some(&why), "{between}: {:?}", path.warnings);
         assert!(why.is_none() || !path.warnings.is_empty(), "{between}");
         // Without the known place nothing moves from where the tool is not known to be.
-        let frames = ["CYCL", "PLANE", "TRANS", "FUNCTION", "TOOL", "LN", "L M143", "L U"];
+        let frames = ["CYCL", "PLANE", "TRANS", "FUNCTION", "TOOL", "LN", "L M143", "L U", "M140", "STOP M6"];
         if frames.iter().any(|name| between.starts_with(name)) && !between.contains("32.") {
             let path = part(&format!("L X+5 F600\n{between}\nL X+10"));
             assert_ne!(fixed(&path.moves).last(), Some(&None), "{between}");

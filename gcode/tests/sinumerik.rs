@@ -208,7 +208,9 @@ fn moves_that_the_control_computes_are_left_alone() {
     };
     let no = Shiftable::No;
     assert_eq!(fixed("G1 X1 RND=0.5\nY1\nX0"), [no(Adjoining), no(Adjoining), Shiftable::Yes]);
-    assert_eq!(fixed("G1 X1 RNDM=2\nY1\nRNDM=0 X0\nY0"), [no(Adjoining), no(Adjoining), Shiftable::Yes, Shiftable::Yes]);
+    assert_eq!(fixed("G1 X1 RNDM=2\nY1\nRNDM=0 X0\nY0"), [no(Adjoining), no(Adjoining), no(Adjoining), Shiftable::Yes]);
+    // The corner before the first move without rounding is still rounded.
+    assert_eq!(fixed("G1 X1 RNDM=2\nY1\nRNDM=0\nX0\nY0"), [no(Adjoining), no(Adjoining), no(Adjoining), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 F=R9\nX2\nX3 F100"), [no(RunTime), no(RunTime), Shiftable::Yes]);
     assert_eq!(fixed("G95 F0.1 S1=500 G1 X1\nSUPA X2\nX3\nS500 X4"), [no(RunTime), no(RunTime), no(RunTime), Shiftable::Yes]);
     assert_eq!(fixed("G1 X1 F=R9\nSUPA G1 X2\nF100 Y3"), [no(RunTime), no(RunTime), no(UnknownStart)]);

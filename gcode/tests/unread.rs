@@ -108,12 +108,12 @@ fn codes_that_turn_or_mirror_on_another_control_open_a_section() {
 
 #[test]
 fn the_same_codes_in_their_usual_form_open_nothing() {
-    for block in ["G10 L50\nN1023 P1 R100\nG11", "G10 L3 P1\nG11", "G15 H1", "G71 Z5.", "G0 G52 Z0", "G12 I5. D1 F300"] {
+    for block in ["G10 L3 P1\nG11", "G15 H1", "G71 Z5.", "G0 G52 Z0", "G12 I5. D1 F300"] {
         let of = feeds(Dialect::Fanuc, block);
         assert_eq!(of[of.len() - 2..], [YES, YES], "{block}: {of:?}");
     }
     for block in ["G11", "G52 X5. Y0", "G93 G1 X20. F5.\nG94"] {
-        let body = format!("G10 L50\n{block}");
+        let body = format!("G10 L3\n{block}");
         let of = feeds(Dialect::Fanuc, &body);
         assert_eq!(of[of.len() - 2..], [YES, YES], "{block}: {of:?}");
     }
@@ -141,5 +141,58 @@ fn a_statement_without_coordinates_is_no_feed_move() {
         let of = feeds(Dialect::Fanuc, block);
         assert_eq!(of[..2], [YES, YES], "{block}");
         assert!(of[2..].iter().all(|shiftable| *shiftable == LEFT), "{block}: {of:?}");
+    }
+}
+
+#[test]
+fn data_that_may_change_anything_leave_what_follows_alone() {
+    // Parameters of the control, among them work offsets (N1221).
+    let of = feeds(Dialect::Fanuc, "G10 L52\nN1221 P2 R5.\nG11\nG1 X7. Y7. F600\nX8.");
+    assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{of:?}");
+    // Lengths of tools: until the position is stated.
+    for data in ["G10 L10 P1 R5.", "G10 P1 R5.", "G10 L12 P1 R3."] {
+        let of = feeds(Dialect::Fanuc, &format!("{data}\nG1 X7. Y7. F600\nX8. Y8. Z-1.\nX9."));
+        assert!(of[2] != YES && of[3] != YES && of[4] == YES, "{data}: {of:?}");
+    }
+    // Subprograms and jumps of Fagor, chamfers and corners of Heidenhain's DIN/ISO.
+    for block in ["G25 N100", "G20 N1.1", "G22 N1", "G25 R5."] {
+        let of = feeds(Dialect::Fanuc, &format!("{block}\nG1 X7. Y7. F600\nX8."));
+        assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{block}: {of:?}");
+    }
+}
+
+#[test]
+fn words_of_another_geometry_leave_the_position_unknown() {
+    for block in ["G1 R10. Q45.", "R5.", "Q90.", "I5.", "K5."] {
+        for dialect in [Dialect::Fanuc, Dialect::LinuxCnc] {
+            let body = format!("G1 X1. F600\n{block}\nX7.\nX8. Y8. Z-1.\nX9.");
+            let of = feeds(dialect, &body);
+            let [.., cut, stated, next, _, _, _] = of[..] else { panic!("{block}: {of:?}") };
+            assert!(cut != YES && stated != YES && next == YES, "{block}: {of:?}");
+            assert!(read(dialect, &body).warnings.iter().any(|warning| warning.message.contains("another control's geometry")));
+        }
+    }
+    // Arcs, cycles and codes have these words.
+    for body in ["G2 I-5.\nG1 X7.\nX8.", "G81 X5. Y5. Z-2. R1. F100\nR2.\nG80\nX0 Y0 Z0\nG1 X7. F600\nX8.", "G4 P1\nG1 X7.\nX8."]
+    {
+        let of = feeds(Dialect::Fanuc, body);
+        assert_eq!(of[of.len() - 4], YES, "{body}: {of:?}");
+    }
+}
+
+#[test]
+fn words_of_axes_that_the_machine_lacks_are_no_positions() {
+    let fixed = |block: &str, rotary_axes: [bool; 3]| {
+        let options = gcode::Options { rotary_axes, ..Dialect::Fanuc.into() };
+        let text = format!("{HEAD}{block}\nX7.\nX8. Y8. Z-1.\nX9.\n{TAIL}");
+        let path = interpret(&parse(text), &options).unwrap();
+        path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect::<Vec<_>>()
+    };
+    // The angle of a line, a chamfer.
+    for block in ["X30. A45.", "G1 Y20. C2."] {
+        let of = fixed(block, [false; 3]);
+        assert!(of[2..5].iter().all(|shiftable| *shiftable != YES) && of[5] == YES, "{block}: {of:?}");
+        let of = fixed(block, [true; 3]);
+        assert_eq!(of[3..6], [YES; 3], "{block}");
     }
 }

@@ -5,7 +5,8 @@ use std::ops::{Add, Mul, Sub};
 /// Value and derivative at `t` in `[0, 1]` of the cubic from `from` to `to` with these end
 /// derivatives.
 #[inline]
-pub(crate) fn hermite<V>(from: V, to: V, leaving: V, arriving: V, t: f64) -> (V, V)
+#[must_use]
+pub fn hermite<V>(from: V, to: V, leaving: V, arriving: V, t: f64) -> (V, V)
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>,
 {

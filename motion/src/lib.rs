@@ -24,7 +24,7 @@ mod trajectory;
 pub use axis::{Axis, AxisKind};
 pub use curves::Curve;
 pub use error::MotionError;
-pub use interpolate::cubic;
+pub use interpolate::{cubic, hermite};
 pub use kinematics::{Cartesian, FiveAxis, Kinematics, RotaryJoint, RotaryMount};
 pub use lag::lag_s;
 pub use limits::{AxisLimits, Limits};

@@ -2,6 +2,7 @@
 
 use motion::Axis;
 
+use super::unit::{Quantity, unit_name};
 use crate::{Check, Finding, Severity};
 
 /// A column of a table and its factor to s, mm or rad.
@@ -49,14 +50,15 @@ impl AxisColumns {
 
     /// What is taken for granted where a tracking error stands for a position.
     pub(super) fn assumed(&self, names: &[String]) -> Option<String> {
-        let (side, other, column) = match self.error_for? {
-            Side::Reference => ("command", "actual position", self.reference.column),
-            Side::Actual => ("actual position", "command", self.actual.column),
+        let (side, other, source) = match self.error_for? {
+            Side::Reference => ("command", "actual position", self.reference),
+            Side::Actual => ("actual position", "command", self.actual),
         };
+        let (column, unit) = (source.column, unit_name(source.scale, Quantity::of(self.axis.kind)));
         let (axis, name) = (&self.axis, names.get(column).map_or("", String::as_str));
         Some(format!(
-            "the {side} of {axis} is taken from its {other} and `{name}`, which counts as command minus actual position; where it is the other \
-             way round, map it with `{axis}_err={name}*-1`"
+            "the {side} of {axis} is taken from its {other} and `{name}`, which counts as command minus actual position in {unit}; where it is the \
+             other way round or in another unit, map it, as with `{axis}_err={name}*-0.001`"
         ))
     }
 }

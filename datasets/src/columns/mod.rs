@@ -15,4 +15,5 @@ pub(crate) use numbered::{edge_role, is_joint_pin};
 pub(crate) use recognise::{
     CommandColumns, PROBED_ROWS, implied_period_s, is_known, is_own_clock, recognise_reference, table_encoders,
 };
+pub(crate) use unit::unit_name;
 pub use unit::{Quantity, Unit};

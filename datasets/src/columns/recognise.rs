@@ -38,6 +38,18 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
             (Some(_), Some(_)) => None,
             _ => only(&meanings, name, Role::Error).map_err(fail)?,
         };
+        let bare = only(&meanings, name, Role::Position).map_err(fail)?.filter(|_| error.is_none());
+        let (reference, actual) = match (reference, actual, bare) {
+            (None, Some(actual), Some(bare)) => {
+                assumed.push(format!("`{}` is taken for the command of {name}", table.names[bare.0]));
+                (Some(bare), Some(actual))
+            }
+            (Some(reference), None, Some(bare)) => {
+                assumed.push(format!("`{}` is taken for the actual position of {name}", table.names[bare.0]));
+                (Some(reference), Some(bare))
+            }
+            both => (both.0, both.1),
+        };
         let units = [reference, actual, error].map(|found| found.and_then(|(_, unit)| unit));
         let axis = axis(&short_name(name, &meanings), &units).map_err(fail)?;
         let of = |found: Found| found.map(|(column, unit)| source(column, unit));

@@ -1,5 +1,7 @@
 //! Units in column names.
 
+use motion::AxisKind;
+
 /// Quantity of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -9,6 +11,28 @@ pub enum Quantity {
     Length,
     /// Internal unit rad.
     Angle,
+}
+
+impl Quantity {
+    /// That of the positions of an axis.
+    #[must_use]
+    pub fn of(kind: AxisKind) -> Self {
+        match kind {
+            AxisKind::Linear => Self::Length,
+            AxisKind::Rotary => Self::Angle,
+        }
+    }
+}
+
+/// The unit with this factor to s, mm or rad; the factor itself where it is no unit's.
+pub(crate) fn unit_name(scale: f64, quantity: Quantity) -> String {
+    let (units, internal): (&[(f64, &str)], &str) = match quantity {
+        Quantity::Time => (&[(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"), (60.0, "min")], "s"),
+        Quantity::Length => (&[(1.0, "mm"), (1e3, "m"), (10.0, "cm"), (1e-3, "µm"), (1e-6, "nm"), (25.4, "in")], "mm"),
+        Quantity::Angle => (&[(1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad"), (std::f64::consts::PI / 180.0, "deg")], "rad"),
+    };
+    let known = units.iter().find(|(known, _)| (scale / known - 1.0).abs() < 1e-9);
+    known.map_or_else(|| format!("× {scale} {internal}"), |(_, name)| (*name).to_owned())
 }
 
 /// A unit: its quantity and its factor to the internal unit (s, mm, rad).

@@ -159,6 +159,9 @@ impl LongFile {
             if self.is_reference() {
                 usable.check_all()?;
             }
+            if time.is_some() && columns[positions].iter().any(|time| time.is_nan()) {
+                return Ok(false);
+            }
             if let Some(time) = time {
                 self.check_times(head, time, &columns[positions], &lines)?;
             }

@@ -139,7 +139,7 @@ fn faults_have_the_words_of_the_whole() {
     // Both axes, over more rows than a spike has.
     let no_axis = hurt(&text, lines..lines + 9, |[t, x_act, y]| format!("{t},auto,1e9,{x_act},{y},1e9"));
     // A stamp, too few fields and too many.
-    for mended in [&no_axis, &line.replace(t, "nan"), &line.replace(&format!(",{y}"), ""), &format!("{line},7")] {
+    for mended in [&no_axis, &line.replace(t, "1e300"), &line.replace(&format!(",{y}"), ""), &format!("{line},7")] {
         let (line, mended) = if mended == &no_axis { (text.as_str(), mended) } else { (line, mended) };
         let path = write(&folder, "fault.csv", &text.replace(line, mended));
         let found = LongFile::log(&path, &ReadOptions::default(), 10_000).unwrap_err().to_string();

@@ -8,6 +8,8 @@ use crate::{Check, Finding, Report, Severity};
 const ISOLATED: f64 = 4.0;
 /// … and is at least this large: 5 µm or 0.05 mrad.
 const SMALLEST: (f64, f64) = (5e-3, 5e-5);
+/// Largest ratio of the bends that 1 and 10 % of the samples exceed; beyond it they are spikes themselves.
+const MANY_SPIKES: f64 = 4.0;
 /// A command's speed may change in one sample by this share of its largest.
 const SPEED_SHARE: f64 = 0.4;
 /// Samples within which a jump of the command explains one of the tracking error, and size of a change of its steps, as a share of the error's,
@@ -122,7 +124,9 @@ fn isolated(steps: &[f64], smallest: f64) -> Vec<usize> {
 /// Samples off the line between their neighbours, which lie close together, and their distances.
 fn spikes(values: &[f64], smallest: f64) -> Vec<(usize, f64)> {
     let bends: Vec<f64> = values.windows(3).map(|three| three[1] - 0.5 * (three[0] + three[2])).collect();
-    let usual = (2.0 * ISOLATED * quantile(&bends, 0.99)).max(smallest);
+    // Each spike has three bends: many of them are no measure of what is usual.
+    let usual = 2.0 * ISOLATED * quantile(&bends, 0.99).min(MANY_SPIKES * quantile(&bends, 0.9));
+    let usual = usual.max(smallest);
     let apart = |k: usize| (values[k + 2] - values[k]).abs();
     (0..bends.len())
         .filter(|&k| bends[k].abs() > usual && bends[k].abs() > ISOLATED * apart(k))

@@ -15,6 +15,7 @@ mod rate;
 mod rests;
 mod runs;
 mod signals;
+mod trends;
 mod units;
 
 pub(crate) use digits::{significant_digits, step_of};

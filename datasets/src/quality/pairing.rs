@@ -71,7 +71,9 @@ fn exchanged_with<'a>(index: usize, moving: &[&'a Signals<'a>]) -> Option<&'a Si
     };
     let own = left(axis.actual);
     let others = moving.iter().enumerate().filter(|(other, _)| *other != index);
-    others.map(|(_, other)| *other).find(|other| left(other.actual) < EXCHANGED * own)
+    // A fault of one axis makes its own error large, too; the other's position does not follow its command then.
+    let follows = |other: &Signals| correlation(&speeds(axis, axis.reference), &speeds(other, other.actual)).0 > BELONGS;
+    others.map(|(_, other)| *other).find(|other| left(other.actual) < EXCHANGED * own && follows(other))
 }
 
 fn speeds(axis: &Signals, positions: &[f64]) -> Vec<f64> {
@@ -148,12 +150,12 @@ fn lag_s(axis: &Signals) -> f64 {
 
 /// Numerator and denominator of that regression.
 pub(super) fn lag_sums(axis: &Signals) -> (f64, f64) {
-    let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
-    let (mut ev, mut vv) = (0.0, 0.0);
-    for (k, error) in axis.error.iter().enumerate().take(axis.error.len().saturating_sub(1)).skip(1) {
-        let speed = (axis.reference[k + 1] - axis.reference[k - 1]) / (2.0 * axis.period_s);
-        ev += (error - mean) * speed;
-        vv += speed * speed;
-    }
-    (ev, vv)
+    let rows = 1..axis.error.len().saturating_sub(1);
+    let speed = |k: usize| (axis.reference[k + 1] - axis.reference[k - 1]) / (2.0 * axis.period_s);
+    let count = rows.len().max(1) as f64;
+    let (mean, mean_speed) = rows.clone().fold((0.0, 0.0), |(e, v), k| (e + axis.error[k] / count, v + speed(k) / count));
+    rows.fold((0.0, 0.0), |(ev, vv), k| {
+        let (error, speed) = (axis.error[k] - mean, speed(k) - mean_speed);
+        (ev + error * speed, vv + speed * speed)
+    })
 }

@@ -4,7 +4,7 @@ use super::assess;
 use super::motion_checks::reversals;
 use super::purpose::Purpose;
 use super::signals::Signals;
-use super::{lags, rests};
+use super::{lags, rests, trends};
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Minimum duration of motion in all runs together, s; less costs accuracy: 7.5 / 15 / 30 s gave
@@ -51,6 +51,7 @@ pub fn assess_runs(logs: &[Log], purpose: Purpose) -> Report {
         check_directions(logs, first, &mut report);
         rests::check(logs, &mut report);
         lags::check(logs, &mut report);
+        trends::check(logs, &mut report);
         let total_s: f64 = logs.iter().map(|log| log.reference.duration_s()).sum();
         if total_s < LITTLE_S {
             report.push(Finding::new(

@@ -4,12 +4,13 @@ use super::block::Block;
 use super::functions::{Effect, effect};
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
-use super::words::{BlockFeed, PathWords, Per};
+use super::words::{BlockFeed, PathWords, Per, functions_of};
 use crate::arc::direction;
 use crate::modal::{CutterCompensation, FeedMode};
 use crate::position::Position;
 use crate::split::is_splittable;
 use crate::toolpath::{Feed, Fixed, Move, MoveKind, Shiftable};
+use crate::word::Word;
 
 /// Path function of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,12 +61,8 @@ impl Interpreter<'_> {
         let is_circle = !matches!(function, Function::Line { .. });
         let words = PathWords::of(block, self, is_circle);
         let optional = block.is_optional && self.options.block_delete.is_none();
-        let effects: Vec<Effect> = words
-            .functions
-            .iter()
-            .map(|(_, number)| number.map_or(Effect::Opens(Cause::Lasting), |n| self.effect_of(n)))
-            .collect();
-        self.open_sections(&words, &effects);
+        let effects = self.effects_of(&words.functions);
+        self.open_sections(&words.functions, &effects);
         if let Some(stray) = words.stray {
             self.report.warning(stray.span, "not understood in a positioning block; the block is left alone", None);
             self.lose_place();
@@ -98,6 +95,23 @@ impl Interpreter<'_> {
         self.end_block(&effects);
     }
 
+    /// The M functions of a block that is no positioning block.
+    pub fn execute_functions(&mut self, block: &Block<'_>) {
+        let functions = functions_of(block);
+        let effects = self.effects_of(&functions);
+        self.open_sections(&functions, &effects);
+        // The length of the tool changes.
+        if effects.contains(&Effect::ToolChange) {
+            self.lose_place();
+        }
+        self.end_block(&effects);
+    }
+
+    fn effects_of(&self, functions: &[(Word, Option<u16>)]) -> Vec<Effect> {
+        let of = |number: Option<u16>| number.map_or(Effect::Opens(Cause::Lasting), |number| self.effect_of(number));
+        functions.iter().map(|(_, number)| of(*number)).collect()
+    }
+
     fn effect_of(&self, number: u16) -> Effect {
         match effect(number) {
             Effect::Opens(Cause::Lasting) if self.options.passive.holds(number) => Effect::None,
@@ -105,8 +119,8 @@ impl Interpreter<'_> {
         }
     }
 
-    fn open_sections(&mut self, words: &PathWords, effects: &[Effect]) {
-        for ((word, number), effect) in words.functions.iter().zip(effects) {
+    fn open_sections(&mut self, functions: &[(Word, Option<u16>)], effects: &[Effect]) {
+        for ((word, number), effect) in functions.iter().zip(effects) {
             if let Effect::Opens(cause) = effect {
                 let (what, help) = match number {
                     Some(number) if *cause == Cause::Lasting => (

@@ -22,6 +22,21 @@ const SILENT: [&[&str]; 12] = [
     &["DECLARE", "STRING"],
     &["FUNCTION", "MODE", "MILL"],
 ];
+/// First words of blocks in which an M begins a name or a text.
+const NO_FUNCTIONS: [&[&str]; 12] = [
+    &["BEGIN", "PGM"],
+    &["END", "PGM"],
+    &["CALL", "PGM"],
+    &["SEL"],
+    &["DECLARE"],
+    &["PATTERN"],
+    &["CONTOUR"],
+    &["BLK"],
+    &["TOOL", "DEF"],
+    &["LBL"],
+    &["CALL", "LBL"],
+    &["CYCL", "DEF"],
+];
 /// FN functions that only calculate, decide, report or read: 17 writes system data, 19, 20 and 29 act on the PLC, 27 writes tables. Jumps, 9 to
 /// 12, are followed before the program is read.
 const SILENT_FN: [u32; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 18, 26, 28];
@@ -63,6 +78,9 @@ impl Interpreter<'_> {
         // What the lines of an unknown block do, its first line has reported.
         } else if !self.contour(block) && !self.frame(block) && !self.is_silent(block) && !continued {
             self.unknown(block);
+        }
+        if !NO_FUNCTIONS.iter().any(|names| block.begins(names)) {
+            self.execute_functions(block);
         }
     }
 

@@ -55,6 +55,16 @@ pub(super) struct PathWords {
     pub stray: Option<Word>,
 }
 
+/// The M functions of a block, with their numbers.
+pub(super) fn functions_of(block: &Block<'_>) -> Vec<(Word, Option<u16>)> {
+    let functions = block.words.iter().filter(|word| block.name(word) == b"M");
+    functions.map(|word| (*word, function_number(word))).collect()
+}
+
+fn function_number(word: &Word) -> Option<u16> {
+    word.number().filter(|number| number.fract() == 0.0 && (0.0..1024.0).contains(number)).map(|number| number as u16)
+}
+
 impl PathWords {
     /// Reads the words behind the path function. In a block with `is_circle` R is the radius.
     pub fn of(block: &Block<'_>, state: &Interpreter<'_>, is_circle: bool) -> Self {
@@ -62,8 +72,7 @@ impl PathWords {
         let mut of_function = false;
         for word in block.words.iter().skip(1) {
             if word.is(b'M') {
-                let number =
-                    word.number().filter(|number| number.fract() == 0.0 && (0.0..1024.0).contains(number)).map(|n| n as u16);
+                let number = function_number(word);
                 of_function = number.is_some_and(has_words);
                 found.functions.push((*word, number));
             } else if !of_function && !found.take(block, state, word, is_circle) {

@@ -6,6 +6,7 @@
 
 use super::codes::Motion;
 use super::gather::Gathered;
+use super::sections::Cause;
 use super::state::Interpreter;
 use crate::decimal_point::{ANGLE_INCREMENT, has_point, length_increment};
 use crate::dialect::{DecimalPoint, Dialect};
@@ -106,6 +107,9 @@ impl Interpreter<'_> {
     /// G10: the named coordinates become unknown if it changes a work offset that may be active.
     pub fn set_data(&mut self, words: &Gathered) {
         let number = |letter| words.number(self.program, letter);
+        if self.options.dialect == Dialect::Fanuc {
+            self.set_tool_or_parameters(words);
+        }
         let sets_offset = !words.has(b'L') || number(b'L').is_none_or(|l| l == 2.0 || l == 20.0);
         if !sets_offset {
             return;
@@ -125,6 +129,27 @@ impl Interpreter<'_> {
         for axis in self.named(words).collect::<Vec<_>>() {
             self.position.forget(axis);
         }
+    }
+
+    /// G10 with other data: lengths and radii of tools (L1, L10 to L13, or P and R alone), after which the position along the tool may be another;
+    /// parameters of the control (L50, L52) and what is not known, which may be anything (Fanuc 0i-F Operator's Manual, "Programmable Data Input").
+    fn set_tool_or_parameters(&mut self, words: &Gathered) {
+        let kind = words.number(self.program, b'L');
+        let is_offset = kind == Some(2.0) || kind == Some(20.0) || kind.is_none() && self.named(words).next().is_some();
+        let is_tool = match kind {
+            None => words.has(b'P') || words.has(b'R'),
+            Some(kind) => kind == 1.0 || (10.0..=13.0).contains(&kind),
+        };
+        // L3 registers the lives of tools.
+        if is_offset || kind == Some(3.0) {
+            return;
+        }
+        if is_tool {
+            return self.forget_all();
+        }
+        let Some(index) = words.index(b'L') else { return };
+        self.open_section(index, "G10 with these data", Cause::Lasting, None);
+        self.forget_all();
     }
 
     /// G10 L2 with R rotates a coordinate system. One that is not active is noted too: it may be selected later.

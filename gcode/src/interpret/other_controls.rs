@@ -48,6 +48,13 @@ impl Interpreter<'_> {
             Code::FeedMode(_) if !has_axes && words.any(b"IJK").is_some() => {
                 self.open_section(g.index, "a code with I, J or K and no motion", Cause::Lasting, None);
             }
+            // Fagor: subprograms, calls, jumps (`G20 N1.1`, `G25 N100`); DIN/ISO of Heidenhain: chamfers and corners (`G25 R5`).
+            _ if (200..=260).contains(&g.tenths)
+                && (words.index(b'N').is_some_and(|n| n > g.index) || g.tenths >= 240 && words.has(b'R')) =>
+            {
+                self.open_section(g.index, "a code of G20 to G26 with N or R", Cause::Lasting, None);
+                self.forget_all();
+            }
             Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() => self.doubt_local_shift(words, g),
             _ => {}
         }

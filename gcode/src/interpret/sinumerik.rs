@@ -292,7 +292,7 @@ impl Interpreter<'_> {
     /// Whether the control computes a corner at one of the ends of this block's move.
     pub fn joins_corner(&mut self, words: &Gathered) -> bool {
         let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
-        if words.corner || has(Name::Corner) {
+        if words.corner || has(Name::Corner) || self.rounds_corners || self.lacking_axis(words).is_some() {
             self.corner_moves = 2;
         }
         let joins = self.corner_moves > 0;

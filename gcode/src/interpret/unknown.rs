@@ -150,6 +150,42 @@ impl Interpreter<'_> {
         words.index(b'E').filter(|_| !is_taken)
     }
 
+    /// Words of another control's geometry: R, Q, I, J or K without an axis under G0 or G1 (polar coordinates, chamfers), and A, B or C of axes
+    /// that the machine lacks (angle of a line, chamfer). Whether and where the tool moves is not known.
+    pub fn note_foreign_geometry(&mut self, words: &Gathered) {
+        let is_line = matches!(self.motion, Some(Motion::Rapid | Motion::Line)) && self.cycle.is_none();
+        let is_motion = |code: Code| matches!(code, Code::Motion(Motion::Rapid | Motion::Line) | Code::Distance(_));
+        let is_plain = words.m.is_empty() && words.g.iter().all(|g| is_motion(g.code)) && words.unknown.is_none();
+        if self.is_sinumerik() || !is_line || !is_plain || self.sections.is_open() {
+            return;
+        }
+        let (index, what) = if let Some(index) = self.lacking_axis(words) {
+            (index, "the machine has no such axis: whether this is an angle or a chamfer is not known")
+        } else if let Some(index) = words.any(b"RQIJK").filter(|_| words.any(b"XYZABCUVW").is_none()) {
+            (index, "a word of another control's geometry: whether the tool moves is not known")
+        } else {
+            return;
+        };
+        self.forget_all();
+        self.corner_moves = self.corner_moves.max(1);
+        self.report.warning(
+            self.span(index),
+            format!("{what}; nor is the position after it"),
+            Some("state all coordinates after it"),
+        );
+    }
+
+    /// Index of a word A, B or C of an axis that the machine lacks, in a line (Fanuc and its like).
+    pub fn lacking_axis(&self, words: &Gathered) -> Option<usize> {
+        let is_line = match words.explicit_motion() {
+            Some((_, code)) => code == Code::Motion(Motion::Line),
+            None => self.motion == Some(Motion::Line),
+        };
+        let letters = b"ABC".iter().zip(self.options.rotary_axes).filter(|(_, has)| !has);
+        let lacking = letters.filter_map(|(letter, _)| words.index(*letter)).min();
+        lacking.filter(|_| self.options.dialect == Dialect::Fanuc && is_line)
+    }
+
     /// U, V and W move an axis parallel to X, Y or Z, or are increments of X, Y, Z (Fanuc, G code system A).
     /// Which of them is not known, so the coordinate is not known afterwards. Beside a dwell U is its time, beside a macro call an argument.
     pub fn note_parallel_axes(&mut self, words: &Gathered) {

@@ -78,7 +78,9 @@ impl ReadSettings {
         let stated = self.decimal_point.or(setup.decimal_point);
         let decimal_point = stated.unwrap_or_default();
         let Self { passive, block_delete, macros, .. } = *self;
-        let options = Options { passive, block_delete, macros, decimal_point, ..dialect.into() };
+        let slots: Vec<usize> = setup.kinematics.axes().iter().filter_map(motion::Axis::slot).collect();
+        let rotary_axes = std::array::from_fn(|axis| slots.contains(&(3 + axis)));
+        let options = Options { passive, block_delete, macros, decimal_point, rotary_axes, ..dialect.into() };
         let open = match (self.decimal_point, stated) {
             (Some(_), _) => None,
             // The description of a machine may stand for another control than that of the program.

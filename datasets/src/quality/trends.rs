@@ -1,0 +1,143 @@
+//! What the runs show in motion, over all of them: errors that grow with place or time, and runs whose columns are shifted in time.
+//!
+//! On `random:220` to `random:249`, `random:301` to `random:312` and the built-in machines the error grows by at most 0.18 % of the position (4.4
+//! times what is left) and by 14 µm in ten seconds, and the lag of a run differs from that of the others by at most 0.7 ms.
+
+use motion::AxisKind;
+use nalgebra::{SMatrix, SVector};
+
+use super::signals::{Signals, with_common_axes};
+use crate::{Check, Finding, Log, Report, Severity};
+
+/// Terms of the error: speed, acceleration, direction, position, time.
+const TERMS: usize = 5;
+const PLACE: usize = 3;
+const TIME: usize = 4;
+/// Rows of a run that count.
+const ROWS: usize = 2000;
+/// Growth of the error with the position from which on the scales differ, as a share and as a multiple of what is left of the error; and the share
+/// from which on no machine has it.
+const SLOPE: f64 = 5e-3;
+const OF_REST: f64 = 8.0;
+const NO_MACHINE: f64 = 1e-2;
+/// Growth of the error over a run of mean length from which on an axis drifts, mm, and as a multiple of what is left.
+const DRIFT_MM: f64 = 0.03;
+const DRIFT_OF_REST: f64 = 3.0;
+/// Difference of the lags of a run on all axes from those of the others, s, from which on it is suspect, and from which on it is refused; and
+/// the largest share by which the axes may differ in it.
+const SHIFT_S: f64 = 0.8e-3;
+const SURE_SHIFT_S: f64 = 2e-3;
+const ALIKE: f64 = 0.5;
+
+/// Reports axes whose error grows, and runs that are shifted.
+pub(super) fn check(logs: &[Log], report: &mut Report) {
+    let Some(first) = with_common_axes(logs) else { return };
+    for index in 0..first.axes().len() {
+        let is_told = report.findings.iter().any(|finding| {
+            finding.check == Check::Units && finding.place.column.as_deref() == Some(&format!("{}_act", first.axes()[index]))
+        });
+        if first.axes()[index].kind == AxisKind::Linear && !is_told {
+            report.findings.extend(growth(logs, index));
+        }
+    }
+    shifts(logs, report);
+}
+
+/// Terms and error of the counted rows of a run, less their means.
+fn rows(axis: &Signals) -> Vec<(SVector<f64, TERMS>, f64)> {
+    let period_s = axis.period_s;
+    let length = axis.reference.len();
+    let at = |k: usize| {
+        let [before, here, after] = [axis.reference[k - 2], axis.reference[k], axis.reference[k + 2]];
+        let (speed, bend) = ((after - before) / (4.0 * period_s), (after - 2.0 * here + before) / (4.0 * period_s * period_s));
+        let direction = if speed.abs() > super::standstill_speed(axis.axis.kind) { speed.signum() } else { 0.0 };
+        (SVector::from([speed, bend, direction, here, k as f64 * period_s]), axis.error[k])
+    };
+    let step = length.div_ceil(ROWS).max(1);
+    let mut rows: Vec<_> = (2..length.saturating_sub(2)).step_by(step).map(at).collect();
+    let count = rows.len().max(1) as f64;
+    let (terms, error) = rows.iter().fold((SVector::zeros(), 0.0), |(terms, error), row| (terms + row.0, error + row.1));
+    rows.iter_mut().for_each(|row| *row = (row.0 - terms / count, row.1 - error / count));
+    rows
+}
+
+/// An error of one axis that grows with the position, or with time.
+fn growth(logs: &[Log], index: usize) -> Option<Finding> {
+    let (mut normal, mut right, mut all) = (SMatrix::<f64, TERMS, TERMS>::zeros(), SVector::<f64, TERMS>::zeros(), Vec::new());
+    let (mut low, mut high, mut moving_s, mut runs) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0_f64);
+    for log in logs {
+        let signals = Signals::of(log);
+        let Some(axis) = signals.get(index).filter(|axis| axis.moves()) else { continue };
+        (low, high) = axis.reference.iter().fold((low, high), |(low, high), at| (low.min(*at), high.max(*at)));
+        (moving_s, runs) = (moving_s + log.reference.duration_s(), runs + 1.0);
+        for (terms, error) in rows(axis) {
+            normal += terms * terms.transpose();
+            right += terms * error;
+            all.push((terms, error));
+        }
+    }
+    // Units of the terms alike, so that their sizes do not matter.
+    let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
+    let scaled = normal.component_div(&(scale * scale.transpose())) + SMatrix::identity() * 1e-12;
+    let slopes = scaled.cholesky()?.solve(&right.component_div(&scale)).component_div(&scale);
+    let rest = (all.iter().map(|(terms, error)| (error - slopes.dot(terms)).powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+    let axis = &logs[0].axes()[index];
+    let column = format!("{axis}_act");
+    // The error is command minus actual position.
+    let (slope, span) = (-slopes[PLACE], high - low);
+    if slope.abs() > SLOPE && slope.abs() * span > OF_REST * rest {
+        let severity = if slope.abs() > NO_MACHINE { Severity::Refuse } else { Severity::Warn };
+        let message = format!(
+            "in motion the actual position grows by {:.2} % more than its command, by {:.4} mm over {span:.1} mm: the scale of the encoder or of the \
+             column is off; where it is the column, map it with a factor, as in `{column}={column}*{:.6}`",
+            100.0 * slope,
+            slope * span,
+            1.0 / (1.0 + slope)
+        );
+        return Some(Finding::new(severity, Check::Units, message).in_column(column));
+    }
+    let drift = -slopes[TIME] * moving_s / runs.max(1.0);
+    if drift.abs() > DRIFT_MM.max(DRIFT_OF_REST * rest) {
+        let message = format!(
+            "in motion the actual position drifts against its command, by {drift:.4} mm in a run of mean length: counts are lost, or a scale warms \
+             up; mend the encoder, or log a warm machine"
+        );
+        return Some(Finding::new(Severity::Refuse, Check::Units, message).in_column(column));
+    }
+    None
+}
+
+/// Runs in which all axes lag by the same time more or less than in the others.
+fn shifts(logs: &[Log], report: &mut Report) {
+    if logs.len() < 3 {
+        return;
+    }
+    let lags: Vec<Vec<Option<f64>>> = logs.iter().map(|log| Signals::of(log).iter().map(lag_s).collect()).collect();
+    let axes = lags.first().map_or(0, Vec::len);
+    let usual: Vec<Option<f64>> =
+        (0..axes).map(|axis| motion::quantile(&mut lags.iter().filter_map(|run| run[axis]).collect::<Vec<_>>(), 0.5)).collect();
+    for (log, run) in logs.iter().zip(&lags) {
+        let apart: Vec<f64> = run.iter().zip(&usual).filter_map(|(own, usual)| Some((*own)? - (*usual)?)).collect();
+        let (low, high) = apart.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), by| (low.min(*by), high.max(*by)));
+        let least = if low > 0.0 { low } else { -high };
+        if apart.len() < 2 || least < SHIFT_S || high - low > ALIKE * least {
+            continue;
+        }
+        let severity = if least > SURE_SHIFT_S { Severity::Refuse } else { Severity::Warn };
+        let message = format!(
+            "all axes lag their commands by {:.1} ms {} than in the other runs: the columns are shifted against each other, or the control was set \
+             otherwise; leave this run out, or record it again",
+            1e3 * least,
+            if low > 0.0 { "more" } else { "less" }
+        );
+        let mut finding = Finding::new(severity, Check::Pairing, message);
+        finding.place.run = Some(log.name.clone());
+        report.push(finding);
+    }
+}
+
+/// Lag of an axis in one run, s, where it moves enough to tell.
+fn lag_s(axis: &Signals) -> Option<f64> {
+    let (ev, vv) = super::pairing::lag_sums(axis);
+    (axis.moves() && vv > 0.0).then(|| ev / vv)
+}
