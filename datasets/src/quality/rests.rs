@@ -20,6 +20,9 @@ const OF_SPREAD: f64 = 2.0;
 /// Change of the error between two rests within `NEAR_MM` of each other from which on an axis drifts, mm, and in standard errors.
 const DRIFT_MM: f64 = 0.008;
 const NEAR_MM: f64 = 1.0;
+/// Number of runs with such rests below which the change has to be larger, and how many times: one run of 15 s showed 8.0 µm of friction.
+const FEW_CHANGES: usize = 3;
+const FEW_OF: f64 = 1.5;
 const STANDARD_ERRORS: f64 = 3.0;
 /// The same as a multiple of what friction leaves between rests that are reached from either side: as much as that it can be without a drift.
 const OF_FRICTION: f64 = 1.25;
@@ -150,7 +153,9 @@ fn drift(rests: &[Rest], rounded: f64) -> Option<(Severity, String)> {
     };
     // NaN where all rests come from one side counts as none.
     let friction = OF_FRICTION * (of(1.0) - of(-1.0)).abs();
-    let least = DRIFT_MM.max(STANDARD_ERRORS * (variance / count).sqrt()).max(rounded).max(friction);
+    // A few changes do not show how much they differ.
+    let least = if changes.len() < FEW_CHANGES { FEW_OF * DRIFT_MM } else { DRIFT_MM };
+    let least = least.max(STANDARD_ERRORS * (variance / count).sqrt()).max(rounded).max(friction);
     (mean.abs() > least).then_some((Severity::Refuse, message))
 }
 
