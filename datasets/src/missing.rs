@@ -20,7 +20,7 @@ pub(crate) fn is_incomplete(missing: usize, rows: usize) -> bool {
 /// The table and clocks of a log whose channels have rows of their own, as tables have that were joined by time: every channel gets its time
 /// stamps as a column. `None` for other logs.
 pub(crate) fn apart(table: &Table, map: &ColumnMap) -> Option<(Table, Vec<Clock>, Finding)> {
-    let time = map.time.filter(|_| map.clocks.is_empty())?;
+    let time = map.time.filter(|time| map.clocks.is_empty() && time.column < table.columns.len())?;
     let used = used(table, map);
     let has = |column: usize| -> Vec<bool> { table.columns[column].iter().map(|value| value.is_finite()).collect() };
     let whole = (0..table.len())
@@ -89,7 +89,8 @@ pub(crate) fn without_rows(
         let missing = (0..table.len()).filter(|row| is_missing(column, *row)).count();
         missing > 0 && missing as f64 <= FEW * table.len() as f64
     };
-    let columns: Vec<usize> = used(table, map).into_iter().chain(map.time.map(|time| time.column)).filter(few).collect();
+    let time_column = map.time.map(|time| time.column).filter(|column| *column < table.columns.len());
+    let columns: Vec<usize> = used(table, map).into_iter().chain(time_column).filter(few).collect();
     let lacks = |row: usize| columns.iter().find(|column| is_missing(column, row));
     let kept: Vec<usize> = (0..table.len()).filter(|row| lacks(*row).is_none()).collect();
     let left_out = table.len() - kept.len();
