@@ -388,6 +388,9 @@ fn trends_and_shifted_runs_are_seen_in_motion() {
     assert_found(&scaled(-0.007), Warn, Check::Units, "grows by -0.70 %");
     let drifting = assess_runs(&set_of_runs(|_, t, _| (0.0, 0.01 * t)), Purpose::Training);
     assert_found(&drifting, Refuse, Check::Units, "drifts against its command, by 0.0800 mm");
+    // In one run or two place and time are not told apart from the rest.
+    let two = assess_runs(&set_of_runs(|_, t, _| (0.0, 0.01 * t))[..2], Purpose::Training);
+    assert!(!two.to_string().contains("in motion"), "{two}");
     let late =
         |by_s: f64| assess_runs(&set_of_runs(move |run, _, _| (if run == 3 { by_s } else { 0.0 }, 0.0)), Purpose::Training);
     assert_found(&late(0.004), Refuse, Check::Pairing, "run 3: all axes lag their commands by 4.0 ms more");
