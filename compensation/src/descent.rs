@@ -45,13 +45,15 @@ pub struct Descent {
     pub cut_off_hz: Option<f64>,
     /// What a step has to save to be successful.
     pub worth: Worth,
+    /// Number of successive unsuccessful steps before the end, or fewer where little is left to save; the second has more damping.
+    pub patience: usize,
 }
 
 impl Default for Descent {
     /// Twelve runs. The first step ignores frequencies where the response of the machine is below
     /// one sixth, the last ones below one thirtieth.
     fn default() -> Self {
-        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3], cut_off_hz: None, worth: Worth::of_cost(WORTH) }
+        Self { runs: 12, floor: 0.0, damping: [0.03, 3e-3], cut_off_hz: None, worth: Worth::of_cost(WORTH), patience: PATIENCE }
     }
 }
 
@@ -64,7 +66,7 @@ const WORTH: f64 = 0.01;
 const FIRST_BANDWIDTHS: f64 = 4.0;
 /// Minimum improvement of the cost, as a share, by shifts of twice the cut-off.
 const WORTH_ROUGHER: f64 = 0.05;
-/// Number of successive unsuccessful steps before the end; the second has more damping.
+/// Default number of successive unsuccessful steps.
 const PATIENCE: usize = 2;
 
 /// Runs the steps of the law on `machine` from the run `start`. Returns all runs in order,
@@ -104,7 +106,7 @@ pub fn descend(
     let mut level = (f64::INFINITY, 1);
     law.smooth(LowPass::new(cut_off_hz, period_s)?);
     while iterations.len() < settings.runs {
-        if iterations[best].measure <= settings.floor {
+        if iterations[best].measure <= settings.floor || settings.worth.patience(iterations[best].measure, settings.patience) == 0 {
             return Ok((iterations, Ended::AtFloor));
         }
         law.damp(damping)?;
@@ -130,7 +132,7 @@ pub fn descend(
         }
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
-        if failures >= PATIENCE {
+        if failures > 0 && failures >= settings.worth.patience(iterations[best].measure, settings.patience) {
             let (cost, runs) = level;
             if iterations[best].measure > (1.0 - WORTH_ROUGHER) * cost {
                 // A smoother shift is as good.

@@ -12,13 +12,15 @@ pub struct Worth {
     pub share: f64,
     /// Part of the expected error that no law lowers, in the unit of the cost: the model's own error, independent of what the model predicts.
     pub unavoidable: f64,
+    /// Least cost that can be hoped for: that of another search, of a floor, or 0.
+    pub attainable: f64,
 }
 
 impl Worth {
     /// A share of the cost itself.
     #[must_use]
     pub fn of_cost(share: f64) -> Self {
-        Self { share, unavoidable: 0.0 }
+        Self { share, ..Self::default() }
     }
 
     /// The expected error of a run of this cost.
@@ -32,6 +34,19 @@ impl Worth {
     pub fn counts(self, before: f64, after: f64) -> bool {
         self.expected(after) < (1.0 - self.share) * self.expected(before)
     }
+
+    /// Share of the expected error of a run of this cost that can still be saved.
+    #[must_use]
+    pub fn left(self, cost: f64) -> f64 {
+        (1.0 - self.expected(self.attainable) / self.expected(cost)).max(0.0)
+    }
+
+    /// Number of successive runs that need not count, at most `most`: as many as could count with what is [left](Self::left).
+    #[must_use]
+    pub fn patience(self, cost: f64, most: usize) -> usize {
+        let left = self.left(cost);
+        if left < self.share * most as f64 { (left / self.share) as usize } else { most }
+    }
 }
 
 /// Stop criterion.
@@ -39,23 +54,32 @@ impl Worth {
 pub struct StopRule {
     /// Largest number of updates.
     pub updates: usize,
-    /// Stop after this many successive runs that do not count.
+    /// Stop after this many successive runs that do not count, or fewer where little is left to save.
     pub patience: usize,
     /// What a run has to save to count.
     pub worth: Worth,
+    /// Cost to reach: stop where it is further away than the last update came. Infinite where there is none.
+    pub to_reach: f64,
 }
 
 impl StopRule {
     /// Exactly this many updates.
     #[must_use]
     pub fn after(updates: usize) -> Self {
-        Self { updates, patience: usize::MAX, worth: Worth::default() }
+        Self { updates, patience: usize::MAX, worth: Worth::default(), to_reach: f64::INFINITY }
     }
 
     /// At most this many updates, up to the first that does not lower the cost by this share.
     #[must_use]
     pub fn while_better(updates: usize, worth: f64) -> Self {
-        Self { updates, patience: 1, worth: Worth::of_cost(worth) }
+        Self { updates, patience: 1, worth: Worth::of_cost(worth), to_reach: f64::INFINITY }
+    }
+
+    /// Whether `cost` ends the learning: `least` is the cost of the best run before, `before` that of the last one, and `since` the number of
+    /// runs after the best one.
+    fn ends(&self, least: f64, before: f64, cost: f64, since: usize) -> bool {
+        let (best, since) = if self.worth.counts(least, cost) { (cost, 0) } else { (least, since) };
+        since >= self.worth.patience(best, self.patience) || before.is_finite() && before - cost < cost - self.to_reach
     }
 }
 
@@ -142,7 +166,8 @@ fn iterate(
             }
             None => (machine.run(&reference)?, None),
         };
-        let is_last = |figure: f64| !stop.worth.counts(least(&rounds, best), figure) && update - best >= stop.patience;
+        let before = rounds.last().map_or(f64::INFINITY, |round| round.measure);
+        let is_last = |figure: f64| stop.ends(least(&rounds, best), before, figure, update - best);
         // The law does not wait for the cost, which only decides whether its update counts; where all cores have other work, it does.
         let is_alone = rayon::current_thread_index().is_none();
         if !is_alone && figure.is_none() {
@@ -156,12 +181,14 @@ fn iterate(
             updates.then(|| law.update(desired, &reference, &actual))
         });
         let figure = figure.unwrap_or(f64::INFINITY);
+        let ends = is_last(figure);
+        let counts = stop.worth.counts(least(&rounds, best), figure);
         rounds.push(Iteration { reference, actual, measure: figure });
-        if stop.worth.counts(least(&rounds, best), figure) {
+        if counts {
             best = update;
         }
         match next {
-            Some(next) if update - best < stop.patience => reference = limits.apply(desired, &next?)?,
+            Some(next) if !ends => reference = limits.apply(desired, &next?)?,
             _ => break,
         }
     }
@@ -205,11 +232,11 @@ mod tests {
         };
         assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);
         assert_eq!(runs(&StopRule::while_better(6, 0.25)), 2);
-        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: Worth::default() }), 6);
+        assert_eq!(runs(&StopRule { patience: 2, ..StopRule::after(6) }), 6);
         // Beside an error of 100 that no run lowers, 3 instead of 4 is nothing.
-        let worth = Worth { share: 0.005, unavoidable: 100.0 };
-        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth }), 3);
-        assert_eq!(runs(&StopRule { updates: 6, patience: 2, worth: Worth { unavoidable: 1.0, ..worth } }), 6);
+        let worth = Worth { share: 0.005, unavoidable: 100.0, attainable: 0.0 };
+        assert_eq!(runs(&StopRule { patience: 2, worth, ..StopRule::after(6) }), 3);
+        assert_eq!(runs(&StopRule { patience: 2, worth: Worth { unavoidable: 1.0, ..worth }, ..StopRule::after(6) }), 6);
         assert_eq!(runs(&StopRule::after(6)), 7);
     }
 }

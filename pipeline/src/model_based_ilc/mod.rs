@@ -13,7 +13,7 @@ mod settings;
 mod stops;
 mod task;
 
-use compensation::{Ended, Iteration, StopRule};
+use compensation::{Descent, Ended, Iteration, StopRule};
 use machine::Machine;
 use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
@@ -221,7 +221,8 @@ fn learn_on_reference(
     settings: &Settings,
 ) -> Result<OnReference> {
     if settings.law == LawName::ModelBased {
-        let (runs, ended) = task.descend(control, uncompensated, settings.iterations)?;
+        let worth = if input.part().is_some() { task.worth(settings.worth) } else { Descent::default().worth };
+        let (runs, ended) = task.descend(control, uncompensated, settings.iterations, worth)?;
         return Ok(OnReference { runs, ended });
     }
     let mut law = law(settings, input.trajectory(), control)?;
@@ -285,7 +286,7 @@ pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings)
     let (max_shift, uncompensated) = bound_of(settings, machine, input)?;
     let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, Vec::new());
     let mut task = Task::new(input, correction_limits, 0.0, SILENT);
-    let (runs, _) = task.descend(machine, uncompensated, settings.iterations)?;
+    let (runs, _) = task.descend(machine, uncompensated, settings.iterations, Descent::default().worth)?;
     let most = Bound::of(&runs[0], 0.0);
     Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }

@@ -91,7 +91,7 @@ impl<'a> Task<'a> {
 
     /// What a run has to save to count: a share of the error expected on the machine.
     pub fn worth(&self, share: f64) -> Worth {
-        Worth { share, unavoidable: self.model_error_mm }
+        Worth { share, unavoidable: self.model_error_mm, attainable: self.floor_mm() }
     }
 
     /// The reference with its correction within the limits.
@@ -128,6 +128,7 @@ impl<'a> Task<'a> {
         machine: &mut dyn Machine,
         uncompensated: Option<Trajectory>,
         iterations: usize,
+        worth: Worth,
     ) -> Result<(Runs, Option<Ended>)> {
         let (desired, path) = (self.input.desired(), self.input.trajectory());
         let steps = !desired.kinematics().has_rotary_axes() && path.axes().len() <= 3 && path.len() <= STEPS_SAMPLES;
@@ -152,7 +153,7 @@ impl<'a> Task<'a> {
         let limits = &self.correction_limits;
         let (mut tried, mut ended) = (vec![first.clone()], None);
         if steps {
-            let descent = Descent { runs, floor: self.floor_mm(), ..Descent::default() };
+            let descent = Descent { runs, floor: self.floor_mm(), worth, ..Descent::default() };
             let mut law = ContourOptimal::new(self.responses.clone(), descent.damping[0])?;
             let (found, why) =
                 self.checked(descend(machine, &mut law, desired, first.clone(), limits, &descent, &mut measure))?;
@@ -181,7 +182,13 @@ impl<'a> Task<'a> {
         if !self.knows_responses() {
             return Ok(None);
         }
-        let descent = Descent { runs: 1 + STEPS_OF_PROGRAM * iterations, floor: self.floor_mm(), ..Descent::default() };
+        let descent = Descent {
+            runs: 1 + STEPS_OF_PROGRAM * iterations,
+            floor: self.floor_mm(),
+            worth: Worth::of_cost(FREED),
+            patience: 1,
+            ..Descent::default()
+        };
         let mut known = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, descent.runs);
         let mut law = ContourOptimal::new(self.responses.clone(), descent.damping[0])?;

@@ -1,6 +1,6 @@
 //! Search of the fewest points of a program at one cut-off.
 
-use compensation::{Iteration, LowPass, StopRule};
+use compensation::{Iteration, LowPass, StopRule, Worth};
 use machine::Machine;
 use models::LearnedMachine;
 use motion::Trajectory;
@@ -124,7 +124,7 @@ impl Search<'_, '_, '_> {
         }
         self.control.replans(written);
         let patience = if allowed.is_finite() { COARSER_PATIENCE } else { REPLANNED_PATIENCE };
-        let runs = self.iterate(start.clone(), updates, patience)?;
+        let runs = self.iterate(start.clone(), updates, patience, allowed)?;
         let better = |best: Tried, run: Tried| if best.is_better(&run) { best } else { run };
         Ok(self.all_tried(runs, written).into_iter().fold(first, better))
     }
@@ -142,31 +142,36 @@ impl Search<'_, '_, '_> {
         if !self.task.knows_responses() || self.settings.law != LawName::ModelBased {
             return Ok(found);
         }
+        let worth = self.worth();
+        if worth.left(found.cost_mm()) < WORTH_A_STEP {
+            return Ok(found);
+        }
         self.control.replans(candidate.written);
         let runs = self.task.steps(
             self.control,
             candidate.run.0.clone(),
             self.low_pass_hz,
             MOST_STEPS,
-            self.task.worth(self.settings.worth),
+            worth,
         )?;
         self.updates += runs.len();
         let best = self.all_tried(runs, candidate.written).into_iter().min_by(|a, b| a.cost_mm().total_cmp(&b.cost_mm()));
         Ok(best.filter(|best| best.cost_mm() < (1.0 - WORTH_A_STEP) * found.cost_mm()).unwrap_or(found))
     }
 
-    fn iterate(&mut self, start: Iteration, updates: usize, patience: usize) -> Result<Runs> {
+    fn iterate(&mut self, start: Iteration, updates: usize, patience: usize, to_reach: f64) -> Result<Runs> {
         let mut law = spatial(REPLANNED_GAIN, LowPass::new(self.low_pass_hz, self.path.period_s())?)?;
         let affordable = (REPLANNED_SAMPLES / self.path.len().max(1)).max(LEAST_REPLANNED);
         let updates = updates.min(affordable);
-        let runs = self.task.iterate_from(
-            self.control,
-            &mut law,
-            start,
-            StopRule { updates, patience, worth: self.task.worth(self.settings.worth) },
-        )?;
+        let stop = StopRule { updates, patience, worth: self.worth(), to_reach };
+        let runs = self.task.iterate_from(self.control, &mut law, start, stop)?;
         self.updates += runs.len();
         Ok(runs)
+    }
+
+    /// What a run has to save to count.
+    fn worth(&self) -> Worth {
+        self.task.worth(self.settings.worth)
     }
 
     /// A run as a candidate.
