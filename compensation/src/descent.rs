@@ -106,7 +106,8 @@ pub fn descend(
     let mut level = (f64::INFINITY, 1);
     law.smooth(LowPass::new(cut_off_hz, period_s)?);
     while iterations.len() < settings.runs {
-        if iterations[best].measure <= settings.floor || settings.worth.patience(iterations[best].measure, settings.patience) == 0 {
+        if iterations[best].measure <= settings.floor || settings.worth.patience(iterations[best].measure, settings.patience) == 0
+        {
             return Ok((iterations, Ended::AtFloor));
         }
         law.damp(damping)?;

@@ -72,6 +72,8 @@ pub(crate) fn acting(program: &Program, block: usize, word: &Word, dialect: Dial
         WordKind::Comment => Acting::Indifferent,
         _ if is_motion_word(word) => Acting::Motion,
         WordKind::Keyword if word.name == Name::Label => Acting::Indifferent,
+        // The control waits for the spindle at the end of the block.
+        _ if word.name == Name::Holds => Acting::Unclear,
         // Auxiliary functions of the builder; calls.
         _ if dialect == Dialect::Sinumerik && b"HLP".contains(&word.letter) => Acting::Unclear,
         WordKind::Number | WordKind::Expression => match word.letter {

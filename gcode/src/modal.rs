@@ -107,8 +107,9 @@ pub enum ReturnLevel {
 pub struct Modal {
     /// G20, G21; G70, G71, G700, G710 of SINUMERIK.
     pub units: Units,
-    /// Units of F: those of lengths, but under G70 and G71 of SINUMERIK those of the control.
-    pub feed_units: Units,
+    /// Length in the unit of F, mm: the unit of lengths, but under G70 and G71 of SINUMERIK that of the control, and a tenth of an inch in dialogue
+    /// programs in inches.
+    pub feed_unit_mm: f64,
     /// G90, G91.
     pub distance: Distance,
     /// G90.1, G91.1.
@@ -143,7 +144,7 @@ impl Modal {
     pub(crate) fn initial(units: Units, arc_distance: Distance) -> Self {
         Self {
             units,
-            feed_units: units,
+            feed_unit_mm: units.mm(),
             distance: Distance::Absolute,
             arc_distance,
             feed_mode: FeedMode::PerMinute,

@@ -87,7 +87,7 @@ impl Word {
 
     /// Whether the word is a label, a message or another name of SINUMERIK without effect on path and frame.
     pub fn is_silent(&self) -> bool {
-        matches!(self.name, Name::Silent | Name::Label)
+        matches!(self.name, Name::Silent | Name::Holds | Name::Label)
     }
 
     /// Whether the word has this address letter (upper case) and a value.

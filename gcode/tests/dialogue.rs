@@ -104,7 +104,7 @@ fn the_tool_axis_selects_the_plane_and_the_unit_is_that_of_the_program() {
     assert!((arc.sweep.to_degrees() - 90.0).abs() < 1e-9);
     assert!(close(step.end.nominal_mm(), [25.4, 0.0, 25.4]));
     let Some(Feed::Linear { mm_s }) = step.feed else { panic!("{step:?}") };
-    assert!((mm_s - 254.0 / 60.0).abs() < 1e-12);
+    assert!((mm_s - 25.4 / 60.0).abs() < 1e-12);
 }
 
 #[test]
@@ -277,5 +277,33 @@ fn blocks_are_numbered_one_by_one() {
     assert_eq!(String::from_utf8(again).unwrap(), "0 BEGIN PGM A MM\n1 ; PLATE\n2 L X+1 ~\n  Y+2\n3 L X+3\n\n4 END PGM A MM\n");
     for same in [DIALOGUE, "BEGIN PGM A MM\nL X+1\n", "5 BEGIN PGM A MM\n"] {
         assert_eq!(gcode::renumber(&parse(same)).unwrap(), same.as_bytes());
+    }
+}
+
+#[test]
+fn feeds_of_programs_in_inches_are_tenths_of_an_inch() {
+    let path = read("BEGIN PGM A INCH\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+0 R0 FMAX M3\nL X+1 F600\nEND PGM A INCH\n");
+    let step = path.moves.last().unwrap();
+    assert_eq!(step.feed, Some(Feed::Linear { mm_s: 25.4 }));
+    assert!((path.modal(step).feed_unit_mm - 2.54).abs() < 1e-12);
+}
+
+#[test]
+fn ways_of_rotary_axes_do_not_concern_programs_without_them() {
+    for way in ["M126", "L M126"] {
+        let found = part(&format!("{way}\nL X+10 F600\nL M116\nL Y+10"));
+        assert!(fixed(&found.moves[1..]).iter().all(Option::is_none), "{way}: {:?}", found.warnings);
+    }
+    let with_axis = moves("M126\nL X+10 F600\nL A+10");
+    assert!(fixed(&with_axis).iter().all(Option::is_some));
+}
+
+#[test]
+fn free_contours_keep_the_axis_of_the_tool() {
+    for (free, known) in
+        [("FC DR- R5", true), ("FL AN+45", true), ("FL Z-3", false), ("FC IZ-1", false), ("LN X+1 Y+1 Z+1 NX0", false)]
+    {
+        let found = moves(&format!("L X+10 F600\n{free}\nL X+0 Y+0\nL Y+10"));
+        assert_eq!(found.last().unwrap().shiftable == Shiftable::Yes, known, "{free}");
     }
 }

@@ -69,7 +69,6 @@ fn each_fault_has_its_own_message() {
         (Dialect::Fanuc, "G1 X1 I5", "I has no meaning in this feed move", "^^"),
         (Dialect::Fanuc, "G1 X1 U5", "U has no meaning in this feed move", "^^"),
         (Dialect::Fanuc, "G1 Y1 X10000000000", "this number is beyond any machine", "^^^^^^^^^^^^"),
-        (Dialect::Fanuc, "G1 X1 ,A4", "not understood in a feed move", "^^^"),
         (Dialect::Fanuc, "G1 X=5", "not understood in a feed move", "^"),
         (Dialect::Fanuc, "G1 X1 F0", "the feed is not positive", "^^"),
         (Dialect::Fanuc, "G1 X1 F#500", "the feed of line 2 is known only when the program runs", "^^"),

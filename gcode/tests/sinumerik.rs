@@ -79,7 +79,7 @@ fn lengths_and_feeds_have_units_of_their_own() {
     let inch = after("G700 G1 X1 F10");
     assert_eq!((inch.end.nominal_mm()[0], feed(inch)), (25.4, 254.0));
     let program = read(&format!("{START}G70 G1 X1"));
-    assert_eq!(program.modals.last().map(|modal| (modal.units, modal.feed_units)), Some((Units::Inch, Units::Mm)));
+    assert_eq!(program.modals.last().map(|modal| (modal.units, modal.feed_unit_mm)), Some((Units::Inch, 1.0)));
     // F of a dwell is its time, and no feed.
     let moves = read(&format!("{START}G4 F1.5\nG1 X1")).moves;
     assert_eq!(moves[1].kind, MoveKind::Dwell { seconds: Some(1.5) });
@@ -285,4 +285,27 @@ fn a_fault_names_the_codes_of_the_control() {
     assert_eq!(fault.help, None);
     let path = read("G90 G0 X0 Y0 Z0\nG1 X=1 F100").expect("a move");
     assert!(path.warnings[0].message.starts_with("none of G70, G71, G700, G710"), "{:?}", path.warnings);
+}
+
+#[test]
+fn names_of_modes_that_leave_the_path_alone_open_nothing() {
+    for block in ["FIFOCTRL", "ORISON", "CYCLE832()"] {
+        let program = format!("{START}{block}\nG1 X1\nY1");
+        assert_eq!(last(&program).shiftable, Shiftable::Yes, "{block}");
+        assert!(read(&program).warnings.is_empty(), "{block}");
+    }
+    // What F refers to, and the feed of a tooth.
+    let grouped = read(&format!("{START}FGROUP(X,Y)\nG1 X1\nFGROUP()\nG0 X0 Y0 Z0\nG1 X1\nG94 FZ=0.05\nX2\nX3 F600\nX4"));
+    let feeds: Vec<_> = grouped.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable == Shiftable::Yes).collect();
+    assert_eq!(feeds, [false, true, false, true, true]);
+    assert!(grouped.warnings.iter().any(|warning| warning.message.contains("`FGROUP(X,Y)`")), "{:?}", grouped.warnings);
+}
+
+#[test]
+fn blocks_that_wait_for_the_spindle_and_polynomials_are_left_alone() {
+    for block in ["X5 SPOS=90", "X5 TURN=2", "POLY PO[X]=(5,0.25) PO[Y]=(0,0.1) PL=1"] {
+        let of = ends(&format!("{START}G1 X1\n{block}\nG1 X0 Y0 Z0\nX2"));
+        assert_ne!(of[2].1, Shiftable::Yes, "{block}");
+        assert_eq!(of.last().unwrap().1, Shiftable::Yes, "{block}");
+    }
 }

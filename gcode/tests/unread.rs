@@ -196,3 +196,58 @@ fn words_of_axes_that_the_machine_lacks_are_no_positions() {
         assert_eq!(of[3..6], [YES; 3], "{block}");
     }
 }
+
+#[test]
+fn further_offsets_beside_g54_and_stored_moves_are_not_passed_over() {
+    // G54 J2, L3: an additional offset on controls that know it; on the others the word is an error.
+    for block in ["G54 J2", "G55 L3", "G54 K1 X0", "G59 Q4"] {
+        let path = read(Dialect::Fanuc, &format!("{block}\nG1 Y2."));
+        let after = path.moves.iter().filter(|step| step.is_feed()).nth(2).unwrap();
+        assert_eq!(after.shiftable, UNKNOWN, "{block}");
+        assert_eq!(path.modal(after).work_offset, WorkOffset::Unpredictable, "{block}");
+    }
+    // Words of other codes are none of the offset.
+    for block in ["G54 G2 X12. Y0 I1. J0", "G54 G5.1 Q1", "G54 G83 X1. Y1. Z-3. R2. Q1. K1\nG80"] {
+        let path = read(Dialect::Fanuc, block);
+        assert!(path.moves.iter().all(|step| path.modal(step).work_offset == WorkOffset::Standard(1)), "{block}");
+    }
+    // High-speed cycle machining runs stored moves; look-ahead does not.
+    for block in ["G05 P10001 L2", "G05 P10999"] {
+        let of = feeds(Dialect::Fanuc, &format!("{block}\nG1 X0\nY0"));
+        assert!(of[2..4].iter().all(|shiftable| *shiftable != YES), "{block}: {of:?}");
+        assert!(warns(&read(Dialect::Fanuc, block), "G05"), "{block}");
+    }
+    for block in ["G05 P10000", "G05 P0", "G05 P2", "G05 P20000", "G05.3 P35", "G05.2 Q1 P5.", "G54.2 P0\nG0 X10. Y0 Z-1."] {
+        let of = feeds(Dialect::Fanuc, &format!("{block}\nG1 X0\nY0"));
+        assert_eq!(of[2..4], [YES, YES], "{block}: {of:?}");
+    }
+}
+
+#[test]
+fn g92_takes_the_place_of_g52() {
+    // On Fanuc controls the second G52 changes nothing; where G52 is kept it moves program zero. Neither is taken for granted.
+    let path = read(Dialect::Fanuc, "G52 X5. Y5.\nG92 X0 Y0\nG1 Y1.\nG52 X0 Y0\nG1 X20.\nY20.\nX0");
+    let of: Vec<_> = path.moves.iter().filter(|step| step.is_feed()).skip(2).map(|step| step.shiftable).collect();
+    assert_eq!(of[..4], [YES, UNKNOWN, UNKNOWN, YES], "{of:?}");
+    // Without a G52 before it, and with one that is restated before the next move, nothing is doubted.
+    let of = feeds(Dialect::Fanuc, "G92 X0 Y0\nG52 X1.\nG1 X20.");
+    assert_eq!(of[2], YES, "{of:?}");
+}
+
+#[test]
+fn dimensions_of_a_drawing_leave_their_line_and_its_neighbours_alone() {
+    for block in ["X20. ,A45.", "X20. Y5. ,I3.", "X20. ,A45. M8", "X20. ,A45. ,R2."] {
+        let of = feeds(Dialect::Fanuc, &format!("{block}\nG1 Y20.\nX3."));
+        assert_eq!(of[..2], [YES, YES], "{block}: {of:?}");
+        assert!(of[2..5].iter().all(|shiftable| *shiftable != YES), "{block}: {of:?}");
+        assert!(warns(&read(Dialect::Fanuc, block), "dimension of the drawing"), "{block}");
+    }
+    // An angle of an axis that the machine lacks, whatever else stands in its block.
+    let options = gcode::Options { rotary_axes: [false; 3], ..Dialect::Fanuc.into() };
+    for block in ["X20. A45.", "X20. A45. M8"] {
+        let text = format!("{HEAD}{block}\nG1 Y20.\nG0 X0 Y0 Z5.\nM30\n");
+        let path = interpret(&parse(text), &options).unwrap();
+        let of: Vec<_> = path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect();
+        assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{block}: {of:?}");
+    }
+}

@@ -7,6 +7,7 @@ use gcode::{Diagnostic, Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
 use motion::contour::ContourSummary;
 use pipeline::model_based_ilc::{Outcome, WithoutGain};
+use pipeline::part::FixedMoves;
 use pipeline::refit::{RefitSettings, SlowStop};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
 use pipeline::units::{ErrorUnit, um};
@@ -236,9 +237,15 @@ pub fn setpoints_json(written: &SetpointsWritten) -> Value {
     })
 }
 
+/// Moves that stay as they are for one reason, with the line of the first one.
+fn counted(why: &str, fixed: FixedMoves) -> String {
+    let from = if fixed.moves > 1 { "from line" } else { "line" };
+    format!("{} {why} ({from} {})", fixed.moves, fixed.first_line)
+}
+
 /// Which moves of a program stay as they are, if any do.
-pub fn left_alone(fixed: &BTreeMap<&'static str, usize>, share: f64) -> Option<String> {
-    let fixed: Vec<String> = fixed.iter().map(|(why, count)| format!("{count} {why}")).collect();
+pub fn left_alone(fixed: &BTreeMap<&'static str, FixedMoves>, share: f64) -> Option<String> {
+    let fixed: Vec<String> = fixed.iter().map(|(why, fixed)| counted(why, *fixed)).collect();
     let share = 100.0 * share;
     (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
 }
@@ -351,7 +358,7 @@ fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
     }
     let Some(part) = part else { return NO_GAIN.to_owned() };
     let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();
-    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, count)| format!("{count} {why}")).collect();
+    let fixed: Vec<String> = part.fixed_moves().iter().map(|(why, fixed)| counted(why, *fixed)).collect();
     match (changeable, fixed.is_empty()) {
         (0, _) => format!("the program holds no move that may be changed ({})", fixed.join(", ")),
         (_, true) => NO_GAIN.to_owned(),

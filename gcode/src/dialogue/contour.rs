@@ -19,11 +19,27 @@ impl Interpreter<'_> {
                 let what = "this path function is not interpreted; the block is left alone";
                 self.report.warning(first.span, what, Some("positions are known again where the program states them"));
                 self.keep_feed(block);
-                self.lose_place();
+                let is_free = name.starts_with(b"F") && !block.words.iter().any(|word| self.leaves_plane(&block.name(word)));
+                if is_free { self.lose_plane() } else { self.lose_place() }
             }
             _ => return false,
         }
         true
+    }
+
+    /// Whether a word names an axis that does not lie in the working plane. Free contours run in that plane.
+    fn leaves_plane(&self, name: &[u8]) -> bool {
+        let normal = b"XYZ"[self.modal.plane.axes()[2]];
+        matches!(name, [letter] | [b'I', letter] if *letter == normal || b"ABCUVW".contains(letter))
+    }
+
+    /// The coordinates in the working plane are not known.
+    fn lose_plane(&mut self) {
+        let [first, second, _] = self.modal.plane.axes();
+        self.position.forget(first);
+        self.position.forget(second);
+        self.lose_contour();
+        self.pole = None;
     }
 
     /// The corner between two moves is replaced: both keep their points.
@@ -58,9 +74,9 @@ impl Interpreter<'_> {
         self.position = self.target(&words);
         let kind = block.words.get(1).map(|word| block.text(word)).unwrap_or_default();
         if is_lost(&kind) {
-            let [first, second, _] = self.modal.plane.axes();
-            self.position.forget(first);
-            self.position.forget(second);
+            let pole = self.pole;
+            self.lose_plane();
+            self.pole = pole;
         }
         self.lose_contour();
         self.push_fixed(MoveKind::Line, start, Fixed::Adjoining);

@@ -115,6 +115,8 @@ impl Interpreter<'_> {
     fn effect_of(&self, number: u16) -> Effect {
         match effect(number) {
             Effect::Opens(Cause::Lasting) if self.options.passive.holds(number) => Effect::None,
+            // Speed and way of rotary axes alone.
+            Effect::Opens(_) if matches!(number, 116 | 126) && !self.names_rotary => Effect::None,
             other => other,
         }
     }
@@ -257,7 +259,9 @@ impl Interpreter<'_> {
     /// Feed of a feed move; `None` where it is not known. A program without any is refused.
     pub fn feed_of(&mut self, words: &PathWords) -> Option<Feed> {
         let rotary_only = words.axes[..3].iter().all(Option::is_none) && words.axes[3..].iter().any(Option::is_some);
-        let unit = if rotary_only { 1.0_f64.to_radians() } else { self.modal.units.mm() };
+        let per_turn = matches!(self.feed, FeedWord::PerRevolution(_));
+        let linear_mm = if per_turn { self.modal.units.mm() } else { self.modal.feed_unit_mm };
+        let unit = if rotary_only { 1.0_f64.to_radians() } else { linear_mm };
         let per_second = match self.feed {
             FeedWord::PerMinute(feed) => feed / 60.0,
             FeedWord::PerRevolution(feed) => feed * self.modal.spindle_rpm.filter(|rpm| *rpm > 0.0)? / 60.0,

@@ -109,6 +109,8 @@ impl Interpreter<'_> {
     fn begin(&mut self, block: &Block<'_>) {
         let last = block.words.last().map(|word| block.text(word)).unwrap_or_default();
         self.modal.units = if last == b"INCH" { Units::Inch } else { Units::Mm };
+        // F is in tenths of an inch a minute (TNC 640 Klartext manual, "Feed rate F").
+        self.modal.feed_unit_mm = if self.modal.units == Units::Inch { 0.1 * Units::Inch.mm() } else { 1.0 };
         if last != b"INCH" && last != b"MM" {
             self.report.warning(self.span_of_block(), "BEGIN PGM states neither MM nor INCH: mm is taken", None);
         }

@@ -74,6 +74,9 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
     match tenths {
         // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
         50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
+        // Hurco ISNC: data smoothing (G05.2 Q P) and surface finish (G05.3 P). With axes or alone they are NURBS of other controls.
+        52 if has(b'P') && has(b'Q') && !has_any(b"XYZABC") => Code::Silent,
+        53 if has(b'P') && !has_any(b"XYZABC") => Code::Silent,
         90 => Code::ExactStopHere,
         // Haas: look-ahead limited, smoothness.
         1030 | 1870 => Code::Silent,

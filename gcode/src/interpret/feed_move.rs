@@ -87,9 +87,11 @@ impl Interpreter<'_> {
     fn check_runs_once(&mut self, span: Span) -> bool {
         let what = match self.ran {
             Ran::Perhaps => return true,
-            Ran::Repeated => "runs several times",
-            Ran::Elsewhere => "is in a subprogram of another file",
-            Ran::Once if self.fed_block.is_some_and(|last| self.block <= last) => "does not run in the order of the lines",
+            Ran::Repeated => "runs several times".to_owned(),
+            Ran::Elsewhere => "is in a subprogram of another file".to_owned(),
+            Ran::Once if let Some(last) = self.fed_block.filter(|last| self.block <= *last) => {
+                format!("does not run in the order of the lines: it follows line {}", last + 1)
+            }
             Ran::Once => {
                 self.fed_block = Some(self.block);
                 return true;
@@ -116,7 +118,8 @@ impl Interpreter<'_> {
     /// Refuses a feed move because of a word that is not interpreted.
     pub fn refuse_unknown(&mut self, words: &Gathered, index: usize) {
         self.position = self.target(words, 1);
-        let help = is_likely(self.program.text(self.span_of_block())).then_some(SINUMERIK_HELP);
+        let is_likely = is_likely(self.program.text(self.span_of_block()));
+        let help = Some(if is_likely { SINUMERIK_HELP } else { "take the word out, or name the control: --dialect" });
         self.report.error(self.span(index), "not understood in a feed move", help);
     }
 

@@ -49,7 +49,7 @@ impl Interpreter<'_> {
             let value = self.scaled(words, axis);
             // In LinuxCNC's one store the value replaces the offset of G92, which is not known after a G92 at an unknown position.
             let replaces = self.options.dialect == Dialect::LinuxCnc && std::mem::take(&mut self.shifts.relaid[axis]);
-            if value.is_none() || replaces {
+            if value.is_none() || replaces || std::mem::take(&mut self.shifts.absorbed[axis]) {
                 self.position.forget(axis);
             }
             let shift = match self.options.dialect {
@@ -62,9 +62,12 @@ impl Interpreter<'_> {
         self.update_shift();
     }
 
-    /// G92: assigns these coordinates to the present position.
+    /// G92: assigns these coordinates to the present position. On Fanuc controls it takes the place of the G52 of these axes (NCT 99M Programmer's
+    /// Manual, "Local Coordinate System"); where others keep it, a later G52 leads elsewhere, so that the position is unknown after one.
     pub fn set_position(&mut self, words: &Gathered) {
         for axis in self.named(words) {
+            let local = if self.options.dialect == Dialect::Fanuc { std::mem::take(&mut self.shifts.local[axis]) } else { 0.0 };
+            self.shifts.absorbed[axis] |= local != 0.0;
             let Some(value) = self.scaled(words, axis) else {
                 self.position.forget(axis);
                 continue;

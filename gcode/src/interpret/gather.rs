@@ -44,6 +44,8 @@ pub(super) struct Gathered {
     pub duplicate: Option<usize>,
     /// Whether the control rounds or chamfers the corner at the end of the block (`,R`, `,C`).
     pub corner: bool,
+    /// A dimension of a drawing, `,A45.`: the control computes the end of the line from it.
+    pub drawing: Option<usize>,
     pub flow: Option<usize>,
     pub percent: bool,
     pub block_delete: bool,
@@ -78,6 +80,9 @@ impl Gathered {
                 WordKind::Percent => self.percent = true,
                 WordKind::Flow => self.flow = self.flow.or(Some(index)),
                 WordKind::Unknown if dialect == Dialect::Fanuc && is_corner(program.text(word.span)) => self.corner = true,
+                WordKind::Unknown if dialect == Dialect::Fanuc && is_drawing(program.text(word.span)) => {
+                    self.drawing = self.drawing.or(Some(index));
+                }
                 WordKind::Unknown if moves_nothing(program.text(word.span), dialect) => {}
                 WordKind::Unknown | WordKind::Motion | WordKind::Keyword => self.unknown = self.unknown.or(Some(index)),
                 // LinuxCNC reads `X--1` as 1, other controls report it.
@@ -202,6 +207,13 @@ fn has_two_signs(value: &[u8]) -> bool {
     let mut marks = value.iter().filter(|byte| !byte.is_ascii_whitespace());
     let mut is_sign = || marks.next().is_some_and(|byte| b"+-".contains(byte));
     is_sign() && is_sign()
+}
+
+/// Whether a word is another dimension of a drawing: `,A45.` (Fanuc 0i-F Operator's Manual, "Direct Drawing Dimension Programming"), `,I3.`
+/// (Mitsubishi).
+fn is_drawing(text: &[u8]) -> bool {
+    let [b',', letter, value @ ..] = text else { return false };
+    letter.is_ascii_alphabetic() && scan_number(value, 0).is_some_and(|(end, _)| end == value.len())
 }
 
 /// Whether a word rounds or chamfers a corner: `,R5.` or `,C1` (Fanuc 0i-F Operator's Manual, "Optional Chamfering and Corner R").

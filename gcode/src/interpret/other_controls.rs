@@ -11,6 +11,8 @@ use super::state::Interpreter;
 use crate::dialect::Dialect;
 use crate::position::AXIS_LETTERS;
 
+/// G05, in tenths.
+const LOOK_AHEAD: u16 = 50;
 /// G10, G11, G15 and G62, in tenths.
 const DATA: u16 = 100;
 const DATA_END: u16 = 110;
@@ -26,6 +28,10 @@ impl Interpreter<'_> {
         let has_axes = words.any(&AXIS_LETTERS).is_some();
         match g.code {
             _ if g.tenths == DATA => self.inputs_data = words.has(b'L'),
+            // G05 P10001 to P10999 call stored moves (Fanuc 30i Operator's Manual, "High-speed Cycle Machining").
+            Code::Silent if g.tenths == LOOK_AHEAD && self.runs_stored_moves(words) => {
+                self.doubt_modes(self.span(g.index), "G05 with this P may run stored moves, which are not read: the modal state");
+            }
             // It ends a data input of G10, or turns (Okuma) or mirrors (Fagor) until G10.
             _ if g.tenths == DATA_END && !std::mem::take(&mut self.inputs_data) => self.open_transform(g),
             Code::OneShot(OneShot::Pocket) if matches!(g.tenths, 120 | 130) && words.any(b"ID").is_none() => {
@@ -58,6 +64,12 @@ impl Interpreter<'_> {
             Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() => self.doubt_local_shift(words, g),
             _ => {}
         }
+    }
+
+    /// Whether the P of G05 is none of those that select a look-ahead: 0, 1, 2 and 3, and 10000 and its multiples.
+    fn runs_stored_moves(&self, words: &Gathered) -> bool {
+        let is_mode = |p: f64| (0.0..=3.0).contains(&p) || p % 10_000.0 == 0.0;
+        words.has(b'P') && !words.number(self.program, b'P').is_some_and(is_mode)
     }
 
     fn open_transform(&mut self, g: &GWord) {

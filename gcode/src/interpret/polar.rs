@@ -36,7 +36,7 @@ impl Interpreter<'_> {
         let letters = [AXIS_LETTERS[first], AXIS_LETTERS[second]];
         // What other words do beside a pole is not stated.
         let is_unread = has_unread(words, |letter| letter == b'N' || letters.contains(&letter));
-        let is_silent = |name: Name| matches!(name, Name::Silent | Name::Label);
+        let is_silent = |name: Name| matches!(name, Name::Silent | Name::Holds | Name::Label);
         let is_polar = |name: Name| matches!(name, Name::PolarAngle | Name::PolarRadius);
         let is_beside = |code: Code| matches!(code, Code::Motion(_) | Code::OneShot(_) | Code::MachineCoordinates);
         let stands_alone = words.g.iter().filter(|g| is_beside(g.code)).count() == 1

@@ -90,7 +90,8 @@ impl Interpreter<'_> {
     /// The rotation, scaling or mirror image that a block with ROT, SCALE, MIRROR or their additive forms (the word `index`) leads to, where nothing
     /// else stands in the block.
     pub fn known_frame(&self, words: &Gathered, index: usize) -> Option<Rotation> {
-        let is_other = |(at, name): &(usize, Name)| *at != index && !matches!(name, Name::Angle | Name::Label | Name::Silent);
+        let is_other =
+            |(at, name): &(usize, Name)| *at != index && !matches!(name, Name::Angle | Name::Label | Name::Silent | Name::Holds);
         if !words.g.is_empty() || words.named.iter().any(is_other) || !self.is_plain(words) || !self.may_turn_frame() {
             return None;
         }

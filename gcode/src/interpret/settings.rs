@@ -1,6 +1,6 @@
 //! Modal codes and the words F, S, T.
 
-use super::codes::{Code, OneShot, PathCode};
+use super::codes::{Code, Motion, OneShot, PathCode};
 use super::gather::Gathered;
 use super::sinumerik_codes::{feed_mode_of_speed, feed_units};
 use super::state::{FeedWord, Interpreter};
@@ -17,7 +17,8 @@ impl Interpreter<'_> {
             match g.code {
                 Code::Units(units) => {
                     self.modal.units = units;
-                    self.modal.feed_units = if self.is_sinumerik() { feed_units(g.tenths, self.options.units) } else { units };
+                    let of_feeds = if self.is_sinumerik() { feed_units(g.tenths, self.options.units) } else { units };
+                    self.modal.feed_unit_mm = of_feeds.mm();
                     self.units_stated = true;
                 }
                 Code::FeedMode(mode) => self.set_feed_mode(mode),
@@ -81,7 +82,7 @@ impl Interpreter<'_> {
         self.unclear_feed = false;
         self.feed = match self.program.words()[index].number().map(|written| written * self.feed_increment(index)) {
             Some(written) if self.modal.feed_mode == FeedMode::InverseTime => FeedWord::Value { written, mm: written },
-            Some(written) => FeedWord::Value { written, mm: written * self.modal.feed_units.mm() },
+            Some(written) => FeedWord::Value { written, mm: written * self.modal.feed_unit_mm },
             None => FeedWord::Unpredictable { block: self.block },
         };
     }
@@ -124,6 +125,7 @@ impl Interpreter<'_> {
                 self.modal.tool_length = ToolLength::On;
                 self.tool_offset_stated = true;
             }
+            Code::WorkOffset(_) if self.selects_further_offset(words) => self.set_work_offset(WorkOffset::Unpredictable),
             Code::WorkOffset(offset) => self.set_work_offset(offset),
             Code::ExtendedWorkOffset => {
                 let takes_p = |code: Code| matches!(code, Code::Path(_) | Code::OneShot(_) | Code::ModalMacroOn | Code::Silent);
@@ -186,6 +188,29 @@ impl Interpreter<'_> {
         } else if edge {
             self.position.forget(2);
         }
+    }
+
+    /// Whether another word of the block may select a further work offset, as J and H do beside G54 on some controls, and no code of it takes
+    /// that word.
+    fn selects_further_offset(&self, words: &Gathered) -> bool {
+        let takes_words = |code: Code| {
+            matches!(
+                code,
+                Code::Motion(_)
+                    | Code::Cycle(_)
+                    | Code::Path(_)
+                    | Code::OneShot(_)
+                    | Code::ModalMacroOn
+                    | Code::Silent
+                    | Code::Unknown
+            )
+        };
+        let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        let letters: &[u8] = if is_arc && words.any(&AXIS_LETTERS).is_some() { b"ELQ" } else { b"EIJKLQR" };
+        self.options.dialect == Dialect::Fanuc
+            && words.any(letters).is_some()
+            && words.m.is_empty()
+            && !words.g.iter().any(|g| takes_words(g.code))
     }
 
     fn set_work_offset(&mut self, offset: WorkOffset) {

@@ -8,4 +8,6 @@ pub(super) struct Shifts {
     pub saved: [f64; 6],
     /// Axes whose frame G92 redefined. Cancelling it leaves their position unknown.
     pub relaid: [bool; 6],
+    /// Axes of which G92 took the place of a G52.
+    pub absorbed: [bool; 6],
 }

@@ -38,18 +38,22 @@ impl Interpreter<'_> {
     /// Opens and ends sections by the names of a block.
     pub fn note_names(&mut self, words: &Gathered) {
         for (index, name) in words.named.iter().copied() {
-            let harmless = matches!(name, Name::Silent | Name::Label | Name::Turn | Name::Compressor | Name::Absolute);
+            let harmless =
+                matches!(name, Name::Silent | Name::Holds | Name::Label | Name::Turn | Name::Compressor | Name::Absolute);
             if words.optional && !harmless {
                 let help = "take the block out, or its slash or condition";
-                self.open_section(index, "this in a block that may not run", Cause::Lasting, Some(help));
+                let what = format!("{} in a block that may not run", self.quoted(index, "this"));
+                self.open_section(index, &what, Cause::Lasting, Some(help));
             }
             match name {
                 Name::Opens(section) => {
-                    self.open_section(index, "this", Cause::Named(section), None);
+                    let what = self.quoted(index, "this");
+                    self.open_section(index, &what, Cause::Named(section), None);
                     self.forget_all();
                 }
                 Name::Closes(section) => self.close_named(section),
                 Name::Spindle => self.modal.spindle_rpm = None,
+                Name::ToothFeed => self.feed = FeedWord::Unpredictable { block: self.block },
                 Name::AllCorners => self.rounds_corners = self.program.words()[index].number() != Some(0.0),
                 Name::Compressor => self.warn_of_compressor(index),
                 _ => {}
@@ -58,7 +62,8 @@ impl Interpreter<'_> {
         for g in &words.g {
             match g.code {
                 Code::Opens(section) => {
-                    self.open_section(g.index, "this", Cause::Named(section), None);
+                    let what = self.quoted(g.index, "this");
+                    self.open_section(g.index, &what, Cause::Named(section), None);
                     self.forget_all();
                 }
                 Code::Closes(section) => self.close_named(section),
@@ -217,7 +222,9 @@ impl Interpreter<'_> {
             b'R' => is_arc,
             _ => is_of_every_move(letter),
         };
-        let is_unread = words.geometry().is_some() || has_unread(words, allowed);
+        // Full circles of a line are none.
+        let turns_line = !is_arc && words.name(Name::Turn).is_some();
+        let is_unread = words.geometry().is_some() || turns_line || has_unread(words, allowed);
         let per_turn = self.modal.feed_mode == FeedMode::PerRevolution && self.modal.spindle_rpm.is_none();
         if self.sections.is_open() {
             Some((Fixed::NotUnderstood, ""))
@@ -292,7 +299,7 @@ impl Interpreter<'_> {
     /// Whether the control computes a corner at one of the ends of this block's move.
     pub fn joins_corner(&mut self, words: &Gathered) -> bool {
         let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
-        if words.corner || has(Name::Corner) || self.rounds_corners || self.lacking_axis(words).is_some() {
+        if words.corner || has(Name::Corner) || self.rounds_corners || self.lacking_axis(words).or(words.drawing).is_some() {
             self.corner_moves = 2;
         }
         let joins = self.corner_moves > 0;

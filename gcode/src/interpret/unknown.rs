@@ -33,7 +33,7 @@ impl Interpreter<'_> {
             let ended = self.end_sections(words, g.tenths);
             self.note_transform(words, g);
             self.note_other_control(words, g);
-            if g.code == Code::Unknown && !ended {
+            if g.code == Code::Unknown && !ended && !self.ends_fixture_offset(words, g.tenths) {
                 let cause = if self.is_sinumerik() { Cause::Lasting } else { Cause::G(g.tenths) };
                 self.open_section(g.index, &written(g.tenths), cause, None);
             }
@@ -57,7 +57,8 @@ impl Interpreter<'_> {
                 self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
             } else if command.is_none() && !self.is_program_number() && !SILENT.iter().any(|silent| text.starts_with(silent)) {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
-                self.open_section(index, "this statement", Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
+                let what = self.quoted(index, "this statement");
+                self.open_section(index, &what, Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
         }
         if let Some(index) = words.assignment {
@@ -71,6 +72,16 @@ impl Interpreter<'_> {
             self.note_optional(words);
         }
         self.note_optional_modes(words);
+    }
+
+    /// G54.2 P0 ends the dynamic fixture offset of G54.2 (Fanuc 30i Operator's Manual, "Rotary Table Dynamic Fixture Offset").
+    fn ends_fixture_offset(&mut self, words: &Gathered, tenths: u16) -> bool {
+        let ends = self.options.dialect == Dialect::Fanuc && tenths == 542 && words.number(self.program, b'P') == Some(0.0);
+        if ends {
+            self.sections.close(Cause::G(tenths));
+            self.forget_all();
+        }
+        ends
     }
 
     /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").
@@ -156,11 +167,12 @@ impl Interpreter<'_> {
         let is_line = matches!(self.motion, Some(Motion::Rapid | Motion::Line)) && self.cycle.is_none();
         let is_motion = |code: Code| matches!(code, Code::Motion(Motion::Rapid | Motion::Line) | Code::Distance(_));
         let is_plain = words.m.is_empty() && words.g.iter().all(|g| is_motion(g.code)) && words.unknown.is_none();
-        if self.is_sinumerik() || !is_line || !is_plain || self.sections.is_open() {
-            return;
-        }
-        let (index, what) = if let Some(index) = self.lacking_axis(words) {
+        let (index, what) = if let Some(index) = words.drawing {
+            (index, "the end of this line follows from a dimension of the drawing, which is not read")
+        } else if let Some(index) = self.lacking_axis(words) {
             (index, "the machine has no such axis: whether this is an angle or a chamfer is not known")
+        } else if self.is_sinumerik() || !is_line || !is_plain || self.sections.is_open() {
+            return;
         } else if let Some(index) = words.any(b"RQIJK").filter(|_| words.any(b"XYZABCUVW").is_none()) {
             (index, "a word of another control's geometry: whether the tool moves is not known")
         } else {
@@ -231,6 +243,12 @@ impl Interpreter<'_> {
             };
             self.open_section(g.index, &format!("{} {what}", written(g.tenths)), Cause::Lasting, Some(help));
         }
+    }
+
+    /// A word in quotes, or `otherwise` where it is long.
+    pub fn quoted(&self, index: usize, otherwise: &str) -> String {
+        let text = String::from_utf8_lossy(self.program.text(self.span(index)));
+        if (1..=20).contains(&text.trim().len()) { format!("`{}`", text.trim()) } else { otherwise.to_owned() }
     }
 
     pub fn open_section(&mut self, index: usize, what: &str, cause: Cause, help: Option<&str>) {

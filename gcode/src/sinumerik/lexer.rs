@@ -229,6 +229,10 @@ impl Reader<'_> {
         let value = skip_blanks(self.line, equals + 1);
         match (text, meaning(text, true)) {
             ("CR", _) => self.valued(b'R', value, end, Name::None),
+            // Coefficients of a polynomial.
+            (_, Some(name)) if self.line.get(value) == Some(&b'(') && self.line[value..end].contains(&b',') => {
+                self.plain(WordKind::Keyword, end, name)
+            }
             ("LEAD" | "TILT" | "THETA" | "PHI" | "PSI", _) => self.valued(0, value, end, Name::Geometry),
             (_, Some(Name::Silent)) => self.valued(0, value, end, Name::Silent),
             (_, Some(name)) => self.valued(0, value, end, name),

@@ -24,6 +24,8 @@ pub(crate) enum Section {
     PointToPoint,
     /// G291, ISO dialect; ended by G290.
     Iso,
+    /// FGROUP with other axes than X, Y and Z; ended by FGROUP() ("Feedrate").
+    FeedGroup,
 }
 
 /// What a word names besides its letter.
@@ -42,6 +44,10 @@ pub(crate) enum Name {
     Label,
     /// No effect on path and frame.
     Silent,
+    /// No effect on path and frame, but the block does not end before it is done: SPOS.
+    Holds,
+    /// FZ: feed a tooth.
+    ToothFeed,
     /// Smooths points within a tolerance: COMPON, COMPCURV, COMPCAD, COMPSURF, CYCLE832.
     Compressor,
     /// TRANS.
@@ -95,7 +101,7 @@ impl Name {
 
 /// Names without effect on path and frame: messages, dynamics, feedforward, exact-stop and compensation behaviour, coordination of channels and
 /// spindles, display, orientation modes (they act in a transformation only), blank and protection zones.
-const SILENT: [&str; 92] = [
+const SILENT: [&str; 91] = [
     "ACTBLOCNO",
     "ADIS",
     "ADISPOS",
@@ -183,18 +189,20 @@ const SILENT: [&str; 92] = [
     "SPATH",
     "SPCOF",
     "SPCON",
-    "SPOS",
     "SPOSA",
     "START",
     "STARTFIFO",
     "STOPRE",
 ];
 /// More of them.
-const SILENT_TOO: [&str; 18] = [
+const SILENT_TOO: [&str; 21] = [
     "ATOL",
     "CTOL",
     "CTOLG0",
     "OTOL",
+    "FIFOCTRL",
+    "ORISOF",
+    "ORISON",
     "OTOLG0",
     "STOLF",
     "STOPFIFO",
@@ -254,7 +262,12 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "CYCLE800" if has_arguments => Name::Opens(Swivel),
         "CYCLE800" => Name::Closes(Swivel),
         // Feed along all axes of the path is the default; other groups than X, Y and Z change what F refers to.
-        "FGROUP" if !has_arguments => Name::Silent,
+        "FGROUP" if has_arguments => Name::Opens(FeedGroup),
+        "FGROUP" => Name::Closes(FeedGroup),
+        "SPOS" => Name::Holds,
+        "FZ" => Name::ToothFeed,
+        // Without arguments it ends.
+        "CYCLE832" if !has_arguments => Name::Silent,
         _ if listed(&SILENT) || listed(&SILENT_TOO) => Name::Silent,
         _ if listed(&COMPRESSORS) => Name::Compressor,
         _ if listed(&REPLACING) => Name::Replace,

@@ -150,8 +150,8 @@ fn moves_beside_a_corner_that_the_control_rounds_are_left_alone() {
     let adjoining = Shiftable::No(Fixed::Adjoining);
     assert_eq!(kinds, [Shiftable::Yes, adjoining, adjoining, adjoining, Shiftable::Yes]);
     assert_eq!(last(&path).start.xyz_mm(), Some([20.0, 10.0, 0.0]));
-    // An angle moves the end, and LinuxCNC has no such words.
-    for (dialect, word) in [(Dialect::Fanuc, ",A45."), (Dialect::Fanuc, ",R"), (Dialect::LinuxCnc, ",R2.")] {
+    // LinuxCNC has no such words.
+    for (dialect, word) in [(Dialect::Fanuc, ",R"), (Dialect::LinuxCnc, ",R2.")] {
         let text = format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X10 {word} F100\nY10\n");
         assert!(interpret(&parse(text), &dialect.into()).is_err(), "{word}");
     }

@@ -61,8 +61,8 @@ pub(super) fn groups(part: &Part, limits: &FeedLimits, duration_s: &[f64]) -> Ve
                     && last.moves.end == index
                     && last.word == word
                     && last.highest == highest
-                    && (modal(index - 1).feed_mode, modal(index - 1).feed_units)
-                        == (modal(index).feed_mode, modal(index).feed_units) =>
+                    && (modal(index - 1).feed_mode, modal(index - 1).feed_unit_mm)
+                        == (modal(index).feed_mode, modal(index).feed_unit_mm) =>
             {
                 last.moves.end = index + 1;
                 open_s += own_s;

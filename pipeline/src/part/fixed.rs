@@ -3,23 +3,49 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use serde::Serialize;
+
 use gcode::{Diagnostic, Fixed, Move, MoveKind, Severity, Shiftable};
 
 use super::Part;
 use super::faults::render;
 use crate::error::{Error, Result};
 
+/// Moves that are left alone for one reason. As JSON it is their number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(into = "usize")]
+pub struct FixedMoves {
+    /// Number of moves.
+    pub moves: usize,
+    /// Line of the first one, from 1.
+    pub first_line: usize,
+}
+
+impl FixedMoves {
+    /// Those of two parts of a program.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self { moves: self.moves + other.moves, first_line: self.first_line.min(other.first_line) }
+    }
+}
+
+impl From<FixedMoves> for usize {
+    fn from(fixed: FixedMoves) -> Self {
+        fixed.moves
+    }
+}
+
 impl Part {
-    /// Reasons why cutting moves cannot be compensated, each with its number of moves. Rapids and dwells are not
+    /// Reasons why cutting moves cannot be compensated, each with its moves. Rapids and dwells are not
     /// counted.
     #[must_use]
-    pub fn fixed_moves(&self) -> BTreeMap<&'static str, usize> {
+    pub fn fixed_moves(&self) -> BTreeMap<&'static str, FixedMoves> {
         self.fixed_moves_of(&(0..self.toolpath.moves.len()))
     }
 
     /// The same among the moves with these indices.
-    pub(crate) fn fixed_moves_of(&self, moves: &Range<usize>) -> BTreeMap<&'static str, usize> {
-        let mut counts = BTreeMap::new();
+    pub(crate) fn fixed_moves_of(&self, moves: &Range<usize>) -> BTreeMap<&'static str, FixedMoves> {
+        let mut found: BTreeMap<&'static str, FixedMoves> = BTreeMap::new();
         let fixed = self.toolpath.moves[moves.clone()].iter().filter(|of| !self.is_shiftable(of));
         let reason = |of: &Move| match (of.shiftable, of.kind) {
             (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
@@ -27,10 +53,11 @@ impl Part {
             }
             _ => why_fixed(of),
         };
-        for why in fixed.filter_map(reason) {
-            *counts.entry(why).or_default() += 1;
+        for (why, of) in fixed.filter_map(|of| Some((reason(of)?, of))) {
+            let this = FixedMoves { moves: 1, first_line: of.block as usize + 1 };
+            found.entry(why).and_modify(|known| *known = known.with(this)).or_insert(this);
         }
-        counts
+        found
     }
 
     /// Refuses a program with feed moves that are left alone because it does not say enough: codes that are not understood, values of run

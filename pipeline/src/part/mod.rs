@@ -33,6 +33,7 @@ use tool_path::{offset_of, pieces, words_of};
 
 pub use borders::PathSegment;
 pub use faults::render;
+pub use fixed::FixedMoves;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
 pub use section::{Section, Whole};
 pub use settings::ReadSettings;

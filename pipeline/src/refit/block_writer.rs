@@ -260,7 +260,7 @@ impl<'a> Writer<'a> {
     /// axes in degrees.
     fn length(&self, step: &Move, element: &Element, displacement: &Vec6) -> f64 {
         let linear_mm = element.arc.map_or_else(|| displacement.fixed_rows::<3>(0).norm(), |arc| arc.length_mm());
-        let linear = linear_mm / self.part.toolpath.modal(step).feed_units.mm();
+        let linear = linear_mm / self.part.toolpath.modal(step).feed_unit_mm;
         let length = if linear > 0.0 { linear } else { displacement.fixed_rows::<3>(3).norm().to_degrees() };
         length.max(1e-6)
     }
@@ -268,7 +268,7 @@ impl<'a> Writer<'a> {
     /// Feed of a slow line: a shift along the path makes it longer or shorter than the zone, but the feed neither higher than the move's own nor zero.
     fn slow_feed(&self, owner: usize, feed: f64) -> f64 {
         let step = &self.part.toolpath.moves[owner];
-        let least = SlowStop::LEAST_MM_S * 60.0 / self.part.toolpath.modal(step).feed_units.mm();
+        let least = SlowStop::LEAST_MM_S * 60.0 / self.part.toolpath.modal(step).feed_unit_mm;
         let own = step.feed_word.map_or(f64::INFINITY, |word| word * self.part.feed_factors[owner]);
         feed.max(least).min(own)
     }

@@ -9,7 +9,7 @@ use super::window::{Done, OutsideLines};
 use crate::error::{Error, Result};
 use crate::expectation::{Expectation, ExpectationSum};
 use crate::model_based_ilc::WithoutGain;
-use crate::part::{Section, Whole};
+use crate::part::{FixedMoves, Section, Whole};
 use crate::refit::{Mark, RefitSettings, SlowStop, write_head};
 use crate::tally::Tally;
 
@@ -41,7 +41,7 @@ pub struct Joined<'a> {
     /// Lines outside of the model's operating range.
     pub outside: Vec<OutsideLines>,
     /// Cutting moves that are left alone, by their reason.
-    pub fixed: BTreeMap<&'static str, usize>,
+    pub fixed: BTreeMap<&'static str, FixedMoves>,
     /// Length of feed moves, of those that are left alone, and of segments without gain, mm.
     pub feed_mm: f64,
     /// Length of those that are left alone, mm.
@@ -153,8 +153,8 @@ impl<'a> Joined<'a> {
                 None => self.outside.push(range),
             }
         }
-        for (why, count) in done.fixed {
-            *self.fixed.entry(why).or_default() += count;
+        for (why, moves) in done.fixed {
+            self.fixed.entry(why).and_modify(|known| *known = known.with(moves)).or_insert(moves);
         }
         self.feed_mm += done.feed_mm;
         self.fixed_mm += done.fixed_mm;

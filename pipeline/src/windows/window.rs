@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::expectation::ExpectationSum;
 use crate::input::Input;
 use crate::model_based_ilc::{Outcome, Settings, WithoutGain, model_based_ilc};
-use crate::part::{Part, Placement, Section};
+use crate::part::{FixedMoves, Part, Placement, Section};
 use crate::progress::SILENT;
 use crate::refit::{RefitSettings, WrittenSection, write_section};
 use crate::setup::Setup;
@@ -48,7 +48,7 @@ pub(super) struct Done<'a> {
     pub feed_mm: f64,
     pub fixed_mm: f64,
     pub without_gain_mm: f64,
-    pub fixed: BTreeMap<&'static str, usize>,
+    pub fixed: BTreeMap<&'static str, FixedMoves>,
 }
 
 /// Lines in which an axis leaves the operating range of the model, for one reason.

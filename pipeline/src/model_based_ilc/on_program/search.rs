@@ -147,13 +147,7 @@ impl Search<'_, '_, '_> {
             return Ok(found);
         }
         self.control.replans(candidate.written);
-        let runs = self.task.steps(
-            self.control,
-            candidate.run.0.clone(),
-            self.low_pass_hz,
-            MOST_STEPS,
-            worth,
-        )?;
+        let runs = self.task.steps(self.control, candidate.run.0.clone(), self.low_pass_hz, MOST_STEPS, worth)?;
         self.updates += runs.len();
         let best = self.all_tried(runs, candidate.written).into_iter().min_by(|a, b| a.cost_mm().total_cmp(&b.cost_mm()));
         Ok(best.filter(|best| best.cost_mm() < (1.0 - WORTH_A_STEP) * found.cost_mm()).unwrap_or(found))
