@@ -141,6 +141,12 @@ impl Named {
 
     fn check_file(&self) -> Result<()> {
         let Self { option, path } = self;
+        if path.as_os_str() == "-" {
+            return Err(Usage(format!(
+                "{option} -: files are not written to standard output; name a file, or ./- for one of this name"
+            ))
+            .into());
+        }
         match path.metadata() {
             Ok(there) if there.is_dir() => {
                 return Err(Usage(format!("{option} {} is a folder; name a file", path.display())).into());

@@ -254,11 +254,28 @@ pub fn runs(path: &Path, options: &ReadOptions) -> Result<(Vec<Log>, Report)> {
     read_runs(path, options).map_err(|error| Refusal(error.to_string()).into())
 }
 
+/// Endings of files that are no logs, and what they are.
+const NO_LOGS: [(&str, &str); 7] = [
+    ("toml", "a machine file or settings"),
+    ("model", "a model"),
+    ("nc", "a part program"),
+    ("ngc", "a part program"),
+    ("gcode", "a part program"),
+    ("mpf", "a part program"),
+    ("html", "a report"),
+];
+
 fn check_exists(path: &Path) -> Result<()> {
-    if path.is_file() {
-        return Ok(());
-    }
-    Err(Usage(format!("cannot read {}: there is no such file", path.display())).into())
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let why = match NO_LOGS.iter().find(|(known, _)| *known == ending) {
+        _ if path.is_dir() => "it is a folder; name the logs in it, as in FOLDER/*.csv".to_owned(),
+        Some((ending, what)) if path.is_file() => {
+            format!(".{ending} is {what}, and no log; a log holds commanded and actual positions")
+        }
+        _ if path.is_file() => return Ok(()),
+        _ => "there is no such file".to_owned(),
+    };
+    Err(Usage(format!("cannot read {}: {why}", path.display())).into())
 }
 
 /// A log with what its columns are taken for.
@@ -343,5 +360,14 @@ pub fn long_reference(path: &Path) -> Result<Option<LongFile>> {
 /// When the file cannot be read, is damaged, or of another format.
 pub fn model(path: &Path) -> Result<Bundle> {
     let bytes = read_file_up_to(path, models::LARGEST_BYTES)?;
-    Bundle::from_bytes(&bytes).map_err(|error| Refusal(format!("{}: {error}", path.display())).into())
+    Bundle::from_bytes(&bytes).map_err(|error| {
+        let path = path.display();
+        let is_text = bytes.iter().take(512).all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace());
+        Refusal(if is_text {
+            format!("{path} is a text, and no model: `precomp train` writes models")
+        } else {
+            format!("{path}: {error}")
+        })
+        .into()
+    })
 }

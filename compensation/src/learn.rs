@@ -233,10 +233,17 @@ mod tests {
         assert_eq!(runs(&StopRule::while_better(6, 0.0)), 3);
         assert_eq!(runs(&StopRule::while_better(6, 0.25)), 2);
         assert_eq!(runs(&StopRule { patience: 2, ..StopRule::after(6) }), 6);
-        // Beside an error of 100 that no run lowers, 3 instead of 4 is nothing.
+        // Beside an error of 100 that no run lowers nothing is left to save. Beside one of 40 a run that counts is, but not two.
         let worth = Worth { share: 0.005, unavoidable: 100.0, attainable: 0.0 };
-        assert_eq!(runs(&StopRule { patience: 2, worth, ..StopRule::after(6) }), 3);
-        assert_eq!(runs(&StopRule { patience: 2, worth: Worth { unavoidable: 1.0, ..worth }, ..StopRule::after(6) }), 6);
+        let rule = |worth: Worth| StopRule { patience: 2, worth, ..StopRule::after(6) };
+        assert_eq!(runs(&rule(worth)), 1);
+        assert_eq!(runs(&rule(Worth { unavoidable: 40.0, ..worth })), 2);
+        assert_eq!(runs(&rule(Worth { unavoidable: 1.0, ..worth })), 6);
+        // A floor of 3.9 is nearly reached by the second run, so that no further one counts.
+        assert_eq!(runs(&rule(Worth { unavoidable: 0.0, share: 0.05, attainable: 3.9 })), 2);
+        // The first update comes by 1 toward 2, of which 2 are left; toward 3.5 it comes near enough.
+        assert_eq!(runs(&StopRule { to_reach: 2.0, ..rule(Worth::default()) }), 2);
+        assert_eq!(runs(&StopRule { to_reach: 3.5, ..rule(Worth::default()) }), 3);
         assert_eq!(runs(&StopRule::after(6)), 7);
     }
 }

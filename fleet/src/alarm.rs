@@ -14,6 +14,7 @@ const PRIOR_DAYS: f64 = 6.0;
 fn usual_spread(quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Fit => 0.05,
+        Quantity::Reversals => 0.08,
         Quantity::Friction => 0.012,
         Quantity::Backlash => 0.1,
         Quantity::Lag => 5.0,

@@ -13,6 +13,7 @@ use servo::{Servo, clustered};
 
 use crate::error::{FleetError, Result};
 use crate::quality::LEVER_MM;
+use crate::reversals::rms_behind;
 use crate::sensitivity::{Cause, sensitivities};
 
 /// A quantity that is watched.
@@ -27,11 +28,13 @@ pub enum Quantity {
     Backlash,
     /// Change of the lag since the training, µs.
     Lag,
+    /// Logarithm of the RMS of the residual behind reversals, over the model's RMS error on held-out runs of the training.
+    Reversals,
 }
 
 impl Quantity {
     /// All of them, in the order of results.
-    pub const ALL: [Self; 4] = [Self::Fit, Self::Friction, Self::Backlash, Self::Lag];
+    pub const ALL: [Self; 5] = [Self::Fit, Self::Friction, Self::Backlash, Self::Lag, Self::Reversals];
 
     /// Its name in results.
     #[must_use]
@@ -41,6 +44,7 @@ impl Quantity {
             Self::Friction => "friction",
             Self::Backlash => "backlash",
             Self::Lag => "lag",
+            Self::Reversals => "reversals",
         }
     }
 
@@ -48,7 +52,7 @@ impl Quantity {
     #[must_use]
     pub fn unit(self) -> Option<&'static str> {
         match self {
-            Self::Fit => None,
+            Self::Fit | Self::Reversals => None,
             Self::Friction | Self::Backlash => Some("um"),
             Self::Lag => Some("ms"),
         }
@@ -58,7 +62,7 @@ impl Quantity {
     #[must_use]
     pub fn change_name(self) -> &'static str {
         match self {
-            Self::Fit => "change_ln",
+            Self::Fit | Self::Reversals => "change_ln",
             Self::Friction => "change_share",
             Self::Backlash => "change_um",
             Self::Lag => "change_us",
@@ -121,10 +125,15 @@ pub fn estimates(machine: &str, bundle: &Bundle, servos: &[(String, Servo)], log
             continue;
         };
         let per_um = if manifest.rotary { LEVER_MM * 1e3 } else { 1e3 };
-        let mut readings = changes(record, servo, predictor.as_ref());
-        let value = (fit.rms() / manifest.held_out.rms).ln();
-        if value.is_finite() {
-            readings.insert(Quantity::Fit, Reading { value, deviation: 0.0 });
+        let residuals = residuals(record, predictor.as_ref());
+        let mut readings = changes(record, servo, &residuals);
+        let lever = if manifest.rotary { LEVER_MM } else { 1.0 };
+        let behind = rms_behind(record, &residuals, servo.lag_s()).map(|rms| rms / lever);
+        for (quantity, rms) in [(Quantity::Fit, Some(fit.rms())), (Quantity::Reversals, behind)] {
+            let value = rms.map(|rms| (rms / manifest.held_out.rms).ln()).filter(|value| value.is_finite());
+            if let Some(value) = value {
+                readings.insert(quantity, Reading { value, deviation: 0.0 });
+            }
         }
         all.push(AxisEstimate {
             axis: manifest.name.clone(),
@@ -164,11 +173,10 @@ impl Pooled {
 }
 
 /// Changes of friction, backlash and lag that explain the residual of the model best.
-fn changes(record: &AxisRecord, servo: &Servo, predictor: &dyn AxisPredictor) -> BTreeMap<Quantity, Reading> {
+fn changes(record: &AxisRecord, servo: &Servo, residuals: &[Vec<f64>]) -> BTreeMap<Quantity, Reading> {
     let causes = Cause::of(servo);
     let columns = sensitivities(record, servo, &causes);
-    let residuals = residuals(record, predictor);
-    let Some(found) = regression(&columns, &residuals, record.period_s) else { return BTreeMap::new() };
+    let Some(found) = regression(&columns, residuals, record.period_s) else { return BTreeMap::new() };
     let quantity = |cause: Cause| match cause {
         Cause::Friction => Some((Quantity::Friction, 1.0)),
         Cause::Backlash => Some((Quantity::Backlash, 1e3)),

@@ -8,6 +8,7 @@ mod estimate;
 mod fault;
 mod quality;
 mod results;
+mod reversals;
 mod sensitivity;
 mod simulation;
 mod store;

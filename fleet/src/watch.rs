@@ -131,14 +131,16 @@ fn of_day(
 
 fn changes_of(known: &AxisBaseline, estimate: &AxisEstimate, limits: Limits, tests: usize) -> BTreeMap<Quantity, Change> {
     let healthy = |quantity: &Quantity| known.healthy.get(quantity).map_or(&[][..], Vec::as_slice);
-    let readings = estimate.readings.iter();
+    // What usually lies behind reversals only healthy days say.
+    let is_known = |quantity: &Quantity| *quantity != Quantity::Reversals || !healthy(quantity).is_empty();
+    let readings = estimate.readings.iter().filter(|(quantity, _)| is_known(quantity));
     readings.map(|(quantity, today)| (*quantity, limits.change(*quantity, healthy(quantity), today, tests))).collect()
 }
 
 /// Levels of friction, µm, backlash, µm, and lag, ms.
 fn levels_of(servo: &Servo, estimate: &AxisEstimate) -> BTreeMap<Quantity, f64> {
     let level = |quantity: Quantity, value: f64| match quantity {
-        Quantity::Fit => None,
+        Quantity::Fit | Quantity::Reversals => None,
         Quantity::Friction => Some(1e3 * servo.coulomb_mm * (1.0 + value)),
         Quantity::Backlash => Some(1e3 * (servo.backlash_mm + servo.outer_backlash_mm) + value),
         Quantity::Lag => Some(1e3 * servo.lag_s() + 1e-3 * value),

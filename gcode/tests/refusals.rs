@@ -75,7 +75,6 @@ fn each_fault_has_its_own_message() {
         (Dialect::LinuxCnc, "F#1\nG1 X1", "the feed of line 2 is known only when the program runs", "^^"),
         (Dialect::Fanuc, "G93\nG1 X1", "no feed was given", "^^"),
         (Dialect::Fanuc, "G93 G1 X1 F5\nX2", "G93 needs an F word", "^^"),
-        (Dialect::Fanuc, "G95 G1 X1 F5", "G95 needs a spindle speed", "^^"),
         (Dialect::Fanuc, "G1 X1 GOTO 5", "a flow statement in a block with codes", "^^^^^^"),
         (Dialect::Fanuc, "IF[#500EQ0]GOTO10\nG1 X1", "there is no block N10 to jump to", "^^^^^^^^^^^^^^^^^"),
         (Dialect::Fanuc, "G1 X1\nGOTO10", "there is no block N10 to jump to", "^^^^^^"),

@@ -200,7 +200,7 @@ fn words_of_axes_that_the_machine_lacks_are_no_positions() {
 #[test]
 fn further_offsets_beside_g54_and_stored_moves_are_not_passed_over() {
     // G54 J2, L3: an additional offset on controls that know it; on the others the word is an error.
-    for block in ["G54 J2", "G55 L3", "G54 K1 X0", "G59 Q4"] {
+    for block in ["G54 J2", "G55 L3", "G54 K1", "G59 Q4"] {
         let path = read(Dialect::Fanuc, &format!("{block}\nG1 Y2."));
         let after = path.moves.iter().filter(|step| step.is_feed()).nth(2).unwrap();
         assert_eq!(after.shiftable, UNKNOWN, "{block}");
@@ -244,10 +244,21 @@ fn dimensions_of_a_drawing_leave_their_line_and_its_neighbours_alone() {
     }
     // An angle of an axis that the machine lacks, whatever else stands in its block.
     let options = gcode::Options { rotary_axes: [false; 3], ..Dialect::Fanuc.into() };
-    for block in ["X20. A45.", "X20. A45. M8"] {
+    let left = |block: &str| {
         let text = format!("{HEAD}{block}\nG1 Y20.\nG0 X0 Y0 Z5.\nM30\n");
         let path = interpret(&parse(text), &options).unwrap();
-        let of: Vec<_> = path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect();
-        assert!(of[2..].iter().all(|shiftable| *shiftable != YES), "{block}: {of:?}");
+        path.moves.iter().filter(|step| step.is_feed()).skip(2).all(|step| step.shiftable != YES)
+    };
+    assert!(left("X20. A45.") && left("X20. A45. M8"));
+    // Words of a code are none.
+    assert!(!left("G5.1 Q1 B0 C0"));
+}
+
+#[test]
+fn feeds_a_turn_of_an_unknown_spindle_speed_leave_their_moves_alone() {
+    let run_time = Shiftable::No(Fixed::RunTime);
+    for on in ["G95 F0.1", "G96 S200 G95 F0.1"] {
+        let of = feeds(Dialect::Fanuc, &format!("{on}\nG1 X20.\nG2 X24. Y0 I2. J0\nG97 S1000 G1 X20.\nG94 F600"));
+        assert_eq!(of[2..5], [run_time, run_time, YES], "{on}: {of:?}");
     }
 }

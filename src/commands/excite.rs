@@ -14,7 +14,7 @@ use pipeline::excitation::{
 };
 use pipeline::units::ErrorUnit;
 use pipeline::units::in_programs;
-use pipeline::{Setup, machine_of};
+use pipeline::{Part, ReadSettings, Setup, machine_of};
 use serde_json::{Map, Value, json};
 
 use crate::args::{Common, OutputArgs, ProgramArgs};
@@ -68,6 +68,9 @@ pub struct Excite {
     #[command(flatten, next_help_heading = "Options of the program of --for")]
     program: ProgramArgs,
 }
+
+/// Time of the programs, as a multiple of that of their references, from which on it is told.
+const SLOWER: f64 = 1.3;
 
 /// The machine without `--machine` and `--after`.
 const USUAL_MACHINE: &str = "ballscrew";
@@ -135,11 +138,15 @@ impl Excite {
         let mut outputs = Outputs::default();
         let spacing_s = self.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
         let style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);
+        let mut planned_s = 0.0;
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));
             outputs.add(&table, reference_content(&table, reference)?);
             if let Some(program) = program(name, number, &in_program_words(reference, &setup)?, &style)? {
-                outputs.add(&self.out.join(format!("{name}.nc")), program);
+                let file = format!("{name}.nc");
+                let planned = Part::read(&file, program.as_bytes(), &setup, &ReadSettings::default());
+                planned_s += planned.map_or(0.0, |part| part.plan.desired.trajectory().duration_s());
+                outputs.add(&self.out.join(file), program);
             }
         }
         let test = control_test(runs.len(), &setup, &travel, &style, self.common.seed)?;
@@ -158,14 +165,20 @@ impl Excite {
         let seconds: f64 = runs.iter().map(|(_, reference)| reference.duration_s()).sum();
         let (name, folder) = (&machine.name, self.out.display());
         printer.line(format!("for the machine `{name}`: {} runs, {seconds:.1} s, in {folder}", runs.len()));
+        if planned_s > SLOWER * seconds {
+            printer.line(format!(
+                "note: as programs the runs take about {planned_s:.0} s by the limits of the machine, and the axes move the more gently: --seconds {:.0} makes up \
+                 for it, or a control that takes positions at their times runs the references",
+                self.seconds * planned_s / seconds
+            ));
+        }
         if let Some(test) = &test {
             printer.line(format!("{}: {:.1} s, to learn how the control plans", self.control_test().display(), test.seconds));
         }
         let covered = show_covered(&printer, &setup, &travel, &runs);
         let names: Vec<&str> = runs.iter().map(|(name, _)| name.as_str()).collect();
         let control_test = test.map(|test| json!({ "seconds": test.seconds }));
-        let figures =
-            json!({ "runs": names, "seconds": seconds, "covered": covered, "control_test": control_test, "expected": expected });
+        let figures = json!({ "runs": names, "seconds": seconds, "program_seconds": planned_s, "covered": covered, "control_test": control_test, "expected": expected });
         outputs.write(self.common.json.as_deref(), &figures)
     }
 

@@ -124,6 +124,12 @@ impl Measure {
         }
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         print::show(&printer, &measured, self.desired.is_some());
+        if self.desired.is_some() {
+            let run_s = measured.matched.path_positions.len() as f64 * log.period_s();
+            if let Some(note) = print::other_time(desired.trajectory().duration_s(), run_s) {
+                printer.line(note);
+            }
+        }
         let mut figures = print::json(&measured);
         let fits = model.map(|model| measure::fits(&model, &log)).transpose()?;
         if let Some(fits) = &fits {

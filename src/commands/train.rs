@@ -127,13 +127,20 @@ impl Train {
         let identified_s = started.elapsed().as_secs_f64();
         if let Some(control) = &control {
             identification::show(&printer, control, identified_s);
+            warnings.extend(identification::warning(control));
         }
+        let given = machine.clone().filter(|_| control.is_none());
         let machine = control.as_ref().map(|control| control.machine.clone()).or(machine);
         let today = date::today()?;
         let mut trained = training::train(&logs, machine.as_ref(), &self.settings()?, &|event| shown.event(event))?;
         trained.bundle.manifest.date = Some(today);
         trained.bundle.manifest.control = control.as_ref().map(Identified::summary);
         let seconds = started.elapsed().as_secs_f64();
+        if let Some(unreached) = given.as_ref().and_then(|machine| training::unreached(&trained.bundle, machine)) {
+            let warning = print::unreached(&unreached);
+            printer.line(format!("warning: {warning}"));
+            warnings.push(warning);
+        }
         let control = control.map_or(serde_json::Value::Null, |control| identification::json(&control, identified_s));
         self.write(&trained, &logs, (seconds, control), warnings, &printer)
     }

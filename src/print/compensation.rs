@@ -56,6 +56,11 @@ pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Opti
     }
 }
 
+/// Whether plans of a control are too poor for a first run.
+pub fn is_poor(path_rms_mm: f64, cycle_share: f64) -> bool {
+    path_rms_mm > TRUSTED_PATH_MM || cycle_share > TRUSTED_CYCLE
+}
+
 /// How far the learned control can be trusted; more on it where the plan is too poor for a first run.
 pub fn control_fidelity(control: &ControlFidelity) -> String {
     let ControlFidelity { path_rms_mm, path_max_mm, cycle_share, held_out, .. } = control;
@@ -66,7 +71,7 @@ pub fn control_fidelity(control: &ControlFidelity) -> String {
         um(*path_max_mm),
         100.0 * cycle_share
     );
-    if *path_rms_mm > TRUSTED_PATH_MM || *cycle_share > TRUSTED_CYCLE {
+    if is_poor(*path_rms_mm, *cycle_share) {
         return format!(
             "warning: {known}; the forecast is no better than that. Run the program once and give its log with --reference"
         );

@@ -4,6 +4,7 @@ use pipeline::identification::{Fidelity, Identified, Value};
 use pipeline::units::um;
 use serde_json::json;
 
+use super::compensation::is_poor;
 use crate::output::Printer;
 
 /// An end of an interval beyond which nothing was seen: the factor up to which ends are tried.
@@ -26,6 +27,19 @@ pub fn show(printer: &Printer, control: &Identified, seconds: f64) {
         um(control.fidelity.path_max_mm),
         100.0 * cycle_share
     ));
+    if let Some(warning) = warning(control) {
+        printer.line(format!("warning: {warning}"));
+    }
+}
+
+/// What is said of a control whose plans are too poor for a first run.
+pub fn warning(control: &Identified) -> Option<String> {
+    let Fidelity { path_rms_mm, cycle_share, .. } = control.fidelity;
+    is_poor(path_rms_mm, cycle_share).then(|| {
+        "the control as learned does not plan as the recorded one does: forecasts are those of another motion. Give the machine file the control's own \
+         limits and corner rule, or more programs with their logs, the control test among them; or compensate with --reference"
+            .to_owned()
+    })
 }
 
 fn words(value: &Value) -> String {

@@ -37,9 +37,27 @@ pub fn show_readback(printer: &Printer, found: &Readback) {
     printer.line(readback(found));
     printer.line(match found.is_faithful() {
         [true, true] => "the output format is faithful: the commanded path matches the program",
+        [true, false] if found.is_slow() => {
+            "the path is kept, and the control takes longer than the plan. Where this is the original program, the plan's limits are not those of the control: \
+             train with --programs, put them into the machine file, or compensate with --reference. Of a compensated one, write the points' time (--format g93)"
+        }
         [true, false] => "the path is kept, its time is not: run slower, or write the points' time (--format g93)",
         [false, _] => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
     });
+}
+
+/// Relative difference between the times of plan and run that is told: more than a feed override of a few steps, less than wrong limits make.
+const OTHER_TIME: f64 = 0.1;
+
+/// What is said of a run that takes another time than the plan.
+pub fn other_time(planned_s: f64, run_s: f64) -> Option<String> {
+    let differs = (run_s / planned_s - 1.0).abs() > OTHER_TIME;
+    differs.then(|| {
+        format!(
+            "note: the run takes {run_s:.2} s, the plan {planned_s:.2} s: the limits or the feed override of the plan are not those of the control, and forecasts \
+             of this plan are those of another motion. Train with --programs, put the control's own limits into the machine file, or compensate with --reference"
+        )
+    })
 }
 
 /// Segments and reversals that are printed; the JSON figures hold all.

@@ -1,7 +1,7 @@
 //! What a training found.
 
 use models::{Bundle, HeldOut};
-use pipeline::training::{Adapted, Stretches, Trained};
+use pipeline::training::{Adapted, Stretches, Trained, Unreached};
 use pipeline::units::ErrorUnit;
 use serde_json::{Map, Value, json};
 
@@ -54,6 +54,17 @@ pub fn json(trained: &Trained, seconds: f64) -> Value {
         .collect();
     json!({ "seconds": seconds, "axes": axes, "common_lag_ms": trained.bundle.manifest.common_delay_s * 1e3, "left_out": trained.left_out, "notes": trained.notes,
         "samples": trained.stretches.as_ref().map(|taken| json!({ "trained_on": taken.samples, "of": taken.of, "stretches": taken.runs.len() })) })
+}
+
+/// A machine file whose accelerations no log comes near to.
+pub fn unreached(axes: &[Unreached]) -> String {
+    let of_axis = |axis: &Unreached| format!("{} {:.0} of {:.0} mm/s²", axis.axis, axis.reached_mm_s2, axis.limit_mm_s2);
+    format!(
+        "the logs accelerate by less than half of what the machine file allows ({}): where the control is slower than the file, programs are planned too \
+         fast, and compensation makes them worse. Put the control's own limits into the machine file, give the programs that ran with --programs, or \
+         compensate with --reference",
+        axes.iter().map(of_axis).collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// What was taken of long logs.

@@ -48,6 +48,7 @@ pub fn assess_runs(logs: &[Log], purpose: Purpose) -> Report {
         }
     }
     if purpose == Purpose::Training {
+        check_copies(logs, &mut report);
         check_directions(logs, first, &mut report);
         rests::check(logs, &mut report);
         lags::check(logs, &mut report);
@@ -62,6 +63,23 @@ pub fn assess_runs(logs: &[Log], purpose: Purpose) -> Report {
         }
     }
     report
+}
+
+/// Refuses recordings that are given twice: what is held out would be trained on.
+fn check_copies(logs: &[Log], report: &mut Report) {
+    for (index, log) in logs.iter().enumerate() {
+        let same = |other: &&Log| {
+            other.len() == log.len()
+                && other.reference.columns() == log.reference.columns()
+                && other.actual.columns() == log.actual.columns()
+        };
+        if let Some(first) = logs[..index].iter().find(same) {
+            let message = format!("it is the same recording as `{}`: give each recording once", first.name);
+            let mut finding = Finding::new(Severity::Refuse, Check::Runs, message);
+            finding.place.run = Some(log.name.clone());
+            report.push(finding);
+        }
+    }
 }
 
 fn check_directions(logs: &[Log], first: &Log, report: &mut Report) {

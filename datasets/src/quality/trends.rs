@@ -116,10 +116,28 @@ fn growth(logs: &[Log], index: usize) -> Option<Finding> {
 
 /// Runs in which all axes lag by the same time more or less than in the others.
 fn shifts(logs: &[Log], report: &mut Report) {
-    if logs.len() < 3 {
+    if logs.len() < 2 {
         return;
     }
     let lags: Vec<Vec<Option<f64>>> = logs.iter().map(|log| Signals::of(log).iter().map(lag_s).collect()).collect();
+    if let ([_, second], [a, b]) = (logs, lags.as_slice()) {
+        let apart: Vec<(f64, f64)> =
+            a.iter().zip(b).filter_map(|(a, b)| Some(((*b)? - (*a)?, 0.5 * ((*a)? + (*b)?).abs()))).collect();
+        let differs = |sign: f64| apart.iter().all(|(by, lag_s)| sign * by > SURE_SHIFT.0.max(SURE_SHIFT.1 * lag_s));
+        if apart.len() >= 2 && (differs(1.0) || differs(-1.0)) {
+            let by_ms = apart.iter().map(|(by, _)| 1e3 * by.abs()).fold(f64::INFINITY, f64::min);
+            let message = format!(
+                "all axes lag their commands by {by_ms:.1} ms {} than in `{}`: the runs are of two machines, the columns of one are shifted \
+                 against each other, or the control was set otherwise; train on the runs of one machine in one state",
+                if differs(1.0) { "more" } else { "less" },
+                logs[0].name
+            );
+            let mut finding = Finding::new(Severity::Refuse, Check::Pairing, message);
+            finding.place.run = Some(second.name.clone());
+            report.push(finding);
+        }
+        return;
+    }
     let axes = lags.first().map_or(0, Vec::len);
     let usual: Vec<Option<f64>> =
         (0..axes).map(|axis| motion::quantile(&mut lags.iter().filter_map(|run| run[axis]).collect::<Vec<_>>(), 0.5)).collect();

@@ -173,13 +173,7 @@ impl Interpreter<'_> {
                 return Some(Feed::Duration { seconds: 60.0 / raw });
             }
             FeedMode::PerMinute => 1.0 / 60.0,
-            FeedMode::PerRevolution => match self.modal.spindle_rpm {
-                Some(rpm) if rpm > 0.0 => rpm / 60.0,
-                _ => {
-                    self.report.error(span, "G95 needs a spindle speed in rev/min", Some("write an S word under G97"));
-                    return None;
-                }
-            },
+            FeedMode::PerRevolution => self.modal.spindle_rpm? / 60.0,
         };
         Some(if rotary_only {
             Feed::Angular { rad_s: raw.to_radians() * per_second }

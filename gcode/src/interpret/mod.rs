@@ -189,7 +189,7 @@ impl Interpreter<'_> {
             self.modal.path = path;
         }
         self.note_parallel_axes(words);
-        self.note_foreign_geometry(words);
+        self.note_foreign_geometry(words, axes_taken);
         self.note_exponent(words);
         // The position depends on whether the block ran.
         if words.optional {

@@ -7,7 +7,7 @@ use crate::acting::{acts_alike, takes_p};
 use crate::cycle::{Cycle, CycleState};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
-use crate::modal::{CutterCompensation, Distance};
+use crate::modal::{CutterCompensation, Distance, FeedMode};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::sinumerik::signs::is_likely;
 use crate::split::{is_split_before, is_splittable};
@@ -140,6 +140,11 @@ impl Interpreter<'_> {
         let start = self.position;
         let end = self.target(words, 1);
         let sound = self.check_feed_move(words, motion, at);
+        let turns = self.modal.spindle_rpm.is_some_and(|rpm| rpm > 0.0);
+        if sound && self.modal.feed_mode == FeedMode::PerRevolution && !turns {
+            let why = "the feed follows a spindle speed that the program does not state: the move is left alone";
+            return self.opaque_move(words, (Fixed::RunTime, why), at, explicit_motion);
+        }
         let decided = self.ran != Ran::Perhaps && self.geometry_at_run_time(words, motion).is_none();
         let no_circle = self.arc_without_path(words, motion, end, at);
         let goes_nowhere = no_circle == Some(Fixed::NotUnderstood);

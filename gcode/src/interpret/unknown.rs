@@ -162,14 +162,15 @@ impl Interpreter<'_> {
     }
 
     /// Words of another control's geometry: R, Q, I, J or K without an axis under G0 or G1 (polar coordinates, chamfers), and A, B or C of axes
-    /// that the machine lacks (angle of a line, chamfer). Whether and where the tool moves is not known.
-    pub fn note_foreign_geometry(&mut self, words: &Gathered) {
+    /// that the machine lacks (angle of a line, chamfer). Whether and where the tool moves is not known. `axes_taken`: a code of the block has its axis
+    /// words.
+    pub fn note_foreign_geometry(&mut self, words: &Gathered, axes_taken: bool) {
         let is_line = matches!(self.motion, Some(Motion::Rapid | Motion::Line)) && self.cycle.is_none();
         let is_motion = |code: Code| matches!(code, Code::Motion(Motion::Rapid | Motion::Line) | Code::Distance(_));
         let is_plain = words.m.is_empty() && words.g.iter().all(|g| is_motion(g.code)) && words.unknown.is_none();
         let (index, what) = if let Some(index) = words.drawing {
             (index, "the end of this line follows from a dimension of the drawing, which is not read")
-        } else if let Some(index) = self.lacking_axis(words) {
+        } else if let Some(index) = self.lacking_axis(words).filter(|_| !axes_taken) {
             (index, "the machine has no such axis: whether this is an angle or a chamfer is not known")
         } else if self.is_sinumerik() || !is_line || !is_plain || self.sections.is_open() {
             return;

@@ -36,14 +36,16 @@ fn file(draft: &Draft) -> Result<String, MachineError> {
     let period = draft.period_ms.as_ref().map_or(Known::new(0.0, ""), Known::clone);
     line(format!("sampling_period_ms = {}  # time between samples of command and logs; {}", number(period.value), period.source));
     let linear: Vec<&AxisDraft> = draft.axes.iter().filter(|axis| !axis.is_rotary).collect();
-    let least = |of: fn(&AxisDraft) -> &Option<Known<f64>>| {
-        linear.iter().filter_map(|axis| of(axis).as_ref()).map(|known| known.value).fold(f64::INFINITY, f64::min)
+    // Where the control states no limit along the path, those of the axes alone hold.
+    let of_axes = |of: fn(&AxisDraft) -> &Option<Known<f64>>, with: fn(f64, f64) -> f64| {
+        linear.iter().filter_map(|axis| of(axis).as_ref()).map(|known| known.value).fold(0.0, with)
     };
-    let or_axes = |known: &Option<Known<f64>>, of: fn(&AxisDraft) -> &Option<Known<f64>>| {
-        known.clone().unwrap_or_else(|| Known::new(least(of), "the least of the axes"))
-    };
-    let velocity = or_axes(&draft.path_velocity_mm_s, |axis| &axis.velocity);
-    let acceleration = or_axes(&draft.path_acceleration_mm_s2, |axis| &axis.acceleration);
+    let velocity = draft.path_velocity_mm_s.clone().unwrap_or_else(|| {
+        Known::new(of_axes(|axis| &axis.velocity, f64::hypot), "what the axes allow together: no limit of its own is known")
+    });
+    let acceleration = draft.path_acceleration_mm_s2.clone().unwrap_or_else(|| {
+        Known::new(of_axes(|axis| &axis.acceleration, f64::max), "the largest of the axes: no limit of its own is known")
+    });
     let rise = draft.rise_ms.clone().unwrap_or(Known::new(RISE_MS, "assumed: the acceleration rises within 20 ms"));
     let jerk = acceleration.value / (1e-3 * rise.value);
     line("\n# Limits along the path.\n[path]".to_owned());

@@ -157,7 +157,10 @@ pub(super) fn header(name: &str, reference: &Trajectory, style: &Style, feeds: O
     lines.push("Origin: the active work offset, G54. Coordinates are machine coordinates where all offsets are zero,".to_owned());
     lines.push("else machine coordinates shifted by them. The axes move within these ranges about that origin".to_owned());
     if let Some((slowest, fastest)) = feeds {
-        lines.push(format!("Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s", reference.duration_s()));
+        lines.push(format!(
+            "Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s where the control keeps these feeds",
+            reference.duration_s()
+        ));
     }
     lines
 }

@@ -27,6 +27,12 @@ pub struct Readback {
 }
 
 impl Readback {
+    /// Whether the control took longer than intended.
+    #[must_use]
+    pub fn is_slow(&self) -> bool {
+        self.commanded_s > (1.0 + SAME_TIME) * self.intended_s
+    }
+
     /// Whether the program's output format reproduces the path in space, and in time.
     #[must_use]
     pub fn is_faithful(&self) -> [bool; 2] {

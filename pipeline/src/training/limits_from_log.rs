@@ -76,12 +76,15 @@ impl Reached {
     /// # Errors
     /// When an axis never moved.
     pub fn spec(&self, moving: &[usize], period_s: f64) -> Result<MachineSpec> {
-        let mut path = (f64::INFINITY, f64::INFINITY);
+        // Along the path what the linear axes reach together, and the largest acceleration: the limits of each axis hold besides.
+        let mut path = (0.0_f64, 0.0_f64);
         let axes = moving
             .iter()
             .filter_map(|&index| {
                 let (axis, velocity, acceleration) = self.axes.get(index)?.clone();
-                path = (path.0.min(velocity), path.1.min(acceleration));
+                if axis.kind == AxisKind::Linear {
+                    path = (path.0.hypot(velocity), path.1.max(acceleration));
+                }
                 let jerk = 2.0 * acceleration / RISE_S;
                 Some(match axis.kind {
                     AxisKind::Linear => AxisSpec::Linear(LinearAxis {
@@ -107,6 +110,12 @@ impl Reached {
                 })
             })
             .collect();
+        if path.0 == 0.0 {
+            // Rotary axes alone: a degree counts as a millimetre.
+            let reached = moving.iter().filter_map(|&index| self.axes.get(index));
+            path = reached
+                .fold(path, |path, (_, velocity, most)| (path.0.hypot(velocity.to_degrees()), path.1.max(most.to_degrees())));
+        }
         let spec = MachineSpec {
             name: "from the log".to_owned(),
             sampling_period_ms: period_s * 1e3,

@@ -67,6 +67,35 @@ pub struct Stretches {
     pub of: usize,
 }
 
+/// An axis whose logs come nowhere near its limit of acceleration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unreached {
+    /// Name of the axis.
+    pub axis: String,
+    /// Largest acceleration of its command in the logs, mm/s².
+    pub reached_mm_s2: f64,
+    /// Its limit, mm/s².
+    pub limit_mm_s2: f64,
+}
+
+/// Share of the limits of acceleration that commands of a control with these limits exceed: the product's excitation reaches 0.6 to 0.96 of them, and every
+/// program that stops reaches them where its jerk allows.
+const REACHED_SHARE: f64 = 0.5;
+
+/// The linear axes, where the commands of none of them exceed half of its limit in `machine`: its limits may not be those of the control.
+#[must_use]
+pub fn unreached(bundle: &Bundle, machine: &MachineSpec) -> Option<Vec<Unreached>> {
+    let ranges = bundle.coverage();
+    let of_axis = |axis: &AxisManifest, reached: f64| {
+        let spec = machine.axes.iter().find(|of| of.name() == axis.name && of.axis().kind == AxisKind::Linear)?;
+        Some(Unreached { axis: axis.name.clone(), reached_mm_s2: reached, limit_mm_s2: spec.limits().acceleration })
+    };
+    let axes = bundle.manifest.axes.iter().zip(&ranges).filter_map(|(axis, range)| of_axis(axis, range.acceleration));
+    let axes: Vec<Unreached> = axes.collect();
+    let none = axes.iter().all(|axis| axis.reached_mm_s2 < REACHED_SHARE * axis.limit_mm_s2);
+    (none && !axes.is_empty()).then_some(axes)
+}
+
 /// Checks logs for training; the report lists their faults.
 #[must_use]
 pub fn check(logs: &[Log]) -> Report {

@@ -9,10 +9,12 @@ impl Refine {
     pub(super) fn learn_by_law(&self) -> Result<()> {
         let printer = self.common.printer();
         let logs = self.logs(&printer)?;
-        let (input, format) = self.input(logs.first().map(|log| log.period_s()), &printer)?;
+        let (input, format, setup) = self.input(logs.first().map(|log| log.period_s()), &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
         input.check_original()?;
+        let commands = logs.iter().map(|log| Ok(aligned(&input, log)?.0)).collect::<Result<Vec<_>>>()?;
+        self.check_order(&input, &setup, &commands)?;
         let measured = logs.iter().map(|log| figures_of_log(&input, log)).collect::<Result<Vec<_>, _>>()?;
         let best = best_of(&measured).unwrap_or_default();
         let pages = || {

@@ -20,12 +20,14 @@ impl Refine {
         };
         let model = read::model(model)?;
         let logs = self.logs(&printer)?;
-        let (input, format) = self.input(None, &printer)?;
+        let (input, format, setup) = self.input(None, &printer)?;
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
         let shown = self.common.shown();
         let settings = self.learning_settings(&format);
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
+        let commands: Vec<_> = learning.runs.iter().map(|run| run.command.clone()).collect();
+        self.check_order(&input, &setup, &commands)?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();
         let offset = learning.runs.last().map(|run| run.matched.offset);
         let figures = self.show_runs(&printer, &measured, offset.as_ref());

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use datasets::Log;
 use motion::{Trajectory, Vec3};
 use pipeline::model_based_ilc::Outcome;
-use pipeline::refine::{Ended, LOW_PASS_HZ, best_of};
+use pipeline::refine::{Ended, LOW_PASS_HZ, aligned, best_of};
 use pipeline::refit::{Mark, comes_from};
 use pipeline::statistics::Figures;
 use pipeline::units::um;
@@ -87,6 +87,11 @@ pub struct Refine {
     report: ReportArgs,
 }
 
+/// Distance of a command from the nearest program, as a share of that from its own, below which the order of the programs is wrong, and the least
+/// difference of the two, mm: compensated programs of one part differ by micrometres.
+const NEARER: f64 = 0.5;
+const LEAST_APART_MM: f64 = 1e-3;
+
 /// What is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum LawArg {
@@ -150,7 +155,7 @@ impl Refine {
     }
 
     /// The input on the machine that made the logs, sampled every `period_s` or as that machine is, and how the output is written.
-    fn input(&self, period_s: Option<f64>, printer: &Printer) -> Result<(Input, OutputSettings)> {
+    fn input(&self, period_s: Option<f64>, printer: &Printer) -> Result<(Input, OutputSettings, Setup)> {
         let setup = self.setup(printer)?;
         let setup = Setup { period_s: period_s.unwrap_or(setup.period_s), ..setup };
         let format = self.output.settings(&setup).marked(Mark::of_run(self.last_run()));
@@ -159,7 +164,7 @@ impl Refine {
         if let Some(part) = input.part_mut() {
             format.prepare(part);
         }
-        Ok((input, format))
+        Ok((input, format, setup))
     }
 
     /// The machine that made the logs, with its control.
@@ -191,6 +196,37 @@ impl Refine {
             }
         }
         Ok(programs)
+    }
+
+    /// Refuses programs that are not in the order of the logs: where the command of a run is far nearer to the plan of another program than to that of
+    /// its own. `commands` are those of the runs, in the path's time.
+    fn check_order(&self, input: &Input, setup: &Setup, commands: &[Trajectory]) -> Result<()> {
+        if input.part().is_none() || self.ran.len() < 2 {
+            return Ok(());
+        }
+        let planned = self.ran.iter().map(|path| {
+            let ran = read::input(path, setup, &self.program.settings(), self.program.feed)?;
+            let plan = ran.command().clone();
+            Ok(aligned(input, &Log::new(path.display().to_string(), plan.clone(), plan)?)?.0)
+        });
+        // A program that cannot be planned as it is, such as one with times of its own on another machine, shows no order.
+        let Ok(planned) = planned.collect::<Result<Vec<Trajectory>>>() else { return Ok(()) };
+        for (run, command) in commands.iter().enumerate() {
+            let apart: Vec<f64> = planned.iter().map(|plan| apart_mm(command, plan)).collect();
+            let Some((near, least)) = apart.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+            if least < NEARER * apart[run] && apart[run] - least > LEAST_APART_MM {
+                return Err(Refusal(format!(
+                    "{} is no run of {}: its command is {} µm from that program and {} µm from {}; give the programs with --ran in the order of the logs",
+                    self.log[run].display(),
+                    self.ran[run].display(),
+                    um(apart[run]),
+                    um(least),
+                    self.ran[near].display()
+                ))
+                .into());
+            }
+        }
+        Ok(())
     }
 
     /// Prints the figures of all runs, and returns them with those of the last one.
@@ -283,4 +319,15 @@ fn check_axes(input: &Input, log: &Log) -> Result<()> {
     input.trajectory().check_axes(log.axes()).map_err(|error| {
         Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine")).into()
     })
+}
+
+/// RMS distance of two runs in the path's time, less their mean difference, mm or rad.
+fn apart_mm(a: &Trajectory, b: &Trajectory) -> f64 {
+    let of_axis = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+        let count = a.len().min(b.len()).max(1) as f64;
+        let differences = || a.iter().zip(b).map(|(a, b)| a - b);
+        let mean = differences().sum::<f64>() / count;
+        differences().map(|difference| (difference - mean).powi(2)).sum::<f64>() / count
+    };
+    a.columns().iter().zip(b.columns()).map(of_axis).sum::<f64>().sqrt()
 }
