@@ -364,7 +364,7 @@ pub fn model(path: &Path) -> Result<Bundle> {
         let path = path.display();
         let is_text = bytes.iter().take(512).all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace());
         Refusal(if is_text {
-            format!("{path} is a text, and no model: `precomp train` writes models")
+            format!("{path} is a text and not a model: `precomp train` writes models")
         } else {
             format!("{path}: {error}")
         })

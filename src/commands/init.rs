@@ -74,13 +74,6 @@ impl Init {
             return Err(lacking(&missing).into());
         }
         let text = draft.to_toml()?;
-        if std::fs::read(&self.out).is_ok_and(|there| there != text.as_bytes()) {
-            let out = self.out.display();
-            return Err(Usage(format!(
-                "{out} is there already and may hold changes by hand; move it, or name another file with -o"
-            ))
-            .into());
-        }
         let mut outputs = Outputs::default();
         outputs.add(&self.out, text.into_bytes());
         printer.line(format!("machine file of {} in {}", axes_of(&draft), self.out.display()));

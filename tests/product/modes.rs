@@ -150,7 +150,7 @@ fn moves_behind_an_unknown_code_stay_and_are_reported() {
     assert!(said.contains("M428: what it changes is not known") && said.contains("--passive M428"), "{said}");
     assert!(
         said.contains(
-            "moves left as they are: 3 after codes whose effect on path or frame is not known; 50.0 % of the feed length"
+            "moves left as they are: 3 after codes whose effect on path or frame is not known (from line 8); 50.0 % of the feed length"
         ),
         "{said}"
     );

@@ -138,7 +138,9 @@ pub fn without_words(axes: &[Axis]) -> Vec<&str> {
 fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, ProgramFault> {
     let mut lines = Lines { reference, style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
     lines.motion()?;
-    let text = style.framed(number, &header(name, reference, style, lines.feeds()), &lines.text);
+    let mut header = header(name, reference, style, lines.feeds());
+    header.push("The time is that of a control that keeps these feeds".to_owned());
+    let text = style.framed(number, &header, &lines.text);
     check(&text, reference, &lines.ends, style)?;
     Ok(text)
 }
@@ -157,10 +159,7 @@ pub(super) fn header(name: &str, reference: &Trajectory, style: &Style, feeds: O
     lines.push("Origin: the active work offset, G54. Coordinates are machine coordinates where all offsets are zero,".to_owned());
     lines.push("else machine coordinates shifted by them. The axes move within these ranges about that origin".to_owned());
     if let Some((slowest, fastest)) = feeds {
-        lines.push(format!(
-            "Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s where the control keeps these feeds",
-            reference.duration_s()
-        ));
+        lines.push(format!("Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s", reference.duration_s()));
     }
     lines
 }
