@@ -396,3 +396,20 @@ fn trends_and_shifted_runs_are_seen_in_motion() {
     assert_found(&late(0.004), Refuse, Check::Pairing, "run 3: all axes lag their commands by 4.0 ms more");
     assert_found(&late(-0.0015), Warn, Check::Pairing, "run 3: all axes lag their commands by 1.5 ms less");
 }
+
+#[test]
+fn a_recording_that_is_given_twice_and_two_machines_are_refused() {
+    let runs = set_of_runs(|_, _, _| (0.0, 0.0));
+    let mut copied = runs[..2].to_vec();
+    copied.push(datasets::Log { name: "copy".to_owned(), ..copied[0].clone() });
+    let found = assess_runs(&copied, Purpose::Training);
+    assert_found(&found, Refuse, Check::Runs, "copy: it is the same recording as `run 0`");
+    // Of two logs one lags by far more on every axis.
+    let late = |by_s: f64| {
+        let runs = set_of_runs(move |run, _, _| (if run == 1 { by_s } else { 0.0 }, 0.0));
+        assess_runs(&runs[..2], Purpose::Training)
+    };
+    assert_found(&late(0.012), Refuse, Check::Pairing, "run 1: all axes lag their commands by 12.0 ms more than in `run 0`");
+    let alike = late(0.001);
+    assert!(alike.findings.iter().all(|finding| finding.check != Check::Pairing), "{alike}");
+}

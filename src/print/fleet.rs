@@ -77,6 +77,7 @@ fn text(quantity: Quantity, change: &Change) -> String {
     let Change { change, limit } = *change;
     match quantity {
         Quantity::Fit => format!("error of the model × {:.2} (limit × {:.2})", change.exp(), limit.exp()),
+        Quantity::Reversals => format!("error behind reversals × {:.2} (limit × {:.2})", change.exp(), limit.exp()),
         Quantity::Friction => format!("friction {:+.1} % (limit {:.1} %)", 100.0 * change, 100.0 * limit),
         Quantity::Backlash => format!("backlash {change:+.2} µm (limit {limit:.2} µm)"),
         Quantity::Lag => format!("lag {change:+.0} µs (limit {limit:.0} µs)"),

@@ -176,3 +176,22 @@ fn missing_folders_are_made_and_devices_are_written() {
         assert!(said.status.success() && Path::new("/dev/null").metadata().unwrap().file_type().is_char_device());
     }
 }
+
+#[test]
+fn folders_texts_and_standard_output_are_told_apart_from_logs_models_and_files() {
+    let folder = Folder::with_model();
+    folder.write("part.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nG1 Y10\nM2\n");
+    folder.write("mill.toml", "name = \"mill\"\n");
+    for (words, said) in [
+        (&["check", "."][..], "it is a folder; name the logs in it"),
+        (&["check", "mill.toml"], ".toml is a machine file or settings, and no log"),
+        (&["train", "machine.model", "-o", "x.model"], ".model is a model, and no log"),
+        (&["compensate", "part.nc", "-m", "machine.model", "-o", "-"], "files are not written to standard output"),
+    ] {
+        let error = folder.fails(2, words);
+        assert!(error.contains(said), "{words:?}: {error}");
+    }
+    let error = folder.fails(1, &["compensate", "part.nc", "-m", "mill.toml", "-o", "out.nc"]);
+    assert!(error.contains("is a text and not a model"), "{error}");
+    assert!(!folder.path("-").exists() && !folder.path("out.nc").exists());
+}

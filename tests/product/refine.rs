@@ -128,6 +128,37 @@ fn after_a_worse_run_the_best_program_is_handed_back() {
 }
 
 #[test]
+fn programs_in_another_order_than_the_logs_are_refused() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    runs.folder.write("run2.nc", runs.folder.read("part.nc"));
+    runs.run();
+    for law in ["model-based", "spatial"] {
+        let refine = |first: &'static str, second: &'static str| {
+            [
+                "refine",
+                "part.nc",
+                "-m",
+                "machine.model",
+                "--law",
+                law,
+                "-o",
+                "no.nc",
+                "--log",
+                "run1.csv",
+                "run2.csv",
+                "--ran",
+                first,
+                second,
+            ]
+        };
+        let error = runs.folder.fails(1, &refine("run2.nc", "run1.nc"));
+        assert!(error.contains("run1.csv is no run of run2.nc") && error.contains("in the order of the logs"), "{law}: {error}");
+        assert!(!runs.folder.path("no.nc").exists());
+    }
+}
+
+#[test]
 fn every_run_has_its_program_and_every_program_its_original() {
     let mut runs = Runs::new(&[], &[]);
     runs.run();

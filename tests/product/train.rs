@@ -182,3 +182,38 @@ fn a_model_that_is_no_better_than_none_is_not_written() {
     assert!(said.contains("the model leaves"), "{said}");
     assert_eq!(output.status.success(), folder.path("noise.model").exists());
 }
+
+#[test]
+fn limits_that_no_log_comes_near_to_are_told() {
+    let folder = Folder::new();
+    recording(&folder);
+    let train = |machine: &str| {
+        let words = ["train", "run.csv", "--machine", machine, "--predictor", "linear", "-o", "x.model"];
+        folder.prints(&words)
+    };
+    let warning = "the logs accelerate by less than half of what the machine file allows";
+    assert!(!train("ballscrew").contains(warning));
+    folder.prints(&["init", "--axes", "xyz", "--velocity", "300", "--acceleration", "6000", "--period", "2", "-o", "fast.toml"]);
+    let said = train("fast.toml");
+    assert!(said.contains(warning) && said.contains("of 6000 mm/s²") && said.contains("--programs"), "{said}");
+}
+
+#[test]
+fn without_a_machine_file_a_rotary_axis_says_nothing_about_speeds_along_the_path() {
+    let folder = Folder::new();
+    folder.figures(&["excite", "--machine", "bc", "-o", "excitation", "--seconds", "12"]);
+    let longest =
+        csv_files(&folder.path("excitation")).into_iter().max_by_key(|path| std::fs::metadata(path).unwrap().len()).unwrap();
+    folder.figures(&["simulate", &longest.to_string_lossy(), "--machine", "bc", "-o", "run.csv"]);
+    folder.prints(&["train", "run.csv", "--predictor", "linear", "-o", "x.model"]);
+    let log = log_of(&folder.path("run.csv"));
+    let fastest = |axis: usize| {
+        let column = &log.reference.columns()[axis];
+        column.windows(2).map(|pair| (pair[1] - pair[0]).abs() / log.period_s()).fold(0.0, f64::max)
+    };
+    let linear: Vec<usize> = (0..log.axes().len()).filter(|axis| log.axes()[*axis].kind == motion::AxisKind::Linear).collect();
+    let together = linear.iter().map(|axis| fastest(*axis)).fold(0.0, f64::hypot);
+    let bundle = models::Bundle::from_bytes(&std::fs::read(folder.path("x.model")).unwrap()).unwrap();
+    let spec = pipeline::machine_of(&bundle).unwrap();
+    assert!((spec.path.velocity_mm_s / together - 1.0).abs() < 1e-6, "{} {together}", spec.path.velocity_mm_s);
+}
