@@ -10,11 +10,12 @@ const DAYS: f64 = 30.0;
 const PRIOR_DAYS: f64 = 6.0;
 
 /// Spread from day to day that is expected of a quantity before a healthy day is seen: the median of the spreads on simulated machines with
-/// seeds from 5000 on and a minute of log a day (fit and friction); backlash and lag: a tenth of a micrometre, and what makes half a micrometre at 100 mm/s.
+/// seeds from 5000 on and a minute of log a day (fit and friction); behind reversals what keeps their healthy days without an alarm; backlash and
+/// lag: a tenth of a micrometre, and what makes half a micrometre at 100 mm/s.
 fn usual_spread(quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Fit => 0.05,
-        Quantity::Reversals => 0.08,
+        Quantity::Reversals => 0.12,
         Quantity::Friction => 0.012,
         Quantity::Backlash => 0.1,
         Quantity::Lag => 5.0,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::common::Folder;
+use crate::common::{Folder, text};
 
 /// Everything below a folder: its bytes, or nothing for a folder.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
@@ -183,14 +183,16 @@ fn folders_texts_and_standard_output_are_told_apart_from_logs_models_and_files()
     folder.write("part.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F600\nG1 Y10\nM2\n");
     folder.write("mill.toml", "name = \"mill\"\n");
     for (words, said) in [
-        (&["check", "."][..], "it is a folder; name the logs in it"),
-        (&["check", "mill.toml"], ".toml is a machine file or settings, and no log"),
+        (&["measure", "."][..], "it is a folder; name the logs in it"),
+        (&["measure", "mill.toml"], ".toml is a machine file or settings, and no log"),
         (&["train", "machine.model", "-o", "x.model"], ".model is a model, and no log"),
         (&["compensate", "part.nc", "-m", "machine.model", "-o", "-"], "files are not written to standard output"),
     ] {
         let error = folder.fails(2, words);
         assert!(error.contains(said), "{words:?}: {error}");
     }
+    let checked = text(&folder.precomp(&["check", ".", "mill.toml"]).stdout);
+    assert!(checked.contains("it is a folder") && checked.contains("and no log") && checked.contains("not fit"), "{checked}");
     let error = folder.fails(1, &["compensate", "part.nc", "-m", "mill.toml", "-o", "out.nc"]);
     assert!(error.contains("is a text and not a model"), "{error}");
     assert!(!folder.path("-").exists() && !folder.path("out.nc").exists());

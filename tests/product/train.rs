@@ -186,9 +186,13 @@ fn a_model_that_is_no_better_than_none_is_not_written() {
 #[test]
 fn limits_that_no_log_comes_near_to_are_told() {
     let folder = Folder::new();
-    recording(&folder);
+    folder.train_on("ballscrew", "20", "linear");
+    let logs = csv_files(&folder.path("")).into_iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned());
+    let logs: Vec<String> = logs.collect();
     let train = |machine: &str| {
-        let words = ["train", "run.csv", "--machine", machine, "--predictor", "linear", "-o", "x.model"];
+        let mut words = vec!["train"];
+        words.extend(logs.iter().map(String::as_str));
+        words.extend(["--machine", machine, "--predictor", "linear", "-o", "x.model"]);
         folder.prints(&words)
     };
     let warning = "the logs accelerate by less than half of what the machine file allows";
