@@ -12,7 +12,7 @@ pub struct Worth {
     pub share: f64,
     /// Part of the expected error that no law lowers, in the unit of the cost: the model's own error, independent of what the model predicts.
     pub unavoidable: f64,
-    /// Least cost that can be hoped for: that of another search, of a floor, or 0.
+    /// Least cost that can be hoped for, or 0.
     pub attainable: f64,
 }
 

@@ -125,8 +125,8 @@ impl Measure {
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         print::show(&printer, &measured, self.desired.is_some());
         if self.desired.is_some() {
-            let run_s = measured.matched.path_positions.len() as f64 * log.period_s();
-            if let Some(note) = print::other_time(desired.trajectory().duration_s(), run_s) {
+            let (planned, run) = measured.matched.samples_in_motion();
+            if let Some(note) = print::other_time(planned * desired.trajectory().period_s(), run * log.period_s()) {
                 printer.line(note);
             }
         }

@@ -230,7 +230,7 @@ impl Reader<'_> {
         match (text, meaning(text, true)) {
             ("CR", _) => self.valued(b'R', value, end, Name::None),
             // Coefficients of a polynomial.
-            (_, Some(name)) if self.line.get(value) == Some(&b'(') && self.line[value..end].contains(&b',') => {
+            (_, Some(name)) if self.line.get(value..end).is_some_and(|list| list.starts_with(b"(") && list.contains(&b',')) => {
                 self.plain(WordKind::Keyword, end, name)
             }
             ("LEAD" | "TILT" | "THETA" | "PHI" | "PSI", _) => self.valued(0, value, end, Name::Geometry),

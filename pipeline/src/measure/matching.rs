@@ -76,6 +76,16 @@ pub struct Match {
 }
 
 impl Match {
+    /// Samples of the path and of the run between the rests at its ends.
+    #[must_use]
+    pub fn samples_in_motion(&self) -> (f64, f64) {
+        let positions = &self.path_positions;
+        let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return (0.0, 0.0) };
+        let before = positions.iter().take_while(|at| *at <= first).count();
+        let after = positions.iter().rev().take_while(|at| *at >= last).count();
+        (last - first, positions.len().saturating_sub(before + after) as f64 + 1.0)
+    }
+
     /// Machine minus path coordinates of each of `axes`, mm or rad.
     #[must_use]
     pub fn offsets(&self, axes: &[Axis]) -> Vec<f64> {

@@ -107,14 +107,6 @@ pub fn refine_from_log(input: &Input, log: &Log, settings: &RefineSettings) -> R
     Ok((refine(input, &reference, &actual, settings)?, matched))
 }
 
-/// Contour error of the run that `log` recorded.
-///
-/// # Errors
-/// When the log is not of a run of the path.
-pub fn figures_of_log(input: &Input, log: &Log) -> Result<Figures> {
-    input.figures(&aligned(input, log)?.1)
-}
-
 /// Commanded and actual positions of a log in the time of the path, and its alignment with it.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Refinement by a law that needs no model: one update from the best run.
 
 use anyhow::Result;
-use pipeline::refine::{Ended, RefineLaw, RefineSettings, aligned, best_of, figures_of_log, last_is_worse, refine_from_log};
+use pipeline::refine::{Ended, RefineLaw, RefineSettings, aligned, best_of, last_is_worse, refine_from_log};
 
 use super::{LOW_PASS_HZ, LawArg, Refine, check_axes};
 
@@ -13,15 +13,12 @@ impl Refine {
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
         input.check_original()?;
-        let commands = logs.iter().map(|log| Ok(aligned(&input, log)?.0)).collect::<Result<Vec<_>>>()?;
-        self.check_order(&input, &setup, &commands)?;
-        let measured = logs.iter().map(|log| figures_of_log(&input, log)).collect::<Result<Vec<_>, _>>()?;
+        let in_path_time = |log| Ok(aligned(&input, log).map(|(command, actual, _)| (command, actual))?);
+        let runs = logs.iter().map(in_path_time).collect::<Result<Vec<_>>>()?;
+        self.check_order(&input, &setup, runs.iter().map(|(command, _)| command))?;
+        let measured = runs.iter().map(|(_, actual)| input.figures(actual)).collect::<Result<Vec<_>, _>>()?;
         let best = best_of(&measured).unwrap_or_default();
-        let pages = || {
-            let in_path_time = |log| aligned(&input, log).map(|(command, actual, _)| (command, actual));
-            let runs = logs.iter().map(in_path_time).collect::<Result<Vec<_>, _>>()?;
-            self.pages(&input, &runs, &measured, None)
-        };
+        let pages = || self.pages(&input, &runs, &measured, None);
         if let (true, Some(program)) = (last_is_worse(&measured), programs.get(best)) {
             let figures = self.show_runs(&printer, &measured, None);
             let (run, out) = (self.run_of(best), self.out.display());

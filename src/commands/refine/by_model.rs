@@ -26,8 +26,7 @@ impl Refine {
         let shown = self.common.shown();
         let settings = self.learning_settings(&format);
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
-        let commands: Vec<_> = learning.runs.iter().map(|run| run.command.clone()).collect();
-        self.check_order(&input, &setup, &commands)?;
+        self.check_order(&input, &setup, learning.runs.iter().map(|run| &run.command))?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();
         let offset = learning.runs.last().map(|run| run.matched.offset);
         let figures = self.show_runs(&printer, &measured, offset.as_ref());

@@ -200,7 +200,7 @@ impl Refine {
 
     /// Refuses programs that are not in the order of the logs: where the command of a run is far nearer to the plan of another program than to that of
     /// its own. `commands` are those of the runs, in the path's time.
-    fn check_order(&self, input: &Input, setup: &Setup, commands: &[Trajectory]) -> Result<()> {
+    fn check_order<'a>(&self, input: &Input, setup: &Setup, commands: impl Iterator<Item = &'a Trajectory>) -> Result<()> {
         if input.part().is_none() || self.ran.len() < 2 {
             return Ok(());
         }
@@ -211,7 +211,7 @@ impl Refine {
         });
         // A program that cannot be planned as it is, such as one with times of its own on another machine, shows no order.
         let Ok(planned) = planned.collect::<Result<Vec<Trajectory>>>() else { return Ok(()) };
-        for (run, command) in commands.iter().enumerate() {
+        for (run, command) in commands.enumerate() {
             let apart: Vec<f64> = planned.iter().map(|plan| apart_mm(command, plan)).collect();
             let Some((near, least)) = apart.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
             if least < NEARER * apart[run] && apart[run] - least > LEAST_APART_MM {
