@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use gcode::{Foreign, parse, recognise};
 
+const TURRET: Foreign = Foreign::Lathe("no Y; tools with offsets, without M6");
+
 fn kind(content: impl Into<Vec<u8>>) -> Option<Foreign> {
     recognise(&parse(content))
 }
@@ -47,11 +49,23 @@ fn every_kind_is_recognised_in_a_small_file() {
         (b"IN;\nSP1;\nPU 10 10;\nPD 20 20;\n", Foreign::Plotter),
         (b"M104 S200\nG28\nG1 X10 Y10 E1.5 F1500\n", Foreign::Printer),
         (b"M82\nM109 S200\nG92 E0\nG0 X1\nG1 X10 E.4\n", Foreign::Printer),
-        (b"%\nO1\nG50 S2000\nG96 S200\nG0 X50. Z2.\nG1 Z-30. F.2\n", Foreign::Lathe("G96")),
-        (b"G50 S2000\nG97 S800\nG0 X50. Z2.\nG1 Z-30. F.2\n", Foreign::Lathe("G50 S")),
-        (b"G0 X50 Z2\nG71 U2 R1\nG71 P10 Q20 U.4 W.1 F.2\nN10 G0 X20\nN20 G1 Z-30\n", Foreign::Lathe("G70 to G73 with P and Q")),
-        (b"G7 G18\nG1 X20 Z-3 F100\n", Foreign::Lathe("G7")),
-        (b"T0101\nG0 X50. Z2.\nG1 W-30. F.2\n", Foreign::Lathe("tools with offsets, U and W")),
+        (b"%\nO1\nG50 S2000\nG96 S200\nG0 X50. Z2.\nG1 Z-30. F.2\n", Foreign::Lathe("no Y; G96")),
+        (b"G50 S2000\nG97 S800\nG0 X50. Z2.\nG1 Z-30. F.2\n", Foreign::Lathe("no Y; G50 S")),
+        (
+            b"G0 X50 Z2\nG71 U2 R1\nG71 P10 Q20 U.4 W.1 F.2\nN10 G0 X20\nN20 G1 Z-30\n",
+            Foreign::Lathe("no Y; G70 to G73 with P and Q"),
+        ),
+        (b"G7 G18\nG1 X20 Z-3 F100\n", Foreign::Lathe("no Y; G7")),
+        (b"T0101\nG0 X50. Z2.\nG1 W-30. F.2\n", TURRET),
+        // Without any G: the modal turning cycle G90 would be read as moves, an arc as one in XY.
+        (b"T0101\nG97 S2000 M3\nG98\nG0 X52. Z2.\nG90 X48. Z-30. F200.\nX46.\nM30\n", TURRET),
+        (b"T101\nG97 S1500 M3\nG54\nG98\nG0 X18. Z2.\nG1 X20. Z-20. F300.\nG2 X30. Z-25. R6.\nM30\n", TURRET),
+        (b"T0312\nG0 X10. Z2.\nG1 Z-1. F100\n", TURRET),
+        (b"T010101\nG0 X10. Z2.\nG1 Z-1. F100\n", TURRET),
+        (
+            b"G28 U0. W0.\nG98 G17\nT0505\nG97 S3000 M3\nG0 X80. Y0. C0.\nG1 X20. F1000.\nG3 X40. Y20. R60.\nZ2.\nM30\n",
+            Foreign::Lathe("tools with offsets, and U, W or G96"),
+        ),
         (b"$0=10\n$1=25\n$100=250.000\n", Foreign::Settings),
         (b"%\nN01320A1P99000A2P99000\nN01321A1P-99000A2P0\nN01322A1P0\n%\n", Foreign::Settings),
         (b"N10000 $MN_AXCONF_MACHAX_NAME_TAB[0]=\"X1\"\nN1 $MC_A=1\n$MA_B=2\n", Foreign::Settings),
@@ -74,7 +88,7 @@ fn every_kind_is_recognised_in_a_small_file() {
 fn a_message_names_the_kind_and_the_remedy() {
     let text = Foreign::Model("STEP").to_string();
     assert_eq!(text, "the file is a STEP model; generate toolpaths in a CAM system and give the part program that it writes");
-    assert!(Foreign::Lathe("G96").to_string().contains("(no Y; G96)"));
+    assert!(Foreign::Lathe("G96").to_string().contains("(G96)"));
 }
 
 #[test]
@@ -90,7 +104,11 @@ fn milling_programs_with_a_word_of_another_kind_are_milling_programs() {
         "(SUB 1)\n(P1=10)\n(CALL 555-1234)\n(IF P1 IS LARGE)\nG1 X1 F100\n",
         "M109 P1\nG1 X1 Y1 F100\n",
         "T1 M6\nG1 X1 F100\n",
-        "T0101\nG1 X1 Z1 F100\n",
+        "T0101 M6\nG1 X1 Z1 F100\n",
+        "T0000\nG1 X1 Z1 F100\n",
+        "T1234\nG1 X1 Z1 F100\n",
+        "T102\nG1 X1 Z1 F100\n",
+        "T0101\nG1 X1 Y1 Z1 F100\n",
         "[#1 = 2]\nG1 X1 F100\n",
         "N1 GOTO 10\nG1 X1\nN10 M30\n",
         "0 BEGIN PGM A MM\n1 L X+1 F100\n2 END PGM A MM\n",

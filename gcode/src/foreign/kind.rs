@@ -51,7 +51,7 @@ pub enum Foreign {
     Printer,
     /// A program for a lathe.
     #[error(
-        "the program is for a lathe (no Y; {0}): its X words may be diameters, and only milling programs can be compensated; \
+        "the program is for a lathe ({0}): its X words may be diameters, and only milling programs can be compensated; \
          LinuxCNC programs in radii state G8"
     )]
     Lathe(&'static str),

@@ -9,6 +9,9 @@ const PRINTER_CODES: [f64; 6] = [82.0, 83.0, 104.0, 109.0, 140.0, 190.0];
 /// Lathe cycles, which have P and Q: roughing, facing, pattern, finishing.
 const TURNING_CYCLES: [f64; 4] = [70.0, 71.0, 72.0, 73.0];
 
+/// Increments of X, Z and Y on lathes.
+const INCREMENTS: [u8; 3] = *b"UWV";
+
 /// Recognises a program by its words.
 pub(super) fn recognise(program: &Program) -> Option<Foreign> {
     if is_printer(program) {
@@ -70,31 +73,55 @@ fn is_printer(program: &Program) -> bool {
     heats && blocks(program).any(|words| has_code(words, b'G', &[0.0, 1.0]) && has(words, b'E'))
 }
 
-/// The first sign of a lathe in a program that never names Y. In a program that states G8, LinuxCNC's radius mode, X is a radius.
+/// The first sign of a lathe. In a program that states G8, LinuxCNC's radius mode, X is a radius.
 fn lathe_sign(program: &Program) -> Option<&'static str> {
     let words = || program.words().iter();
     let names = |letter: u8| words().any(|word| word.is(letter));
     let in_radii = blocks(program).any(|words| has_code(words, b'G', &[8.0]) && !has(words, b'P'));
-    if !names(b'X') || !names(b'Z') || names(b'Y') || in_radii {
+    if !names(b'X') || !names(b'Z') || in_radii {
         return None;
     }
     let turning = |words: &[Word]| has_code(words, b'G', &TURNING_CYCLES) && has(words, b'P') && has(words, b'Q');
     let limits_speed = |words: &[Word]| has_code(words, b'G', &[50.0, 92.0]) && has(words, b'S') && !has(words, b'X');
-    let tool_and_offset = |word: &Word| {
-        let digits = program.text(word.value_span());
-        word.kind == WordKind::Number && word.is(b'T') && digits.len() == 4 && digits.iter().all(u8::is_ascii_digit)
-    };
+    let in_turret =
+        || !blocks(program).any(|words| has_code(words, b'M', &[6.0])) && words().any(|word| is_tool_and_offset(program, word));
+    let mills_in_y = names(b'Y');
+    if mills_in_y {
+        // Of a lathe with a Y axis the turret alone says it, together with increments U, W, V or a speed that follows the diameter.
+        let others = blocks(program).any(turning) || blocks(program).any(limits_speed) || blocks(program).any(has_constant_speed);
+        return (in_turret() && (others || INCREMENTS.iter().any(|letter| names(*letter))))
+            .then_some("tools with offsets, and U, W or G96");
+    }
     if blocks(program).any(turning) {
-        Some("G70 to G73 with P and Q")
+        Some("no Y; G70 to G73 with P and Q")
     } else if blocks(program).any(|words| has_code(words, b'G', &[7.0])) {
-        Some("G7")
-    } else if blocks(program).any(|words| has_code(words, b'G', &[96.0])) {
-        Some("G96")
+        Some("no Y; G7")
+    } else if blocks(program).any(has_constant_speed) {
+        Some("no Y; G96")
     } else if blocks(program).any(limits_speed) {
-        Some("G50 S")
-    } else if words().any(tool_and_offset) && (names(b'U') || names(b'W')) {
-        Some("tools with offsets, U and W")
+        Some("no Y; G50 S")
+    } else if in_turret() {
+        Some("no Y; tools with offsets, without M6")
     } else {
         None
     }
+}
+
+fn has_constant_speed(words: &[Word]) -> bool {
+    has_code(words, b'G', &[96.0])
+}
+
+/// A tool of a turret with its offset, which lathes select by one word: `T0303`, `T0312`, `T101` (Haas), `T010101` (Okuma). Tools of mills have such
+/// numbers only by chance: no other number begins with a zero, or repeats itself.
+fn is_tool_and_offset(program: &Program, word: &Word) -> bool {
+    let digits = program.text(word.value_span());
+    let is_tool = word.kind == WordKind::Number && word.is(b'T') && digits.iter().all(u8::is_ascii_digit);
+    let number = |digits: &[u8]| digits.iter().fold(0_u32, |number, digit| 10 * number + u32::from(digit - b'0'));
+    is_tool
+        && match digits.len() {
+            3 => digits[0] != b'0' && number(&digits[..1]) == number(&digits[1..]),
+            4 => number(&digits[..2]) > 0 && (digits[0] == b'0' || digits[..2] == digits[2..]),
+            6 => number(&digits[..2]) > 0 && digits[..2] == digits[2..4],
+            _ => false,
+        }
 }
