@@ -145,6 +145,37 @@ fn moves_of_unknown_values_are_left_alone() {
     assert_eq!(fixed, [unknown, Shiftable::No(Fixed::RunTime), unknown, Shiftable::Yes, Shiftable::Yes]);
 }
 
+/// A motion code in a branch holds in it: its further moves are left alone, as the first one, and after the branch reading goes on.
+#[test]
+fn moves_behind_a_motion_code_in_a_branch_are_left_alone() {
+    let after = "G0 X0 Y0 Z5\nG1 X20 F900\nY20\nM30\n";
+    for (dialect, branch) in [
+        (Dialect::Fanuc, "IF[#500EQ1]GOTO100\nG1 X20 F900\nY20\nN100 "),
+        (Dialect::Fanuc, "IF[#500EQ1]GOTO100\nG81 Z-5 R2 F900\nY20\nG80\nN100 "),
+        (Dialect::Fanuc, "WHILE[#500GT0]DO1\nG1 X20 F900\nY20\nX0\nEND1\n"),
+        (Dialect::LinuxCnc, "o100 if [#5399 GT 0]\nG1 X20 F900\nY20\no100 endif\n"),
+    ] {
+        let path = interpret(&parse(format!("G21 G90 G17 G94\nG0 X0 Y0 Z5\n{branch}{after}")), &dialect.into()).unwrap();
+        let shiftable: Vec<_> = path.moves.iter().map(|step| step.shiftable).collect();
+        assert_eq!(shiftable[shiftable.len() - 2..], [Shiftable::Yes; 2], "{branch}");
+        let inside = &shiftable[1..shiftable.len() - 3];
+        assert!(
+            inside.len() >= 2 && inside.iter().all(|shiftable| matches!(shiftable, Shiftable::No(_))),
+            "{branch}: {inside:?}"
+        );
+    }
+}
+
+/// The first moves may stand before any motion code: G0 or G1, as the control is set.
+#[test]
+fn a_move_before_the_first_motion_code_is_left_alone() {
+    let path = interpret(&parse("G21 G90 G17 G94\nX0 Y0\nZ5\nG1 X20 F900\nY20\nM30\n"), &Dialect::Fanuc.into()).unwrap();
+    let shiftable: Vec<_> = path.moves.iter().map(|step| step.shiftable).collect();
+    let rapid = Shiftable::No(Fixed::Rapid);
+    assert_eq!(shiftable, [rapid, rapid, Shiftable::Yes, Shiftable::Yes]);
+    assert!(path.warnings.iter().any(|warning| warning.line == 2 && warning.message.contains("no motion code is active yet")));
+}
+
 #[test]
 fn branches_that_only_the_running_program_decides_leave_their_moves_alone() {
     let text =

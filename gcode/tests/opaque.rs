@@ -151,3 +151,37 @@ fn outputs_to_an_interface_and_numbers_of_spindles_change_nothing() {
     let path = read(Dialect::LinuxCnc, &format!("{BEFORE}$X\nX20.\n{AFTER}"));
     assert!(feeds(&path).contains(&LEFT));
 }
+
+/// Planes without shift or angle, which posts write before work in three axes: coordinates are those of the part.
+#[test]
+fn planes_that_are_not_tilted_are_no_sections() {
+    let (fanuc, sinumerik) = (Dialect::Fanuc, Dialect::Sinumerik);
+    let swivel = |numbers: &str, status: &str| format!("CYCLE800(1,\"TC1\",{status},57,{numbers},0,1,0,1)");
+    let zeros = "0,0,0,0,0,0,0,0,0";
+    for (on, off) in [("G68.2 X0. Y0. Z0. I0. J0. K0.", "G69"), ("G68.2 X0 Y0 Z0 I0 J0 K0\nG53.1", "G69")] {
+        let text = format!("{BEFORE}{on}\nG0 X0 Y0 Z5.\nG1 Z-1.\nX9.\n{off}\n{AFTER}");
+        assert_eq!(feeds(&read(fanuc, &text)), [YES, YES, YES, YES, YES, YES, YES], "{on}");
+    }
+    for (on, is_left) in [
+        (swivel(zeros, "200000"), false),
+        (swivel(",,,,,,,,", ""), false),
+        (swivel(zeros, "200001"), true),
+        (swivel("0,0,0,0,30,0,0,0,0", "200000"), true),
+        (swivel("5,0,0,0,0,0,0,0,0", "200000"), true),
+    ] {
+        let text = format!("G71 G90 G17 G54\nG0 X0 Y0 Z5\nG1 Z-1 F600\n{on}\nG0 X0 Y0 Z5\nG1 Z-1\nX9\nCYCLE800()\nM30\n");
+        let inside = if is_left { LEFT } else { YES };
+        assert_eq!(feeds(&read(sinumerik, &text)), [YES, inside, inside], "{on}");
+    }
+    for (on, is_left) in [
+        ("PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURN MB MAX FMAX", false),
+        ("PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN", true),
+        ("PLANE SPATIAL SPA+0 SPB+0 TURN", true),
+    ] {
+        let text = format!(
+            "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+5 R0 FMAX\n2 L Z-1 F600\n3 {on}\n4 L X+0 Y+0 Z+5 R0 FMAX\n5 L Z-1 F600\n6 L X+9\n7 M138 C\n8 L X+3\n9 END PGM A MM\n"
+        );
+        let inside = if is_left { LEFT } else { YES };
+        assert_eq!(feeds(&read(fanuc, &text)), [YES, inside, inside, inside], "{on}");
+    }
+}

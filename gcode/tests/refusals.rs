@@ -109,8 +109,10 @@ fn each_fault_has_its_own_message() {
 
 #[test]
 fn an_axis_word_without_any_motion_code_is_refused() {
-    let (text, _) = refused_as(Dialect::Fanuc, "X1 Y2\n");
-    assert!(text.contains("axis words, but no motion code is active"));
+    for text in ["X1 Y2\n", "X1 Y2\nX3 Y4\nM30\n", "X1 Y2 I3\nG1 X5 F100\n"] {
+        let (text, _) = refused_as(Dialect::Fanuc, text);
+        assert!(text.contains("axis words, but no motion code is active"));
+    }
 }
 
 #[test]

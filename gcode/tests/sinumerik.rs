@@ -129,7 +129,7 @@ fn sections_end_with_their_own_codes() {
         ("AROT X30", "TRANS"),
         ("SCALE X2", "TRANS X5"),
         ("AMIRROR Z0", "MIRROR"),
-        ("CYCLE800(1,\"TISCH\",0,57,0,0,0,0,0,0,0,0,0,1)", "CYCLE800()"),
+        ("CYCLE800(1,\"TISCH\",0,57,0,0,0,0,30,0,0,0,0,1)", "CYCLE800()"),
         ("TRAORI", "TRAFOOF"),
         ("TRACYL(40)", "TRAFOOF"),
         ("DIAMON", "DIAMOF"),

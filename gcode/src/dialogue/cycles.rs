@@ -119,7 +119,10 @@ impl Interpreter<'_> {
         if starts(&["PLANE"]) || starts(&["TRANS"]) || starts(&["FUNCTION", "RESET", "TCPM"]) {
             self.lose_rotation("another frame");
         }
-        if starts(&["PLANE", "RESET"]) {
+        // Angles of zero are the plane that is not tilted.
+        let is_untilted =
+            || starts(&["PLANE", "SPATIAL"]) && ["SPA", "SPB", "SPC"].iter().all(|name| block.value(name) == Some(0.0));
+        if starts(&["PLANE", "RESET"]) || is_untilted() {
             self.lose_place();
             self.close(Cause::Plane);
         } else if starts(&["PLANE"]) {

@@ -38,6 +38,8 @@ pub(super) fn effect(number: u16) -> Effect {
         0 | 1 | 3..=5 | 8 | 9 | 13 | 14 => Effect::None,
         // Contours with radius compensation only, which are left alone anyway.
         97 | 98 | 120 => Effect::None,
+        // Which axes PLANE turns.
+        138 => Effect::None,
         // Tool replacement off, its messages, probe monitoring, lift-off at a stop.
         102 | 107 | 108 | 141 | 148 | 149 => Effect::None,
         109 | 110 => Effect::Opens(Cause::EndedBy(111)),
@@ -56,7 +58,7 @@ pub(super) fn effect(number: u16) -> Effect {
 
 /// Whether the words behind the M function belong to it: `M103 F20`, `M120 LA5`, `M140 MB10`.
 pub(super) fn has_words(number: u16) -> bool {
-    matches!(number, 103 | 118 | 120 | 128 | 136 | 140 | 197)
+    matches!(number, 103 | 118 | 120 | 128 | 136 | 138 | 140 | 197)
 }
 
 /// Effect of the definition of a cycle.

@@ -13,6 +13,9 @@ use crate::sinumerik::signs::is_likely;
 use crate::split::{is_split_before, is_splittable};
 use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
 
+/// So many moves a program may have before it states a motion code.
+const MOST_BEFORE_A_CODE: usize = 8;
+
 impl Interpreter<'_> {
     /// Notes the motion code that the block states.
     pub fn state_motion(&mut self, words: &Gathered) {
@@ -59,9 +62,7 @@ impl Interpreter<'_> {
         let Some(first) = axes else { return };
         // G1 is the reset state of most SINUMERIK controls, but machine data decide.
         let Some(motion) = self.motion.or(self.is_sinumerik().then_some(Motion::Curve)) else {
-            let help = "write G0, G1, G2 or G3 in this block or before it";
-            self.report.error(self.span(first), "axis words, but no motion code is active", Some(help));
-            return;
+            return self.move_without_code(words, first, machine.is_some());
         };
         if let (Some(index), true, false) = (machine, is_arc, self.is_sinumerik()) {
             self.report.error(self.span(index), "G53 goes with G0 and G1 only", None);
@@ -89,6 +90,34 @@ impl Interpreter<'_> {
                 self.feed_move(words, motion, at, machine.is_some(), explicit_motion);
             }
         }
+    }
+
+    /// Axis words while no motion code is known to be active.
+    fn move_without_code(&mut self, words: &Gathered, first: usize, machine: bool) {
+        let (straight, help) = (words.any(b"IJKR").is_none(), "write G0, G1, G2 or G3 in this block or before it");
+        if self.optional_motion {
+            // A block that may not run stated another one, perhaps a cycle.
+            let start = self.position;
+            self.lose_named(words, start);
+            self.forget_all();
+            self.push_fixed(MoveKind::Rapid, start, Fixed::RunTime, false);
+        } else if self.moves.len() < MOST_BEFORE_A_CODE
+            && straight
+            && self.options.dialect != Dialect::LinuxCnc
+            && self.states_motion()
+        {
+            // G0 or G1, by a setting of the control: both end there (Fanuc's parameter 3402; Haas: G0).
+            let message = "no motion code is active yet: G0 or G1, as the control is set; the move is left alone";
+            self.report.warning(self.span(first), message, Some(help));
+            self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine, false);
+        } else {
+            self.report.error(self.span(first), "axis words, but no motion code is active", Some(help));
+        }
+    }
+
+    /// Whether any block states how it moves: a table of positions does not.
+    fn states_motion(&self) -> bool {
+        self.program.words().iter().any(|word| word.is(b'G') && word.number().is_some_and(|code| (0.0..4.0).contains(&code)))
     }
 
     /// Whether the block may repeat blocks before it, as statements of SINUMERIK do.

@@ -171,7 +171,7 @@ impl Interpreter<'_> {
             return;
         }
         let code = words.g.iter().find(|g| !self.keeps_rotation(g.code, rotation.plane()));
-        let name = || words.named.iter().find(|(_, name)| matches!(name, Name::Opens(_)));
+        let name = || words.named.iter().find(|(_, name)| matches!(name, Name::Opens(_) | Name::Untilted));
         let help = match self.mirrored {
             _ if self.is_sinumerik() => "TRANS ends it",
             0 => "G69 ends the rotation",

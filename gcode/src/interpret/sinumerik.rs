@@ -52,6 +52,10 @@ impl Interpreter<'_> {
                     self.forget_all();
                 }
                 Name::Closes(section) => self.close_named(section),
+                Name::Untilted => {
+                    self.close_named(Section::Swivel);
+                    self.forget_all();
+                }
                 Name::Spindle => self.modal.spindle_rpm = None,
                 Name::ToothFeed => self.feed = FeedWord::Unpredictable { block: self.block },
                 Name::AllCorners => self.rounds_corners = self.program.words()[index].number() != Some(0.0),
@@ -93,7 +97,7 @@ impl Interpreter<'_> {
                 Name::Translate => self.translate(words, index, false),
                 Name::AddTranslate => self.translate(words, index, true),
                 Name::Replace | Name::Add => self.transform(words, index, name == Name::Replace),
-                Name::Opens(_) | Name::Closes(_) => {}
+                Name::Opens(_) | Name::Closes(_) | Name::Untilted => {}
                 Name::Cycle => {
                     self.polar.lose();
                     self.forget_all();

@@ -10,6 +10,8 @@ use super::state::Interpreter;
 pub(super) const MIRROR_AXES: &[u8; 9] = b"XYZABCUVW";
 /// G51.1, in tenths.
 pub(super) const MIRROR_ON: u16 = 511;
+/// G68.2, in tenths.
+const TILTED: u16 = 682;
 /// G10, in tenths.
 const DATA: u16 = 100;
 /// G50.1, in tenths.
@@ -29,6 +31,8 @@ impl Interpreter<'_> {
         } else if opens && let Some(image) = self.stated_mirror(words, g) {
             self.mirrored = axes(words);
             self.turn(Some(image));
+        } else if self.is_untilted(words, g) {
+            self.forget_all();
         } else if opens {
             if g.tenths == MIRROR_ON {
                 self.mirrored |= axes(words);
@@ -38,6 +42,12 @@ impl Interpreter<'_> {
         } else if self.sections.close_where(|open| matches!(open, Cause::Transform(71 | 1070))) {
             self.forget_all();
         }
+    }
+
+    /// A tilted plane without shift or angle: its coordinates are those of the part, as posts write them before work in three axes.
+    fn is_untilted(&self, words: &Gathered, g: &GWord) -> bool {
+        let is_zero = |letter: &u8| words.number(self.program, *letter) == Some(0.0);
+        g.tenths == TILTED && !self.sections.is_open() && b"XYZIJK".iter().all(is_zero) && words.any(b"PQR").is_none()
     }
 
     /// Ends the sections that a code (in tenths) cancels. Returns whether there were any.

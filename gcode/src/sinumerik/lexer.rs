@@ -44,11 +44,28 @@ struct Reader<'a> {
     at_head: bool,
 }
 
+/// Arguments of CYCLE800 up to its last shift.
+const SWIVEL_NUMBERS: usize = 13;
+
+fn arguments(list: &[u8]) -> Vec<Vec<u8>> {
+    list.split(|byte| *byte == b',').map(|argument| argument.trim_ascii().to_ascii_uppercase()).collect()
+}
+
 /// FGROUP(X,Y,Z): what a control without rotary axes does anyway.
-fn is_default(name: &str, arguments: &[u8]) -> bool {
-    let mut axes: Vec<_> = arguments.split(|byte| *byte == b',').map(|axis| axis.trim_ascii().to_ascii_uppercase()).collect();
+fn is_default(name: &str, list: &[u8]) -> bool {
+    let mut axes = arguments(list);
     axes.sort();
     name == "FGROUP" && axes == [b"X", b"Y", b"Z"]
+}
+
+/// `CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, …)` for a new plane (the units of ST are 0) without shift or angle.
+fn is_untilted(name: &str, list: &[u8]) -> bool {
+    let all = arguments(list);
+    let is_zero = |argument: &Vec<u8>| argument.is_empty() || number(argument, 0) == Some((argument.len(), 0.0));
+    let is_new = |status: &Vec<u8>| status.iter().all(u8::is_ascii_digit) && (status.is_empty() || status.ends_with(b"0"));
+    name == "CYCLE800"
+        && all.get(2).is_some_and(is_new)
+        && all.get(4..SWIVEL_NUMBERS).is_some_and(|numbers| numbers.iter().all(is_zero))
 }
 
 impl Reader<'_> {
@@ -202,6 +219,9 @@ impl Reader<'_> {
             Some(b'(') => {
                 let end = bracket_end(line, equals);
                 let inside = line.get(equals + 1..end.saturating_sub(1)).unwrap_or_default();
+                if is_untilted(&text, inside) {
+                    return self.plain(WordKind::Keyword, end, Name::Untilted);
+                }
                 (end, inside.iter().any(|byte| !is_blank(*byte)) && !is_default(&text, inside))
             }
             _ => (index, false),

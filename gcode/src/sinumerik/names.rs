@@ -80,6 +80,8 @@ pub(crate) enum Name {
     Opens(Section),
     /// Ends a section.
     Closes(Section),
+    /// CYCLE800 for a plane without shift or angle. The axes may move.
+    Untilted,
     /// A cycle that moves and leaves path and frame as they were.
     Cycle,
     /// AP: polar angle.
