@@ -11,7 +11,7 @@ use super::fidelity::Fidelity;
 use super::observed::Observed;
 use super::parameters::parameters;
 use super::search::{Effort, HOPELESS, Search};
-use super::structure::{Besides, CORNERS, Corners, SHAPES, Shape, Structure};
+use super::structure::{Besides, CORNERS, Corners, FirstCorners, SHAPES, Shape, Structure};
 
 /// Agreements that differ by less are equally good, and the one with fewer parameters is taken.
 pub(super) const SAME: f64 = 1.05;
@@ -49,13 +49,14 @@ impl Candidate {
 pub(super) struct Comparison<'a> {
     fitted: &'a [&'a Observed],
     held_out: &'a [&'a Observed],
+    first_corners: FirstCorners,
     steps: Steps<'a>,
     tried: Vec<Candidate>,
 }
 
 impl<'a> Comparison<'a> {
-    pub fn new(fitted: &'a [&'a Observed], held_out: &'a [&'a Observed], steps: Steps<'a>) -> Self {
-        Self { fitted, held_out, steps, tried: Vec::new() }
+    pub fn new(fitted: &'a [&'a Observed], held_out: &'a [&'a Observed], first_corners: FirstCorners, steps: Steps<'a>) -> Self {
+        Self { fitted, held_out, first_corners, steps, tried: Vec::new() }
     }
 
     /// Compares shapes from the values of `start`, then corners and shapes in turn, then what a control may do besides, and with that both
@@ -172,7 +173,7 @@ impl<'a> Comparison<'a> {
     fn try_all(&mut self, structures: Vec<(Structure, MachineSpec)>, effort: Effort) -> Result<()> {
         let hopeless = effort.hopeless * self.tried.iter().map(|other| other.fit).fold(f64::INFINITY, f64::min);
         let fitted = |(structure, from): (Structure, MachineSpec)| {
-            let (applied, known) = (structure.applied(&from), self.known(structure));
+            let (applied, known) = (structure.applied_from(&from, self.first_corners), self.known(structure));
             let is_known_better = known.is_some_and(|known| known.fit < Fidelity::of(&applied, self.fitted).score());
             let first = known.filter(|_| is_known_better).map_or(applied, |known| known.machine.clone());
             let parameters = parameters(structure, &first);

@@ -8,6 +8,7 @@
 mod besides;
 mod comparison;
 mod fidelity;
+mod first;
 mod last_fit;
 mod observed;
 mod parameters;
@@ -18,7 +19,6 @@ use datasets::Log;
 use gcode::DecimalPoint;
 use machine::MachineSpec;
 use models::ControlFidelity;
-use motion::AxisKind;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
@@ -28,6 +28,7 @@ use crate::setup::Setup;
 use crate::training::limits_of_logs;
 
 use comparison::{Comparison, simplest};
+use first::{first_corners, first_limits};
 use last_fit::Fitted;
 use observed::Observed;
 use parameters::Parameter;
@@ -86,6 +87,8 @@ const HELD_OUT: usize = 3;
 /// Time in motion of the runs to which parameters are fitted, to compare structures and at last, s. It bounds the computing time.
 const COMPARED_S: f64 = 35.0;
 const FIT_S: f64 = 60.0;
+/// The golden ratio: its multiples leave remainders that are spread evenly, however many are taken.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Identifies the control that ran `runs`. `machine` gives kinematics and first values; without it they come from the logs.
 ///
@@ -97,16 +100,19 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
         Some(machine) => machine.clone(),
         None => limits_of_logs(&logs)?,
     };
-    let start = with_reached_limits(&first, &logs);
+    let start = first_limits(&first, &logs);
     let observed = by_corners(observe(runs, &first)?);
+    let first_corners = first_corners(&start, &observed);
     let (fitted, held_out) = split(&observed);
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
-    let compared = up_to(COMPARED_S, fitted.iter().copied());
-    let mut comparison = Comparison::new(&compared, &held_out, steps);
+    let fitted = parts(&fitted);
+    let compared = spread(COMPARED_S, &fitted);
+    let mut comparison = Comparison::new(&compared, &held_out, first_corners, steps);
     comparison.run(&start)?;
     let tried = comparison.sorted();
     let best = simplest(&tried).ok_or(Error::NoLog)?;
-    let all = up_to(FIT_S, observed.iter());
+    let all = parts(&up_to(FIT_S, observed.iter()));
+    let all = spread(FIT_S, &all);
     // Within the pool of threads: from outside, every small parallel step of a plan would wait for another thread.
     let Fitted { structure, parameters, machine, .. } = rayon::scope(|_| Fitted::of(best, &all));
     let value = |parameter: &Parameter| Value {
@@ -117,12 +123,12 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     let values = parameters.par_iter().map(value).collect();
     let of_structure = tried.iter().find(|candidate| candidate.structure == structure).unwrap_or(best);
     // As the machine that comes out, the judged one is fitted to more than structures are compared on.
-    let judged = rayon::scope(|_| Fitted::as_compared(of_structure, &fitted));
+    let judged = rayon::scope(|_| Fitted::as_compared(of_structure, &spread(FIT_S, &fitted)));
     Ok(Identified {
         values,
         structure: structure.to_string(),
         fidelity: Fidelity::of(&judged, &held_out),
-        held_out: held_out.iter().filter(|_| fitted.len() < observed.len()).map(|run| run.name.clone()).collect(),
+        held_out: held_out.iter().filter(|_| observed.len() > 1).map(|run| run.name.clone()).collect(),
         tried: tried.iter().map(|candidate| (candidate.structure.to_string(), candidate.fidelity.clone())).collect(),
         machine: rounded(machine, &parameters),
     })
@@ -153,7 +159,7 @@ fn observe(runs: &[KnownRun<'_>], machine: &MachineSpec) -> Result<Vec<Observed>
 
 /// The runs, those with most corners first: they say most about the control. A program of one smooth curve says little.
 fn by_corners(mut observed: Vec<Observed>) -> Vec<Observed> {
-    observed.sort_by_key(|run| std::cmp::Reverse(run.corners()));
+    observed.sort_by_key(|run| std::cmp::Reverse(run.corners().len()));
     observed
 }
 
@@ -179,19 +185,15 @@ fn up_to<'a>(most_s: f64, runs: impl Iterator<Item = &'a Observed>) -> Vec<&'a O
     runs.take_while(within).collect()
 }
 
-/// The machine with limits that are not below what the logs reach.
-fn with_reached_limits(machine: &MachineSpec, logs: &[&Log]) -> MachineSpec {
-    let Ok(reached) = limits_of_logs(logs) else { return machine.clone() };
-    let mut machine = machine.clone();
-    for axis in &mut machine.axes {
-        let Some(of_logs) = reached.axes.iter().find(|other| other.name() == axis.name()) else { continue };
-        axis.set_limits(of_logs.limits());
-    }
-    let linear = || reached.axes.iter().filter(|axis| axis.axis().kind == AxisKind::Linear).map(|axis| axis.limits());
-    machine.path.velocity_mm_s = linear().map(|limits| limits.velocity).fold(0.0, f64::hypot);
-    machine.path.acceleration_mm_s2 = linear().map(|limits| limits.acceleration).fold(0.0, f64::max);
-    machine.path.centripetal_mm_s2 = machine.path.acceleration_mm_s2;
-    machine
+/// The runs in their parts from rest to rest.
+fn parts(runs: &[&Observed]) -> Vec<Observed> {
+    runs.iter().flat_map(|run| run.parts()).collect()
+}
+
+/// So much time in motion of the runs, spread over all of them.
+fn spread(most_s: f64, runs: &[Observed]) -> Vec<&Observed> {
+    let share = most_s / runs.iter().map(Observed::seconds).sum::<f64>();
+    runs.iter().enumerate().filter(|(k, _)| (*k as f64 * GOLDEN).fract() < share).map(|(_, run)| run).collect()
 }
 
 /// The machine with four significant digits of its parameters.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use datasets::Log;
 use machine::MachineSpec;
 use motion::contour::{Exact, follow};
-use motion::{Kinematics, Piece, Plan, ToolPath, Trajectory, Vec3};
+use motion::{Kinematics, Piece, ToolPath, Trajectory, Vec3};
 
 use crate::error::{Error, Result};
 use crate::input::Input;
@@ -20,6 +20,13 @@ const FIRST_S: f64 = 0.03;
 /// Time in motion from cell to cell, s.
 pub(super) const CELL_S: f64 = 0.01;
 
+/// Least time at rest that parts a run in two, s: what comes after it is no matter of what was before.
+const REST_S: f64 = 0.02;
+/// Places that are nearer are the same, mm.
+const SAME_PLACE_MM: f64 = 1e-9;
+/// Time before and after a corner in which the command is nearest to it, and in which it is slowest, s.
+const NEAR_S: f64 = 0.1;
+const SLOW_S: f64 = 0.03;
 /// Smallest angle between pieces that counts as a corner, rad.
 const CORNER_RAD: f64 = 0.17;
 
@@ -41,20 +48,39 @@ pub(super) struct Observed {
     kinematics: Arc<dyn Kinematics>,
     settings: ReadSettings,
     period_s: f64,
-    /// The plan by which the log was read: the common measure of places on the path, of records and of plans.
-    reference: Plan,
+    /// The path by which the log was read, and the arc length at each of its points, mm: the common measure of places, of records and of
+    /// plans.
     tips: Vec<Vec3>,
+    tip_places_mm: Vec<f64>,
     /// Place, time in motion and command at the cells.
     cells: Vec<Cell>,
+    /// How the command passes every corner.
+    corners: Vec<Passage>,
+    /// Pieces that end in a dwell before which the command comes to rest, and the places of their ends, mm.
+    rests: Vec<(usize, f64)>,
 }
 
 /// The command at a place of the path.
+#[derive(Clone)]
 struct Cell {
     place_mm: f64,
     /// Time in motion up to here, s.
     clock_s: f64,
     /// Positions in the frame of the program, mm or rad.
     position: Vec<f64>,
+}
+
+/// How a command passes a corner.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passage {
+    /// Least distance from the corner, mm.
+    pub rounded_mm: f64,
+    /// Least speed along the path, mm/s.
+    pub speed_mm_s: f64,
+    /// Angle between the directions before and after it, rad.
+    pub turn_rad: f64,
+    /// The largest change of an axis's share of the speed.
+    pub change: f64,
 }
 
 /// Differences between a plan and the recorded run.
@@ -95,30 +121,60 @@ impl Observed {
         })?;
         let Input::Program(part) = input else { return Err(Error::NoProgram) };
         let offsets = matched.offsets(log.reference.axes());
-        let places: Vec<f64> = matched.path_positions.iter().map(|at| place(&part.plan, *at)).collect();
-        let at = |k: usize| log.reference.at(k).zip(&offsets).map(|(at, offset)| at - offset).collect();
+        let tip_places_mm: Vec<f64> = part.plan.samples.iter().map(|sample| sample.position_mm).collect();
+        let places: Vec<f64> = matched.path_positions.iter().map(|at| place(&tip_places_mm, *at)).collect();
+        let moved = log.reference.columns().iter().zip(&offsets);
+        let moved = moved.map(|(column, offset)| column.iter().map(|at| at - offset).collect()).collect();
+        let command = log.reference.with_columns(moved)?;
+        let commanded = part.plan.desired.tips_of(&command)?;
         Ok(Self {
+            corners: corners(&part).map(|corner| passage(&part, corner, &places, &commanded, setup.period_s)).collect(),
+            rests: rests(&part, &places, &commanded, setup.period_s),
             name: run.name.clone(),
             period_s: setup.period_s,
-            cells: cells(&places, setup.period_s, at),
+            cells: cells(&places, setup.period_s, |k| command.at(k).collect()),
             tips: part.plan.desired.tips(),
-            reference: part.plan,
+            tip_places_mm,
             kinematics: Arc::clone(&setup.kinematics),
             settings: settings.clone(),
             path: part.path,
         })
     }
 
-    /// Number of corners of the program.
-    pub fn corners(&self) -> usize {
-        let direction = |piece: &Piece, at: f64| piece.curve.derivatives(at)[1];
-        let turn = |pair: &[Piece]| direction(&pair[0], pair[0].range.1).angle(&direction(&pair[1], pair[1].range.0));
-        self.path.pieces().windows(2).filter(|pair| turn(pair) > CORNER_RAD).count()
+    /// Its parts from rest to rest, each as a run.
+    pub fn parts(&self) -> Vec<Self> {
+        let ends = self.rests.iter().copied().chain([(self.path.pieces().len().saturating_sub(1), f64::INFINITY)]);
+        let mut from = (0, f64::NEG_INFINITY);
+        let part = |(piece, place_mm): (usize, f64)| {
+            let (first, from_mm) = std::mem::replace(&mut from, (piece + 1, place_mm));
+            let within = self.cells.iter().filter(|cell| (from_mm..place_mm).contains(&cell.place_mm));
+            // The last of the points at the start, the first of those at the end.
+            let points = self.tip_places_mm.partition_point(|at| *at <= from_mm + SAME_PLACE_MM).saturating_sub(1)
+                ..(self.tip_places_mm.partition_point(|at| *at < place_mm - SAME_PLACE_MM) + 1).min(self.tips.len());
+            Self {
+                name: self.name.clone(),
+                path: self.path.pieces()[first..=piece].to_vec().into(),
+                kinematics: Arc::clone(&self.kinematics),
+                settings: self.settings.clone(),
+                period_s: self.period_s,
+                tips: self.tips[points.clone()].to_vec(),
+                tip_places_mm: self.tip_places_mm[points].to_vec(),
+                cells: within.cloned().collect(),
+                corners: Vec::new(),
+                rests: Vec::new(),
+            }
+        };
+        ends.map(part).filter(|part| part.cells.len() > 1).collect()
+    }
+
+    /// How the command passes every corner of the program.
+    pub fn corners(&self) -> &[Passage] {
+        &self.corners
     }
 
     /// Time in motion, s.
     pub fn seconds(&self) -> f64 {
-        self.cells.last().map_or(0.0, |cell| cell.clock_s)
+        self.cells.first().zip(self.cells.last()).map_or(0.0, |(first, last)| last.clock_s - first.clock_s)
     }
 
     /// Differences of the plan of `machine` from the run; `None` where it cannot be planned.
@@ -149,15 +205,63 @@ impl Observed {
 
     /// Places on the path of the tips of a command, mm; `None` where it leaves the path.
     fn places_mm(&self, command: &[Vec3]) -> Option<Vec<f64>> {
-        Some(follow(command, &self.tips).ok()?.into_iter().map(|at| place(&self.reference, at)).collect())
+        Some(follow(command, &self.tips).ok()?.into_iter().map(|at| place(&self.tip_places_mm, at)).collect())
     }
 }
 
+/// Pieces of the program that end in a corner without a stop, with the directions before and after it.
+fn corners(part: &Part) -> impl Iterator<Item = (usize, [Vec3; 2])> + '_ {
+    let directions = |pair: &[Piece]| {
+        [(&pair[0], pair[0].range.1), (&pair[1], pair[1].range.0)].map(|(piece, at)| piece.curve.derivatives(at)[1].normalize())
+    };
+    let all = part.path.pieces().windows(2).map(directions).enumerate();
+    let stops = |piece: &Piece| piece.stop_after || piece.dwell_s > 0.0;
+    all.filter(move |(k, [leaving, entering])| leaving.angle(entering) > CORNER_RAD && !stops(&part.path.pieces()[*k]))
+}
+
+/// How a command passes the corner at the end of a piece.
+fn passage(
+    part: &Part,
+    (piece, [leaving, entering]): (usize, [Vec3; 2]),
+    places: &[f64],
+    commanded: &[Vec3],
+    period_s: f64,
+) -> Passage {
+    let end = &part.path.pieces()[piece];
+    let corner = end.curve.point(end.range.1);
+    let at = places.partition_point(|place| *place < part.plan.piece_ends_mm[piece]);
+    let around = |time_s: f64| {
+        let near = ((time_s / period_s) as usize).max(1);
+        &commanded[at.saturating_sub(near).min(commanded.len())..(at + near).min(commanded.len())]
+    };
+    let way_mm = around(SLOW_S).windows(2).map(|pair| (pair[1] - pair[0]).norm());
+    Passage {
+        rounded_mm: around(NEAR_S).iter().map(|tip| (tip - corner).norm()).fold(f64::INFINITY, f64::min),
+        speed_mm_s: way_mm.fold(f64::INFINITY, f64::min) / period_s,
+        turn_rad: leaving.angle(&entering),
+        change: (entering - leaving).amax(),
+    }
+}
+
+/// Pieces that end in a dwell before which a command comes to rest, and the places of their ends, mm.
+fn rests(part: &Part, places: &[f64], commanded: &[Vec3], period_s: f64) -> Vec<(usize, f64)> {
+    let ends = part.path.pieces().iter().zip(&part.plan.piece_ends_mm).enumerate();
+    let dwells = ends.filter(|(_, (piece, _))| piece.dwell_s > 0.0).map(|(piece, (_, end_mm))| (piece, *end_mm));
+    let stands = |(_, end_mm): &(usize, f64)| {
+        let arrived = places.partition_point(|place| *place < end_mm - STANDS_MM_S * period_s);
+        let after = &commanded[arrived.min(commanded.len())..];
+        let waits = after.iter().take_while(|tip| (*tip - after[0]).norm() < STANDS_MM_S * period_s).count();
+        waits as f64 * period_s >= REST_S
+    };
+    let last = part.path.pieces().len().saturating_sub(1);
+    dwells.filter(|(piece, _)| *piece < last).filter(stands).collect()
+}
+
 /// Arc length at a sample index with fraction, mm.
-fn place(plan: &Plan, at: f64) -> f64 {
-    let last = plan.samples.len().saturating_sub(1);
+fn place(places_mm: &[f64], at: f64) -> f64 {
+    let last = places_mm.len().saturating_sub(1);
     let before = (at as usize).min(last);
-    let (from, to) = (plan.samples[before].position_mm, plan.samples[(before + 1).min(last)].position_mm);
+    let (from, to) = (places_mm[before], places_mm[(before + 1).min(last)]);
     from + (to - from) * (at - before as f64)
 }
 

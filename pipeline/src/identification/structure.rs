@@ -72,11 +72,23 @@ pub(super) struct Structure {
     pub besides: Besides,
 }
 
-/// First values where the machine before had another structure: a moving average or time constant, ms; a blend, mm; a jump, mm/s; a junction deviation, mm.
+/// First value where the machine before had another structure: a moving average or time constant, ms.
 const FIRST_AVERAGE_MS: f64 = 15.0;
-const FIRST_BLEND_MM: f64 = 0.01;
-const FIRST_JUMP_MM_S: f64 = 5.0;
-const FIRST_DEVIATION_MM: f64 = 0.01;
+/// First values of the corners where a machine had another rule of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FirstCorners {
+    pub blend_mm: f64,
+    pub jump_mm_s: f64,
+    pub deviation_mm: f64,
+}
+
+/// Values in the middle of what controls are set to.
+impl Default for FirstCorners {
+    fn default() -> Self {
+        Self { blend_mm: 0.01, jump_mm_s: 5.0, deviation_mm: 0.01 }
+    }
+}
+
 /// Lines ahead and ms.
 const FIRST_LOOK_AHEAD: u32 = 16;
 const FIRST_LINE_TIME_MS: f64 = 4.0;
@@ -145,6 +157,11 @@ impl Structure {
 
     /// `machine` with this structure, with its own values as far as it has them.
     pub fn applied(self, machine: &MachineSpec) -> MachineSpec {
+        self.applied_from(machine, FirstCorners::default())
+    }
+
+    /// The same with first values of another rule of corners.
+    pub fn applied_from(self, machine: &MachineSpec, first: FirstCorners) -> MachineSpec {
         let mut out = machine.clone();
         let before = machine.control.unwrap_or_default();
         let rise_s = 2.0 * machine.path.acceleration_mm_s2 / machine.path.jerk_mm_s3;
@@ -191,11 +208,11 @@ impl Structure {
         }
         let corners = match (self.corners, before.corners) {
             (Corners::Blend, CornerRule::BlendMm(mm)) if mm > 0.0 && machine.control.is_some() => CornerRule::BlendMm(mm),
-            (Corners::Blend, _) => CornerRule::BlendMm(FIRST_BLEND_MM),
+            (Corners::Blend, _) => CornerRule::BlendMm(first.blend_mm),
             (Corners::SpeedJump, CornerRule::SpeedJumpMmS(mm_s)) => CornerRule::SpeedJumpMmS(mm_s),
-            (Corners::SpeedJump, _) => CornerRule::SpeedJumpMmS(FIRST_JUMP_MM_S),
+            (Corners::SpeedJump, _) => CornerRule::SpeedJumpMmS(first.jump_mm_s),
             (Corners::JunctionDeviation, CornerRule::JunctionDeviationMm(mm)) => CornerRule::JunctionDeviationMm(mm),
-            (Corners::JunctionDeviation, _) => CornerRule::JunctionDeviationMm(FIRST_DEVIATION_MM),
+            (Corners::JunctionDeviation, _) => CornerRule::JunctionDeviationMm(first.deviation_mm),
             (Corners::Stop, _) => CornerRule::BlendMm(0.0),
         };
         let line_time_ms = if before.line_time_ms > 0.0 { before.line_time_ms } else { FIRST_LINE_TIME_MS };
