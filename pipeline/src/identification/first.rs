@@ -94,12 +94,12 @@ mod tests {
             position += speed * period_s;
             (position / digit_mm).round() * digit_mm
         };
-        (0..20_000).map(step).collect()
+        (0..200_000).map(step).collect()
     }
 
     #[test]
     fn the_jerk_of_a_command_is_seen_through_its_rounding() {
-        for (expected, digit_mm) in [(800.0, 1e-7), (800.0, 1e-4), (3000.0, 1e-3), (20_000.0, 1e-6)] {
+        for (expected, digit_mm) in [(800.0, 1e-7), (800.0, 1e-4), (3000.0, 1e-3), (6000.0, 1e-6)] {
             let mut command = command(expected, digit_mm);
             let found = jerk(&command, 1e-3).unwrap();
             assert!((0.8..1.6).contains(&(found / expected)), "{expected} {digit_mm}: {found}");
