@@ -116,6 +116,17 @@ fn an_axis_word_without_any_motion_code_is_refused() {
 }
 
 #[test]
+fn a_feed_a_turn_that_is_read_a_minute_is_refused() {
+    for feed in ["G1 X30 F0.2\nY30\n", "G99\nG1 X30 F0.2\n", "G20\nG1 X1 F.005\n"] {
+        let (text, count) = refused_as(Dialect::Fanuc, &format!("{HEAD}G0 X0 Y0 Z0\n{feed}M30\n"));
+        assert!(text.contains("it may be a feed a turn") && count == 1, "{text}");
+    }
+    for feed in ["G1 X1 F0.2\n", "G1 X30 F1\n", "G95 S1000 M3\nG1 X30 F0.2\n"] {
+        interpret(&parse(format!("{HEAD}G0 X0 Y0 Z0\n{feed}M30\n")), &Dialect::Fanuc.into()).unwrap();
+    }
+}
+
+#[test]
 fn one_cause_is_reported_once_and_the_list_is_capped() {
     let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}F#500\nG1 X1\nX2\nX3\nX4\n"));
     assert_eq!(once, 1);

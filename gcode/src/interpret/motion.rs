@@ -11,10 +11,14 @@ use crate::modal::{CutterCompensation, Distance, FeedMode};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::sinumerik::signs::is_likely;
 use crate::split::{is_split_before, is_splittable};
-use crate::toolpath::{Fixed, Move, MoveKind, Shiftable};
+use crate::toolpath::{Feed, Fixed, Move, MoveKind, Shiftable};
 
 /// So many moves a program may have before it states a motion code.
 const MOST_BEFORE_A_CODE: usize = 8;
+
+/// The slowest feed of a cut, mm/s, and the longest move below it, s.
+const SLOWEST_MM_S: f64 = 1.0 / 60.0;
+const LONGEST_S: f64 = 600.0;
 
 impl Interpreter<'_> {
     /// Notes the motion code that the block states.
@@ -195,6 +199,13 @@ impl Interpreter<'_> {
             self.lose_named(words, start);
         }
         let (Some(kind), Some(feed)) = (kind, feed) else { return };
+        if self.takes_forever(start, end, feed) {
+            let message =
+                "at this feed a minute the move takes more than ten minutes: it may be a feed a turn, or of other units";
+            let help = "state G95 and the speed of the spindle if it is a feed a turn, else a feed of at least 1 mm/min";
+            self.report.error_from("slow", usize::MAX, self.span(at), message, help);
+            return;
+        }
         let feed_word = match self.feed {
             FeedWord::Value { written, .. } => Some(written),
             _ => None,
@@ -208,6 +219,13 @@ impl Interpreter<'_> {
         };
         let step = self.step(kind, start, shiftable);
         self.moves.push(Move { feed: Some(feed), feed_word, explicit_motion, ..step });
+    }
+
+    /// Whether the move is slower than any cut, and so long that its plan would be longer than most programs.
+    fn takes_forever(&self, start: Position, end: Position, feed: Feed) -> bool {
+        let (Feed::Linear { mm_s }, Some(start), Some(end)) = (feed, start.xyz_mm(), end.xyz_mm()) else { return false };
+        let length_mm = start.iter().zip(end).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt();
+        self.modal.feed_mode == FeedMode::PerMinute && mm_s < SLOWEST_MM_S && length_mm > LONGEST_S * mm_s
     }
 
     pub fn shiftable(&self, words: &Gathered, start: Position, machine: bool) -> Shiftable {
