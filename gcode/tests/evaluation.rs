@@ -166,6 +166,17 @@ fn moves_behind_a_motion_code_in_a_branch_are_left_alone() {
     }
 }
 
+/// The code of an arc before a branch stays where a move behind the branch may run under it.
+#[test]
+fn a_move_behind_a_branch_keeps_the_code_of_the_arc_before_it() {
+    for branch in ["WHILE[#500GT0]DO1\nG0 Z5\n#500=0\nEND1\n", "IF[#500EQ1]GOTO100\nG81 X5 Y5 Z-5 R2\nG80\nN100 "] {
+        let text = format!("G21 G90 G17 G94 G54\nG0 X0 Y0 Z5\nG1 Z-1 F600\nG2 X2 Y2 R2\n{branch}X30 Y20 R30\nG0 Z5\nM30\n");
+        let path = interpret(&parse(text), &Dialect::Fanuc.into()).unwrap();
+        let arc = path.moves.iter().find(|step| matches!(step.kind, MoveKind::Arc(_))).unwrap();
+        assert_eq!(arc.shiftable, Shiftable::No(Fixed::OptionalBlock), "{branch}");
+    }
+}
+
 /// The first moves may stand before any motion code: G0 or G1, as the control is set.
 #[test]
 fn a_move_before_the_first_motion_code_is_left_alone() {
@@ -174,6 +185,10 @@ fn a_move_before_the_first_motion_code_is_left_alone() {
     let rapid = Shiftable::No(Fixed::Rapid);
     assert_eq!(shiftable, [rapid, rapid, Shiftable::Yes, Shiftable::Yes]);
     assert!(path.warnings.iter().any(|warning| warning.line == 2 && warning.message.contains("no motion code is active yet")));
+    let rounded =
+        interpret(&parse("G21 G90 G17 G94\nX0 Y0 Z5\nX10 ,R2\nG1 Y20 F600\nX20\nM30\n"), &Dialect::Fanuc.into()).unwrap();
+    let shiftable: Vec<_> = rounded.moves.iter().map(|step| step.shiftable).collect();
+    assert_eq!(shiftable, [rapid, rapid, Shiftable::No(Fixed::Adjoining), Shiftable::Yes]);
 }
 
 #[test]

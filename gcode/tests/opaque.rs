@@ -168,6 +168,7 @@ fn planes_that_are_not_tilted_are_no_sections() {
         (swivel(zeros, "200001"), true),
         (swivel("0,0,0,0,30,0,0,0,0", "200000"), true),
         (swivel("5,0,0,0,0,0,0,0,0", "200000"), true),
+        (format!("TRANS X10\n{}", swivel(zeros, "200000")), true),
     ] {
         let text = format!("G71 G90 G17 G54\nG0 X0 Y0 Z5\nG1 Z-1 F600\n{on}\nG0 X0 Y0 Z5\nG1 Z-1\nX9\nCYCLE800()\nM30\n");
         let inside = if is_left { LEFT } else { YES };

@@ -9,9 +9,6 @@ const PRINTER_CODES: [f64; 6] = [82.0, 83.0, 104.0, 109.0, 140.0, 190.0];
 /// Lathe cycles, which have P and Q: roughing, facing, pattern, finishing.
 const TURNING_CYCLES: [f64; 4] = [70.0, 71.0, 72.0, 73.0];
 
-/// Increments of X, Z and Y on lathes.
-const INCREMENTS: [u8; 3] = *b"UWV";
-
 /// Recognises a program by its words.
 pub(super) fn recognise(program: &Program) -> Option<Foreign> {
     if is_printer(program) {
@@ -81,25 +78,32 @@ fn lathe_sign(program: &Program) -> Option<&'static str> {
     if !names(b'X') || !names(b'Z') || in_radii {
         return None;
     }
+    let any = |is: &dyn Fn(&[Word]) -> bool| blocks(program).any(is);
     let turning = |words: &[Word]| has_code(words, b'G', &TURNING_CYCLES) && has(words, b'P') && has(words, b'Q');
     let limits_speed = |words: &[Word]| has_code(words, b'G', &[50.0, 92.0]) && has(words, b'S') && !has(words, b'X');
-    let in_turret =
-        || !blocks(program).any(|words| has_code(words, b'M', &[6.0])) && words().any(|word| is_tool_and_offset(program, word));
-    let mills_in_y = names(b'Y');
-    if mills_in_y {
-        // Of a lathe with a Y axis the turret alone says it, together with increments U, W, V or a speed that follows the diameter.
-        let others = blocks(program).any(turning) || blocks(program).any(limits_speed) || blocks(program).any(has_constant_speed);
-        return (in_turret() && (others || INCREMENTS.iter().any(|letter| names(*letter))))
-            .then_some("tools with offsets, and U, W or G96");
+    // Mills change tools by M6, or measure their length.
+    let in_mill = || any(&|words| has_code(words, b'M', &[6.0]) || has_code(words, b'G', &[43.0, 44.0]));
+    let in_turret = || words().any(|word| is_tool_and_offset(program, word)) && !in_mill();
+    let increments = |letters: &[u8]| letters.iter().any(|letter| names(*letter));
+    if names(b'Y') {
+        // Of a lathe with a Y axis the turret alone says it, together with increments or a speed that follows the diameter.
+        let others = any(&limits_speed) || any(&has_constant_speed) || increments(b"UVW");
+        return (others && in_turret()).then_some("tools with offsets, and U, W or G96");
     }
-    if blocks(program).any(turning) {
+    let four_digits = |word: &Word| is_number(program.text(word.value_span())) && word.value_span().len() == 4;
+    let selects_offset = || words().any(|word| word.kind == WordKind::Number && word.is(b'T') && four_digits(word));
+    if any(&turning) {
         Some("no Y; G70 to G73 with P and Q")
-    } else if blocks(program).any(|words| has_code(words, b'G', &[7.0])) {
+    } else if any(&|words| has_code(words, b'G', &[7.0])) {
         Some("no Y; G7")
-    } else if blocks(program).any(has_constant_speed) {
+    } else if any(&has_constant_speed) {
         Some("no Y; G96")
-    } else if blocks(program).any(limits_speed) {
+    } else if any(&limits_speed) {
         Some("no Y; G50 S")
+    } else if any(&|words| has_code(words, b'G', &[28.0, 30.0]) && (has(words, b'U') || has(words, b'W'))) {
+        Some("no Y; G28 with U or W")
+    } else if selects_offset() && increments(b"UW") {
+        Some("no Y; tools with offsets, U and W")
     } else if in_turret() {
         Some("no Y; tools with offsets, without M6")
     } else {
@@ -114,7 +118,8 @@ fn has_constant_speed(words: &[Word]) -> bool {
 /// A tool of a turret with its offset, which lathes select by one word: `T0303`, `T0312`, `T101` (Haas), `T010101` (Okuma). Tools of mills have such
 /// numbers only by chance: no other number begins with a zero, or repeats itself.
 fn is_tool_and_offset(program: &Program, word: &Word) -> bool {
-    let digits = program.text(word.value_span());
+    // Mazak selects the same tool again by `T0101.1`.
+    let digits = program.text(word.value_span()).split(|byte| *byte == b'.').next().unwrap_or_default();
     let is_tool = word.kind == WordKind::Number && word.is(b'T') && digits.iter().all(u8::is_ascii_digit);
     let number = |digits: &[u8]| digits.iter().fold(0_u32, |number, digit| 10 * number + u32::from(digit - b'0'));
     is_tool

@@ -104,6 +104,7 @@ impl Interpreter<'_> {
             let start = self.position;
             self.lose_named(words, start);
             self.forget_all();
+            self.keep_code_of_last_arc(words.optional, false);
             self.push_fixed(MoveKind::Rapid, start, Fixed::RunTime, false);
         } else if self.moves.len() < MOST_BEFORE_A_CODE
             && straight
@@ -113,6 +114,7 @@ impl Interpreter<'_> {
             // G0 or G1, by a setting of the control: both end there (Fanuc's parameter 3402; Haas: G0).
             let message = "no motion code is active yet: G0 or G1, as the control is set; the move is left alone";
             self.report.warning(self.span(first), message, Some(help));
+            self.in_corner = self.joins_corner(words);
             self.travel(words, MoveKind::Rapid, Fixed::Rapid, machine, false);
         } else {
             self.report.error(self.span(first), "axis words, but no motion code is active", Some(help));
@@ -270,12 +272,13 @@ impl Interpreter<'_> {
             return;
         }
         if std::mem::take(&mut self.optional_since_code) && !explicit_motion {
-            let program = self.program;
-            let last = self.moves.iter_mut().rfind(|step| !program.is_optional(step.block as usize));
+            let certain = self.last_certain;
+            let last = self.moves.iter_mut().rfind(|step| step.block as usize == certain);
             if let Some(arc) = last.filter(|step| step.shiftable == Shiftable::Yes && matches!(step.kind, MoveKind::Arc(_))) {
                 arc.shiftable = Shiftable::No(Fixed::OptionalBlock);
             }
         }
+        self.last_certain = self.block;
     }
 
     /// Whether lines may replace the motion of the block. Where the dialect is a guess, no word may act at a time that depends on it. A jump to the block skips lines before it, and a subprogram that the block calls

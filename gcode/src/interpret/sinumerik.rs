@@ -54,6 +54,10 @@ impl Interpreter<'_> {
                 Name::Closes(section) => self.close_named(section),
                 Name::Untilted => {
                     self.close_named(Section::Swivel);
+                    // Whether it deletes a programmed shift is not known.
+                    if self.shifts.local != [0.0; 6] {
+                        self.open_frame(index);
+                    }
                     self.forget_all();
                 }
                 Name::Spindle => self.modal.spindle_rpm = None,

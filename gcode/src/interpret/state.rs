@@ -56,6 +56,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_motion: bool,
     /// Whether a block that a switch may skip came after the last motion code or move of the others.
     pub optional_since_code: bool,
+    /// The block of the last move that runs in any case.
+    pub last_certain: usize,
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
     /// Whether G10 with L began an input of data, which G11 ends.
@@ -166,6 +168,7 @@ impl<'a> Interpreter<'a> {
             rotated: Vec::new(),
             optional_motion: false,
             optional_since_code: false,
+            last_certain: 0,
             tool_offset_stated: false,
             inputs_data: false,
             cutter_before: modal.cutter,

@@ -16,6 +16,8 @@ const MOST_SAMPLES: f64 = 0.999;
 const ABOVE_ROUNDING: f64 = 4.0;
 /// A command that is further from a corner does not round it, mm.
 const FAR_MM: f64 = 1.0;
+/// Turns from which on a corner is a reversal, rad.
+const REVERSAL_RAD: f64 = 2.9;
 /// Share of the corners at which the control keeps what is taken for its limit: others may be misread.
 const MOST_CORNERS: f64 = 0.9;
 
@@ -28,7 +30,9 @@ pub(super) fn first_corners(machine: &MachineSpec, observed: &[Observed]) -> Fir
     };
     let deviation_mm = |corner: &Passage| {
         let cos = (0.5 * corner.turn_rad).cos();
-        corner.speed_mm_s.powi(2) * (1.0 - cos) / (machine.path.acceleration_mm_s2 * cos)
+        // At a reversal no deviation lets it pass.
+        let is_reversal = corner.turn_rad > REVERSAL_RAD;
+        if is_reversal { f64::NAN } else { corner.speed_mm_s.powi(2) * (1.0 - cos) / (machine.path.acceleration_mm_s2 * cos) }
     };
     let others = FirstCorners::default();
     FirstCorners {

@@ -106,6 +106,9 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     let (fitted, held_out) = split(&observed);
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
     let fitted = parts(&fitted);
+    if fitted.is_empty() {
+        return Err(Error::NoMotion);
+    }
     let compared = spread(COMPARED_S, &fitted);
     let mut comparison = Comparison::new(&compared, &held_out, first_corners, steps);
     comparison.run(&start)?;

@@ -149,8 +149,9 @@ impl Observed {
             let (first, from_mm) = std::mem::replace(&mut from, (piece + 1, place_mm));
             let within = self.cells.iter().filter(|cell| (from_mm..place_mm).contains(&cell.place_mm));
             // The last of the points at the start, the first of those at the end.
-            let points = self.tip_places_mm.partition_point(|at| *at <= from_mm + SAME_PLACE_MM).saturating_sub(1)
-                ..(self.tip_places_mm.partition_point(|at| *at < place_mm - SAME_PLACE_MM) + 1).min(self.tips.len());
+            let last = (self.tip_places_mm.partition_point(|at| *at < place_mm - SAME_PLACE_MM) + 1).min(self.tips.len());
+            let first_tip = self.tip_places_mm.partition_point(|at| *at <= from_mm + SAME_PLACE_MM).saturating_sub(1);
+            let points = first_tip.min(last)..last;
             Self {
                 name: self.name.clone(),
                 path: self.path.pieces()[first..=piece].to_vec().into(),
