@@ -204,7 +204,7 @@ impl Interpreter<'_> {
         if self.takes_forever(start, end, feed) {
             let message =
                 "at this feed a minute the move takes more than ten minutes: it may be a feed a turn, or of other units";
-            let help = "state G95 and the speed of the spindle if it is a feed a turn, else a feed of at least 1 mm/min";
+            let help = "check the feed: state G95 and the speed of the spindle if it is one a turn, else at least 1 mm/min";
             self.report.error_from("slow", usize::MAX, self.span(at), message, help);
             return;
         }
