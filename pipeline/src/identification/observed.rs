@@ -154,7 +154,7 @@ impl Observed {
             let points = first_tip.min(last)..last;
             Self {
                 name: self.name.clone(),
-                path: self.path.pieces()[first..=piece].to_vec().into(),
+                path: self.path.pieces().get(first..=piece).unwrap_or_default().to_vec().into(),
                 kinematics: Arc::clone(&self.kinematics),
                 settings: self.settings.clone(),
                 period_s: self.period_s,
