@@ -16,17 +16,75 @@ pub struct Files {
     folders: Vec<Named>,
 }
 
-/// A path with the option that names it.
+/// A path with the option that names it, and what is written there.
 #[derive(Debug)]
 struct Named {
     option: String,
     path: PathBuf,
+    kind: Option<Kind>,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Program,
+    /// Log, reference or another table of samples.
+    Table,
+    /// A program or a reference, of the kind of the input.
+    Path,
+    Model,
+    /// Machine file or settings.
+    Toml,
+    /// Settings of a control.
+    Settings,
+    Report,
+    Figures,
+}
+
+impl Kind {
+    /// What a file of this name holds by its ending; `None` where that does not say.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_string_lossy().to_lowercase();
+        Some(match ending.as_str() {
+            "nc" | "ngc" | "gcode" | "cnc" | "tap" | "mpf" | "spf" | "h" | "eia" => Self::Program,
+            "csv" | "parquet" => Self::Table,
+            "model" => Self::Model,
+            "toml" => Self::Toml,
+            "ini" => Self::Settings,
+            "html" => Self::Report,
+            "json" => Self::Figures,
+            _ => return None,
+        })
+    }
+
+    /// What such a file is.
+    #[must_use]
+    pub fn what(self) -> &'static str {
+        match self {
+            Self::Program => "a part program",
+            Self::Table => "a log or a reference",
+            Self::Path => "a part program or a reference",
+            Self::Model => "a model",
+            Self::Toml => "a machine file or settings",
+            Self::Settings => "settings of a control",
+            Self::Report => "a report",
+            Self::Figures => "figures",
+        }
+    }
+
+    /// Whether files of another kind have such a name.
+    fn is_not(self, path: &Path) -> Option<Self> {
+        let other = Self::of(path)?;
+        let fits = self == other || (self == Self::Path && matches!(other, Self::Program | Self::Table));
+        (!fits).then_some(other)
+    }
 }
 
 impl Files {
     /// The output of `--json`; `-` is standard output.
     pub fn of(json: Option<&Path>) -> Self {
-        Self::default().writes("--json", json.filter(|path| *path != Path::new("-")))
+        Self::default().writes("--json", json.filter(|path| *path != Path::new("-")), Kind::Figures)
     }
 
     /// An input; a built-in curve is none.
@@ -72,8 +130,8 @@ impl Files {
     }
 
     /// An output.
-    pub fn writes<'a>(mut self, option: &str, path: impl Into<Option<&'a Path>>) -> Self {
-        self.written.extend(path.into().map(|path| Named::new(option, path)));
+    pub fn writes<'a>(mut self, option: &str, path: impl Into<Option<&'a Path>>, kind: Kind) -> Self {
+        self.written.extend(path.into().map(|path| Named { kind: Some(kind), ..Named::new(option, path) }));
         self
     }
 
@@ -91,7 +149,7 @@ impl Files {
         let outputs = || self.written.iter().chain(&self.folders);
         for output in outputs().filter(|output| !output.is_special()) {
             if let Some(input) = self.read.iter().find(|input| input.is(output)) {
-                let Named { option, path } = output;
+                let Named { option, path, .. } = output;
                 let why = format!("{option} {} would write over what {} reads", path.display(), input.option);
                 return Err(Usage(format!("{why}; name another file for {option}")).into());
             }
@@ -116,7 +174,7 @@ impl Files {
 
 impl Named {
     fn new(option: &str, path: &Path) -> Self {
-        Self { option: option.to_owned(), path: path.to_owned() }
+        Self { option: option.to_owned(), path: path.to_owned(), kind: None }
     }
 
     /// Whether this is a device or pipe, which may be written by several.
@@ -140,7 +198,14 @@ impl Named {
     }
 
     fn check_file(&self) -> Result<()> {
-        let Self { option, path } = self;
+        let Self { option, path, kind } = self;
+        if let Some((kind, other)) = kind.and_then(|kind| Some((kind, kind.is_not(path)?))) {
+            let (path, kind, other) = (path.display(), kind.what(), other.what());
+            return Err(Usage(format!(
+                "{option} {path}: what is written is {kind}, and the name is that of {other}; name another file"
+            ))
+            .into());
+        }
         if path.as_os_str() == "-" {
             return Err(Usage(format!(
                 "{option} -: files are not written to standard output; name a file, or ./- for one of this name"
@@ -226,10 +291,27 @@ mod tests {
             assert!(error.contains("--json") && error.contains("LOG"), "{error}");
         }
         // What is not there yet is known by its resolved path.
-        let error = refused(&Files::of(Some(&at("new/out"))).writes("-o", &*at("sub/../new/./out")));
+        let error = refused(&Files::of(Some(&at("new/out"))).writes("-o", &*at("sub/../new/./out"), Kind::Table));
         assert!(error.contains("--json and -o both write"), "{error}");
-        assert!(Files::of(Some(&at("new/out"))).writes("-o", &*at("new/other")).reads("LOG", &*at("in")).check().is_ok());
+        assert!(
+            Files::of(Some(&at("new/out"))).writes("-o", &*at("new/other"), Kind::Table).reads("LOG", &*at("in")).check().is_ok()
+        );
         assert!(!at("new").exists());
+    }
+
+    #[test]
+    fn nothing_is_written_to_a_name_of_another_kind() {
+        let folder = tempfile::tempdir().unwrap();
+        let writes = |name: &str, kind: Kind| Files::default().writes("-o", &*folder.path().join(name), kind);
+        for (name, kind) in
+            [("part.nc", Kind::Table), ("part.NC", Kind::Model), ("log.csv", Kind::Report), ("m.toml", Kind::Path)]
+        {
+            let error = refused(&writes(name, kind));
+            assert!(error.contains(kind.what()) && error.contains("name another file"), "{error}");
+        }
+        for (name, kind) in [("run.csv", Kind::Path), ("part.nc", Kind::Path), ("run.out", Kind::Table), ("model", Kind::Model)] {
+            assert!(writes(name, kind).check().is_ok(), "{name}");
+        }
     }
 
     #[test]
@@ -239,12 +321,12 @@ mod tests {
         std::fs::write(at("file"), b"").unwrap();
         assert!(refused(&Files::of(Some(folder.path()))).contains("is a folder"));
         assert!(refused(&Files::of(Some(&at("file/below")))).contains("not a folder"));
-        assert!(refused(&Files::of(Some(&at("new"))).writes("-o", &*at("new/below"))).contains("cannot hold"));
+        assert!(refused(&Files::of(Some(&at("new"))).writes("-o", &*at("new/below"), Kind::Table)).contains("cannot hold"));
         let mut only = at("file").metadata().unwrap().permissions();
         only.set_readonly(true);
         std::fs::set_permissions(at("file"), only).unwrap();
         assert!(refused(&Files::of(Some(&at("file")))).contains("may not be written"));
         #[cfg(unix)]
-        assert!(Files::of(Some(Path::new("/dev/null"))).writes("-o", Path::new("/dev/null")).check().is_ok());
+        assert!(Files::of(Some(Path::new("/dev/null"))).writes("-o", Path::new("/dev/null"), Kind::Table).check().is_ok());
     }
 }

@@ -15,6 +15,7 @@ use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
+use crate::files::Kind;
 use crate::output::{Printer, Refusal, Usage, read_file, read_file_up_to};
 
 /// The prefix of built-in test curves.
@@ -254,23 +255,12 @@ pub fn runs(path: &Path, options: &ReadOptions) -> Result<(Vec<Log>, Report)> {
     read_runs(path, options).map_err(|error| Refusal(error.to_string()).into())
 }
 
-/// Endings of files that are no logs, and what they are.
-const NO_LOGS: [(&str, &str); 7] = [
-    ("toml", "a machine file or settings"),
-    ("model", "a model"),
-    ("nc", "a part program"),
-    ("ngc", "a part program"),
-    ("gcode", "a part program"),
-    ("mpf", "a part program"),
-    ("html", "a report"),
-];
-
 fn check_exists(path: &Path) -> Result<()> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let why = match NO_LOGS.iter().find(|(known, _)| *known == ending) {
+    let why = match Kind::of(path).filter(|kind| !matches!(kind, Kind::Table | Kind::Figures | Kind::Settings)) {
         _ if path.is_dir() => "it is a folder; name the logs in it, as in FOLDER/*.csv".to_owned(),
-        Some((ending, what)) if path.is_file() => {
-            format!(".{ending} is {what}, and no log; a log holds commanded and actual positions")
+        Some(kind) if path.is_file() => {
+            let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+            format!(".{ending} is {}, and no log; a log holds commanded and actual positions", kind.what())
         }
         _ if path.is_file() => return Ok(()),
         _ => "there is no such file".to_owned(),

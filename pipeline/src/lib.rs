@@ -15,6 +15,7 @@ pub mod measure;
 pub mod model_based_ilc;
 mod output;
 pub mod part;
+pub mod path_time;
 mod pieces;
 mod position_terms;
 pub mod progress;

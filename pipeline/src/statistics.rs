@@ -8,6 +8,7 @@ use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 
 use crate::error::{Error, Result};
 use crate::part::Part;
+use crate::path_time;
 
 /// Contour error of every sample of `actual`: distance from the nearest point of the desired path (actual → desired).
 /// It is exact, and uses the analytic curve where one is known.
@@ -153,20 +154,60 @@ impl SampleErrors {
     }
 }
 
-/// Same as [`figures`], for a run whose command `reference` follows the path in another time.
+/// Same as [`figures`], for a run whose command `reference` follows the path in another time. Every sample of the path counts once; MAX is that of
+/// all samples of the run.
 ///
 /// # Errors
 /// As [`contour_errors_along`].
 pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Trajectory, actual: &Trajectory) -> Result<Figures> {
     let (errors, path_positions) = contour_errors_along(desired, reference, actual)?;
-    let poses = poses_at_places(desired.poses(), &path_positions);
-    let path_positions: Vec<usize> = path_positions.iter().map(|position| position.round() as usize).collect();
-    let counts = |k: &usize| counts(part, path_positions[*k]);
-    let orientation = orientation(desired, &errors, &poses, actual, counts)?;
-    Ok(Figures { tip: summary_of_feed_moves(part, path_positions.iter().copied().zip(errors))?, orientation })
+    figures_of(desired, part, &errors, &path_positions, actual)
 }
 
-/// Orientation figures over the samples of `actual` that count, at the foot points of `errors` on the poses `path`;
+/// Same as [`figures_along`], with the path positions of the samples of `actual` known.
+///
+/// # Errors
+/// When the axes differ from those of the path, or no sample counts.
+pub fn figures_at(desired: &DesiredPath, part: Option<&Part>, path_positions: &[f64], actual: &Trajectory) -> Result<Figures> {
+    let errors = errors_from(desired, &desired.tips_of(actual)?, &at_places(&desired.tips(), path_positions))?;
+    figures_of(desired, part, &errors, path_positions, actual)
+}
+
+fn figures_of(
+    desired: &DesiredPath,
+    part: Option<&Part>,
+    errors: &[ContourError],
+    path_positions: &[f64],
+    actual: &Trajectory,
+) -> Result<Figures> {
+    let poses = poses_at_places(desired.poses(), path_positions);
+    let weights = weights(desired.trajectory(), part, path_positions);
+    Ok(Figures { tip: weighted(errors, &weights)?, orientation: orientation(desired, errors, &poses, actual, &weights)? })
+}
+
+/// Weights of the samples of a run with path positions `path_positions`, with which every sample of the path counts once; `None` for a sample that
+/// does not count.
+#[must_use]
+pub fn weights(path: &Trajectory, part: Option<&Part>, path_positions: &[f64]) -> Vec<Option<f64>> {
+    let counted = path_positions.iter().map(|position| counts(part, position.round() as usize));
+    counted.zip(path_time::weights(path, path_positions)).map(|(counts, weight)| counts.then_some(weight)).collect()
+}
+
+/// Figures of contour errors with these weights.
+///
+/// # Errors
+/// [`Error::NoSamples`] when no sample counts.
+pub fn weighted(errors: &[ContourError], weights: &[Option<f64>]) -> Result<ContourSummary> {
+    weighted_summary(errors.iter().map(|error| error.magnitude_mm), weights)
+}
+
+fn weighted_summary(values: impl Iterator<Item = f64>, weights: &[Option<f64>]) -> Result<ContourSummary> {
+    let counted = values.zip(weights).filter_map(|(value, weight)| Some((value, (*weight)?)));
+    let (values, weights): (Vec<f64>, Vec<f64>) = counted.unzip();
+    summary_of(&values, Some(&weights)).ok_or(Error::NoSamples)
+}
+
+/// Orientation figures over the samples of `actual`, with their weights, at the foot points of `errors` on the poses `path`;
 /// `None` on a machine without rotary axes.
 ///
 /// # Errors
@@ -176,24 +217,23 @@ pub fn orientation(
     errors: &[ContourError],
     path: &[Pose],
     actual: &Trajectory,
-    counts: impl Fn(&usize) -> bool,
+    weights: &[Option<f64>],
 ) -> Result<Option<OrientationSummary>> {
     if !desired.kinematics().has_rotary_axes() {
         return Ok(None);
     }
     let poses = poses_of(actual, desired.kinematics().as_ref())?;
-    let angles = orientation_errors(errors, &poses, path).into_iter().enumerate().filter(|(k, _)| counts(k));
-    summary_of_angles(&angles.map(|(_, error)| error.angle_rad).collect::<Vec<f64>>()).map(Some)
+    let angles = orientation_errors(errors, &poses, path).into_iter().map(|error| error.angle_rad);
+    Ok(Some(angular(&weighted_summary(angles, weights)?)))
 }
 
 fn summary_of_angles(angles_rad: &[f64]) -> Result<OrientationSummary> {
-    let figures = summary_of(angles_rad, None).ok_or(Error::NoSamples)?;
-    Ok(OrientationSummary {
-        rms_rad: figures.rms_mm,
-        mean_rad: figures.mean_mm,
-        max_rad: figures.max_mm,
-        p95_rad: figures.p95_mm,
-    })
+    Ok(angular(&summary_of(angles_rad, None).ok_or(Error::NoSamples)?))
+}
+
+/// Figures of angles, rad.
+fn angular(figures: &ContourSummary) -> OrientationSummary {
+    OrientationSummary { rms_rad: figures.rms_mm, mean_rad: figures.mean_mm, max_rad: figures.max_mm, p95_rad: figures.p95_mm }
 }
 
 /// RMS, MAX and 95th percentile of the tip's contour error, mm; of a program over its feed moves only.

@@ -11,7 +11,7 @@ use pipeline::{Event, Input, Setup};
 
 use super::simulate::SensorName;
 use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, ReportArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::comparison as print;
@@ -76,7 +76,7 @@ impl Compare {
     pub fn files(&self) -> Files {
         let files = Files::of(self.common.json.as_deref()).reads("-m", self.model.as_deref()).reads("--on", self.on.as_deref());
         let files = self.inputs.iter().fold(files, |files, input| files.reads("INPUT", &**input));
-        files.reads_machine(&*self.machine.machine).writes("--report", self.report.report.as_deref())
+        files.reads_machine(&*self.machine.machine).writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {

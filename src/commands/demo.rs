@@ -20,7 +20,7 @@ use super::compare::{LEAD, unseen};
 use super::compensate::forecast;
 use super::train::model_group;
 use crate::args::{Common, MachineArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::print;
@@ -68,10 +68,10 @@ impl Demo {
         Files::of(self.common.json.as_deref())
             .reads_machine(&*self.machine.machine)
             .reads_recipe(&*self.predictor)
-            .writes("the model of --out", &*self.out.join(MODEL))
-            .writes("the report of --out", &*self.out.join(REPORT))
-            .writes("the part of --out", &*self.out.join(PART.0))
-            .writes("the compensated part of --out", &*self.out.join(COMPENSATED))
+            .writes("the model of --out", &*self.out.join(MODEL), Kind::Model)
+            .writes("the report of --out", &*self.out.join(REPORT), Kind::Report)
+            .writes("the part of --out", &*self.out.join(PART.0), Kind::Program)
+            .writes("the compensated part of --out", &*self.out.join(COMPENSATED), Kind::Program)
     }
 
     pub fn run(&self) -> Result<()> {

@@ -9,7 +9,7 @@ use diagnosis::{Sensor, Settings, diagnose, linuxcnc};
 use machine::{AxisSpec, MachineSpec};
 
 use crate::args::{Common, LogArgs, ReportArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::output::{Outputs, Printer};
 use crate::print::diagnosis as print;
 use crate::read;
@@ -82,8 +82,8 @@ impl Diagnose {
             .reads_logs("LOG", &self.logs)
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
-            .writes("-o", self.out.as_deref())
-            .writes("--report", self.report.report.as_deref())
+            .writes("-o", self.out.as_deref(), Kind::Settings)
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {

@@ -18,7 +18,7 @@ use pipeline::{Part, ReadSettings, Setup, machine_of};
 use serde_json::{Map, Value, json};
 
 use crate::args::{Common, OutputArgs, ProgramArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::read;
@@ -113,11 +113,11 @@ impl Excite {
             .writes_in("-o", &*self.out);
         let usual = || ExcitationPlan::of_seconds(self.seconds).names();
         let names = if self.after.is_some() { possible_names(self.seconds) } else { usual() };
-        let files = files.writes("-o", &*self.control_test());
+        let files = files.writes("-o", &*self.control_test(), Kind::Path);
         names
             .iter()
             .flat_map(|name| ["csv", "nc"].map(|ending| self.out.join(format!("{name}.{ending}"))))
-            .fold(files, |files, path| files.writes("-o", &*path))
+            .fold(files, |files, path| files.writes("-o", &*path, Kind::Path))
     }
 
     fn control_test(&self) -> PathBuf {

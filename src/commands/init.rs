@@ -10,7 +10,7 @@ use pipeline::training::limits_of_logs;
 use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers::{self, Travel};
 use crate::output::{Outputs, Usage, read_file};
 use crate::read;
@@ -60,7 +60,7 @@ pub struct Init {
 impl Init {
     pub fn files(&self) -> Files {
         let files = Files::of(self.common.json.as_deref()).reads("SETTINGS", self.settings.as_deref());
-        files.reads_logs("--log", &self.logs).writes("-o", &*self.out)
+        files.reads_logs("--log", &self.logs).writes("-o", &*self.out, Kind::Toml)
     }
 
     pub fn run(&self) -> Result<()> {

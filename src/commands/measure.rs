@@ -12,7 +12,7 @@ use pipeline::measure::LongLog;
 use pipeline::{Input, Setup, measure};
 
 use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::output::{Outputs, Printer, Refusal, write_json};
 use crate::plot::PlotArgs;
 use crate::print::measurement as print;
@@ -98,7 +98,7 @@ impl Measure {
             .reads("--desired", self.desired.as_deref())
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
-            .writes("--report", self.report.report.as_deref())
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {

@@ -14,7 +14,7 @@ use pipeline::{Columns, Expectation, PositionTerms, Setup, forecast, machine_for
 use serde_json::json;
 
 use crate::args::{Common, ProgramArgs, ReportArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::output::{Outputs, table};
 use crate::plot::PlotArgs;
 use crate::print::compensation as print;
@@ -50,8 +50,8 @@ impl Predict {
         Files::of(self.common.json.as_deref())
             .reads("INPUT", &*self.input)
             .reads("-m", &*self.model)
-            .writes("-o", self.out.as_deref())
-            .writes("--report", self.report.report.as_deref())
+            .writes("-o", self.out.as_deref(), Kind::Table)
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {

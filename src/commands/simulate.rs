@@ -11,7 +11,7 @@ use pipeline::statistics::figures_along;
 use serde_json::json;
 
 use crate::args::{Common, MachineArgs, ProgramArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
@@ -70,7 +70,7 @@ impl Simulate {
             .reads("INPUT", &*self.input)
             .reads("--against", self.against.as_deref())
             .reads_machine(&*self.machine.machine)
-            .writes("-o", &*self.out)
+            .writes("-o", &*self.out, Kind::Table)
     }
 
     pub fn run(&self) -> Result<()> {

@@ -15,7 +15,7 @@ use pipeline::training::{self, HELD_OUT, MOST_SAMPLES, TrainSettings, Trained};
 use super::diagnose;
 use crate::args::{Common, LogArgs, ReportArgs};
 use crate::date;
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::print::{identification, training as print};
@@ -101,8 +101,8 @@ impl Train {
             .reads_machine(self.machine.as_deref())
             .reads_recipe(&*self.predictor)
             .reads("--from", self.from.as_deref())
-            .writes("-o", &*self.out)
-            .writes("--report", self.report.report.as_deref())
+            .writes("-o", &*self.out, Kind::Model)
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
             .writes_in("--checkpoints", self.checkpoints.as_deref())
     }
 

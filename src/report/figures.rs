@@ -61,7 +61,7 @@ fn spread(track: &Track<'_>, runs: &[Run]) -> Option<Section> {
 }
 
 fn frequencies(track: &Track<'_>, runs: &[Run]) -> Option<Section> {
-    let spectra = runs.iter().map(|run| spectrum(&run.vectors(), &track.counts, track.period_s));
+    let spectra = runs.iter().map(|run| spectrum(&run.vectors(), &track.counts(), track.period_s));
     let spectra = spectra.collect::<Option<Vec<_>>>()?;
     let hz = spectra.first()?.hz.clone();
     let line = |(color, (run, found)): (usize, (&Run, &pipeline::analysis::Spectrum))| {
@@ -86,7 +86,7 @@ fn reversals(track: &Track<'_>, runs: &[Run]) -> Vec<Section> {
         return Vec::new();
     }
     let of_run = |(color, run): (usize, &Run)| {
-        let curves = reversal_curves(track.desired, &run.vectors(), &track.counts);
+        let curves = reversal_curves(track.desired, &run.vectors(), &track.counts());
         curves.into_iter().map(|axis| (axis.axis.clone(), color, run.name.clone(), axis)).collect::<Vec<_>>()
     };
     let found: Vec<(String, usize, String, ReversalCurves)> = runs.iter().enumerate().flat_map(of_run).collect();

@@ -74,7 +74,7 @@ impl PathView {
         let worst = worst(track, runs, &contour, &lines);
         let run_view = |run: &Run| {
             let vector = |of: &dyn Fn(usize) -> f64| {
-                let values = kept.iter().map(|k| if track.counts[*k] { of(*k) } else { f64::NAN });
+                let values = kept.iter().map(|k| if track.weights[*k].is_some() { of(*k) } else { f64::NAN });
                 Column::scaled(&values.collect::<Vec<f64>>())
             };
             RunView {
@@ -96,7 +96,7 @@ impl PathView {
             tool: track
                 .turns()
                 .then(|| [0, 1, 2].map(|c| scaled(&track.poses.iter().map(|pose| pose.tool[c]).collect::<Vec<f64>>()))),
-            counts: Column::flags(&kept.iter().map(|k| track.counts[*k]).collect::<Vec<bool>>()),
+            counts: Column::flags(&kept.iter().map(|k| track.weights[*k].is_some()).collect::<Vec<bool>>()),
             speed_mm_s: scaled(&speed),
             acceleration_mm_s2: scaled(&acceleration),
             feed_mm_s: track.feeds_mm_s().as_deref().map(scaled),

@@ -1,7 +1,7 @@
 //! What was done: a run along a path, measured or predicted.
 
 use anyhow::Result;
-use motion::contour::{ContourError, ContourSummary, orientation_errors, summary};
+use motion::contour::{ContourError, ContourSummary, orientation_errors};
 use motion::{Trajectory, Vec3, poses_of};
 use pipeline::analysis::LagMismatch;
 use pipeline::measure::Measurement;
@@ -74,16 +74,14 @@ impl Run {
         (tracking, correction): (Vec<Vec<f64>>, Option<Vec<Vec<f64>>>),
         (wanted, actual): (&Trajectory, &Trajectory),
     ) -> Result<Self> {
-        let counted: Vec<ContourError> =
-            errors.iter().zip(&track.counts).filter(|(_, counts)| **counts).map(|(error, _)| *error).collect();
-        let figures = summary(&counted).ok_or(pipeline::Error::NoSamples)?;
+        let figures = statistics::weighted(&errors, &track.weights)?;
         let turn_urad = if track.turns() {
             let poses = poses_of(actual, track.desired.kinematics().as_ref())?;
             Some(orientation_errors(&errors, &poses, &track.poses).iter().map(|error| error.angle_rad * 1e6).collect())
         } else {
             None
         };
-        let turn = statistics::orientation(track.desired, &errors, &track.poses, actual, |k| track.counts[*k])?;
+        let turn = statistics::orientation(track.desired, &errors, &track.poses, actual, &track.weights)?;
         let lags = if track.turns() { None } else { LagMismatch::of(wanted, actual) };
         Ok(Self { name: name.to_owned(), errors, turn_urad, tracking, correction, lags, figures, turn })
     }
@@ -91,8 +89,8 @@ impl Run {
     /// Contour error of every sample, µm; not a number where the sample does not count.
     #[must_use]
     pub fn contour_um(&self, track: &Track<'_>) -> Vec<f64> {
-        let of = |(error, counts): (&ContourError, &bool)| if *counts { error.magnitude_mm * 1e3 } else { f64::NAN };
-        self.errors.iter().zip(&track.counts).map(of).collect()
+        let of = |(error, weight): (&ContourError, &Option<f64>)| weight.map_or(f64::NAN, |_| error.magnitude_mm * 1e3);
+        self.errors.iter().zip(&track.weights).map(of).collect()
     }
 
     /// Contour error vectors, mm.

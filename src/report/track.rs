@@ -19,8 +19,8 @@ pub struct Track<'a> {
     pub places: Vec<usize>,
     /// Desired pose of each sample.
     pub poses: Vec<Pose>,
-    /// Whether each sample counts in the figures: those of rapids do not.
-    pub counts: Vec<bool>,
+    /// Weight of each sample in the figures; `None` where it does not count, as in rapids.
+    pub weights: Vec<Option<f64>>,
     /// Time between samples, s.
     pub period_s: f64,
 }
@@ -43,7 +43,7 @@ impl<'a> Track<'a> {
         Self {
             desired,
             part,
-            counts: places.iter().map(|place| counts(part, *place)).collect(),
+            weights: places.iter().map(|place| counts(part, *place).then_some(1.0)).collect(),
             poses: desired.poses().to_vec(),
             period_s: desired.trajectory().period_s(),
             places,
@@ -58,7 +58,7 @@ impl<'a> Track<'a> {
         Self {
             places: positions.iter().map(|position| (position.round() as usize).min(last)).collect(),
             poses: poses_at_places(input.desired().poses(), positions),
-            counts: measured.counts.clone(),
+            weights: measured.weights.clone(),
             period_s,
             ..Self::in_own_time(input.desired(), input.part())
         }
@@ -74,6 +74,12 @@ impl<'a> Track<'a> {
     #[must_use]
     pub fn tips(&self) -> Vec<Vec3> {
         self.poses.iter().map(|pose| pose.tip).collect()
+    }
+
+    /// Whether each sample counts in the figures.
+    #[must_use]
+    pub fn counts(&self) -> Vec<bool> {
+        self.weights.iter().map(Option::is_some).collect()
     }
 
     /// Whether the machine turns the tool.

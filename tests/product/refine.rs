@@ -159,6 +159,40 @@ fn programs_in_another_order_than_the_logs_are_refused() {
 }
 
 #[test]
+fn a_single_log_is_of_the_program_that_is_said_to_have_run() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    let folder = &runs.folder;
+    folder.figures(&["simulate", "part.nc", "--machine", "ballscrew", "-o", "original.csv"]);
+    let refine = |log: &'static str, ran: &'static str| {
+        ["refine", "part.nc", "-m", "machine.model", "-o", "no.nc", "--log", log, "--ran", ran]
+    };
+    let error = folder.fails(1, &refine("run1.csv", "part.nc"));
+    assert!(error.contains("run1.csv is no run of part.nc: its command is shifted"), "{error}");
+    let error = folder.fails(1, &refine("original.csv", "run1.nc"));
+    assert!(error.contains("original.csv is no run of run1.nc") && error.contains("from part.nc"), "{error}");
+    assert!(!folder.path("no.nc").exists());
+    folder.figures(&refine("original.csv", "part.nc"));
+}
+
+#[test]
+fn a_run_has_one_contour_error_whoever_states_it() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    let folder = &runs.folder;
+    let of = |figures: &Value| figures["contour_um"].clone();
+    let measured = of(&folder.figures(&["measure", "run1.csv", "--desired", "part.nc", "-m", "machine.model"]));
+    let refine = ["refine", "part.nc", "-m", "machine.model", "--log", "run1.csv", "--ran", "run1.nc", "-o", "next.nc"];
+    for law in ["model-based", "spatial"] {
+        let refined = of(&folder.figures(&[&refine[..], &["--law", law]].concat()));
+        for figure in ["rms", "max", "p95"] {
+            let [one, other] = [&measured, &refined].map(|of| of[figure].as_f64().unwrap());
+            assert!((one / other - 1.0).abs() < 2e-3, "{law}: {measured} {refined}");
+        }
+    }
+}
+
+#[test]
 fn every_run_has_its_program_and_every_program_its_original() {
     let mut runs = Runs::new(&[], &[]);
     runs.run();

@@ -4,8 +4,8 @@ use motion::contour::follow;
 use motion::{MotionError, Trajectory};
 
 use crate::error::Result;
-use crate::measure::in_time_of;
 use crate::part::Part;
+use crate::path_time::in_time_of;
 use crate::refit::{RefitSettings, refit};
 
 /// A program with moved points, planned as the control reads it.

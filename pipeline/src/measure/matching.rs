@@ -2,7 +2,7 @@
 
 use datasets::Log;
 use motion::contour::{AlignSettings, align, at_places, follow};
-use motion::{Axis, DesiredPath, MotionError, Trajectory, Vec3, cubic};
+use motion::{Axis, DesiredPath, Trajectory, Vec3};
 
 use crate::error::Result;
 
@@ -139,71 +139,18 @@ fn by_position(path: &[Vec3], commanded: &[Vec3], offset: Vec3) -> Result<Match>
     Ok(Match { delay_s: None, offset, path_positions, path })
 }
 
-/// Commanded and actual positions of a log, resampled to the desired path's samples, in path coordinates.
-///
-/// A standstill lasts as long as in the log, so that lagging axes arrive. Where the path stands still for longer, the
-/// remaining samples take the instant at which the log leaves.
+/// The log in the coordinates of the path.
 ///
 /// # Errors
-/// When the axes of the two do not match.
-pub fn in_path_time(desired: &DesiredPath, log: &Log, matched: &Match) -> Result<(Trajectory, Trajectory)> {
-    let path = desired.trajectory();
-    let offsets = matched.offsets(path.axes());
-    let resampled = |from: &Trajectory| -> Result<Trajectory> {
-        let run = in_time_of(path, from, &matched.path_positions)?;
+/// None that an alignment of the same log causes.
+pub fn without_offset(log: Log, matched: &Match) -> Result<Log> {
+    if matched.offset.norm() == 0.0 {
+        return Ok(log);
+    }
+    let offsets = matched.offsets(log.axes());
+    let moved = |run: &Trajectory| {
         let columns = run.columns().iter().zip(&offsets);
-        Ok(run.with_columns(columns.map(|(column, offset)| column.iter().map(|value| value - offset).collect()).collect())?)
+        run.with_columns(columns.map(|(column, offset)| column.iter().map(|x| x - offset).collect()).collect())
     };
-    Ok((resampled(&log.reference)?, resampled(&log.actual)?))
-}
-
-/// Resamples a run with path positions `path_positions` to the instants at which it passes the path's samples; standstills as
-/// in [`in_path_time`].
-///
-/// # Errors
-/// When the axes of the run are not those of the path.
-pub fn in_time_of(path: &Trajectory, run: &Trajectory, path_positions: &[f64]) -> Result<Trajectory, MotionError> {
-    let instants = instants(path, path_positions);
-    path.with_columns(run.columns().iter().map(|column| instants.iter().map(|at| cubic(column, *at).0).collect()).collect())
-}
-
-/// Instants, in samples of the run, at which a run with path positions `path_positions` passes every sample of the path.
-fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
-    let mut k = 0;
-    let mut passes = |sample: usize| {
-        let wanted = sample as f64;
-        while k + 1 < path_positions.len() && path_positions[k + 1] < wanted {
-            k += 1;
-        }
-        let (before, after) = (path_positions[k], path_positions.get(k + 1).copied().unwrap_or(path_positions[k]));
-        k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
-    };
-    let samples: Vec<usize> = (0..path.len()).collect();
-    let mut instants = Vec::with_capacity(samples.len());
-    for standstill in samples.chunk_by(|a, b| path.at(*a).eq(path.at(*b))) {
-        let (arrives, last) = (passes(standstill[0]), standstill[standstill.len() - 1] as f64);
-        let leaves = path_positions.partition_point(|at| *at <= last).saturating_sub(1) as f64;
-        instants.extend((0..standstill.len()).map(|waited| (arrives + waited as f64).min(leaves.max(arrives))));
-    }
-    instants
-}
-
-#[cfg(test)]
-mod tests {
-    use motion::Axis;
-
-    use super::*;
-
-    #[test]
-    fn a_standstill_lasts_as_long_as_in_the_run() {
-        let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
-        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]);
-        // Half as fast, with a shorter standstill in between and a longer one at the end.
-        let path_positions = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 4.5, 5.0, 5.5, 6.0, 6.0, 6.0, 6.0];
-        assert_eq!(instants(&desired, &path_positions), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
-        assert_eq!(
-            instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
-            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
-        );
-    }
+    Ok(Log::new(log.name.clone(), moved(&log.reference)?, moved(&log.actual)?)?)
 }

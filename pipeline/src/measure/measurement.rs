@@ -18,7 +18,8 @@ pub struct Measurement {
     pub axes: Vec<Axis>,
     /// RMS and largest tracking error of every axis, mm or rad.
     pub tracking: Vec<(f64, f64)>,
-    /// Contour error over the samples that count: of a program those of feed moves, of a reference all.
+    /// Contour error, every sample of the path counted once: of a program those of feed moves, of a reference all. MAX is that of all samples of
+    /// the run.
     pub contour: ContourSummary,
     /// Error of the tool orientation; `None` on a machine without rotary axes.
     pub orientation: Option<OrientationSummary>,
@@ -41,8 +42,8 @@ pub struct Measurement {
     pub circle: Option<CircularTest>,
     /// Contour error of every sample of the run; none of a log that was read in pieces.
     pub errors: Vec<ContourError>,
-    /// Whether each of these samples counts in the figures.
-    pub counts: Vec<bool>,
+    /// Weight of each of these samples in the figures, so that every sample of the path counts once; `None` where it does not count.
+    pub weights: Vec<Option<f64>>,
 }
 
 /// A position in a run.

@@ -24,12 +24,12 @@ use motion::{Vec3, lag_s};
 use crate::analysis::worst_samples;
 use crate::error::Result;
 use crate::input::Input;
-use crate::statistics::{self, rms_max, summary_of_feed_moves};
+use crate::statistics::{self, rms_max};
 
 use measurement::{APART_S, WORST};
 
 pub use long::LongLog;
-pub use matching::{Match, in_path_time, in_time_of, match_by_position, match_run, without_approach};
+pub use matching::{Match, match_by_position, match_run, without_approach, without_offset};
 pub use measurement::{Measurement, Segment, WorstPoint};
 pub use model_check::{Fit, fits};
 pub use readback::{Readback, readback};
@@ -45,11 +45,11 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let matched = match_run(path, &commanded, period)?;
     let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;
-    let placed = matched.path_positions.iter().map(|position| position.round() as usize).zip(errors.iter().copied());
-    let contour = summary_of_feed_moves(part, placed)?;
-    let counts = |k: &usize| statistics::counts(part, matched.path_positions[*k].round() as usize);
+    let weights = statistics::weights(path.trajectory(), part, &matched.path_positions);
+    let contour = statistics::weighted(&errors, &weights)?;
+    let counts = |k: &usize| weights[*k].is_some();
     let poses = poses_at_places(path.poses(), &matched.path_positions);
-    let orientation = statistics::orientation(path, &errors, &poses, &log.actual, counts)?;
+    let orientation = statistics::orientation(path, &errors, &poses, &log.actual, &weights)?;
     let line = |k: usize| {
         let part = part?;
         part.line_at((matched.path_positions[k].round() as usize).min(part.plan.samples.len().saturating_sub(1)))
@@ -62,7 +62,6 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         .map(|(reference, actual)| lag_s(reference, actual, period))
         .collect();
     let circle = circle(&matched.path, &actual);
-    let counted = (0..errors.len()).map(|k| counts(&k)).collect();
     let reversals = reversals(log, &errors, &lags_s);
     let segments = segments(&errors, &matched.path, period, part.is_some(), |k| line(k).filter(|_| counts(&k)));
     Ok(Measurement {
@@ -78,7 +77,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
         lags_s,
         circle,
         matched,
-        counts: counted,
+        weights,
         errors,
     })
 }

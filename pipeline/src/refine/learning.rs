@@ -50,8 +50,7 @@ pub fn learn_from_runs(
     let known = KnownRuns { repeated: repeated_of(input, model, &runs)?, command: runs[best].command.clone() };
     let forecasts: Vec<Figures> = runs.iter().map(|run| run.forecast(input, &known.repeated)).collect::<Result<_>>()?;
     let outcome = model_based_ilc_after(input, model, Some(&known), settings, progress)?;
-    let along_path: Vec<Figures> = runs.iter().map(|run| run.along_path).collect();
-    let expected = Expected::of(best, &along_path, &forecasts, &outcome.after);
+    let expected = Expected::of(best, &measured, &forecasts, &outcome.after);
     let ended = match (last_is_worse(&measured), expected.gains) {
         (true, _) => Some(Ended::Worse),
         (false, false) => Some(Ended::NoGain),

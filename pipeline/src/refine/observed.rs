@@ -8,18 +8,16 @@ use motion::Trajectory;
 use crate::control::plus;
 use crate::error::Result;
 use crate::input::Input;
-use crate::measure::{Match, in_time_of, match_run, without_approach};
+use crate::measure::{Match, match_run, without_approach, without_offset};
+use crate::path_time::in_time_of;
 use crate::position_terms::machine_for;
-use crate::statistics::{Figures, figures_along};
+use crate::statistics::{Figures, figures_at};
 
 /// A run of a program of the path.
 #[derive(Debug)]
 pub struct ObservedRun {
-    /// Measured contour error, every sample of the run counted once.
+    /// Measured contour error, every sample of the path counted once.
     pub figures: Figures,
-    /// Measured contour error, every sample of the path counted once, as in forecasts. A control that slows down for corrections gives the
-    /// places at which it does so fewer samples here than in the run.
-    pub along_path: Figures,
     /// Commanded positions, in the path's time.
     pub command: Trajectory,
     /// Predicted positions, in the path's time.
@@ -49,8 +47,7 @@ impl ObservedRun {
         let (actual, predicted) = (run(&log.actual)?, run(&predicted)?);
         let differences = actual.columns().iter().zip(predicted.columns());
         Ok(Self {
-            along_path: input.figures(&actual)?,
-            figures: figures_along(desired, input.part(), &log.reference, &log.actual)?,
+            figures: figures_at(desired, input.part(), &matched.path_positions, &log.actual)?,
             model_error: differences.map(|(x, p)| x.iter().zip(p).map(|(x, p)| x - p).collect()).collect(),
             command: run(&log.reference)?,
             predicted,
@@ -73,19 +70,6 @@ impl ObservedRun {
     pub fn forecast(&self, input: &Input, repeated: &[Vec<f64>]) -> Result<Figures> {
         input.figures(&plus(&self.predicted, repeated)?)
     }
-}
-
-/// The log in the coordinates of the path.
-fn without_offset(log: Log, matched: &Match) -> Result<Log> {
-    if matched.offset.norm() == 0.0 {
-        return Ok(log);
-    }
-    let offsets = matched.offsets(log.axes());
-    let moved = |run: &Trajectory| {
-        let columns = run.columns().iter().zip(&offsets);
-        run.with_columns(columns.map(|(column, offset)| column.iter().map(|x| x - offset).collect()).collect())
-    };
-    Ok(Log::new(log.name.clone(), moved(&log.reference)?, moved(&log.actual)?)?)
 }
 
 /// The path at the positions of the command, one sample for each of the command's. Its directions of motion are those without correction.

@@ -17,7 +17,7 @@ use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, P
 use serde_json::{Value, json};
 
 use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_not_negative};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
@@ -137,8 +137,8 @@ impl Compensate {
             .reads_machine(self.machine.as_deref())
             .reads_controller(self.output.controller.as_deref())
             .reads_logs("--reference", self.reference.as_ref())
-            .writes("-o", &*self.out)
-            .writes("--report", self.report.report.as_deref())
+            .writes("-o", &*self.out, Kind::Path)
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {

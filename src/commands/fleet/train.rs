@@ -11,7 +11,7 @@ use serde_json::{Map, json};
 
 use super::options::{FleetArgs, failures};
 use crate::args::Common;
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::output::write_json;
 use crate::print::fleet::{model, model_json};
 use crate::{numbers, read};
@@ -77,7 +77,7 @@ impl Train {
             [model_path(&self.out, name), baseline_path(&self.out, name)]
         });
         let files = self.fleet.files(self.common.json.as_deref()).reads_recipe(&*self.predictor).writes_in("-o", &*self.out);
-        paths.fold(files, |files, path| files.writes("-o", &*path))
+        paths.fold(files, |files, path| files.writes("-o", &*path, Kind::Model))
     }
 
     pub fn run(&self) -> Result<()> {

@@ -10,7 +10,7 @@ use fleet::{AxisDay, Limits, Store, WatchSettings, baseline_path, content, model
 
 use super::options::{FleetArgs, failures};
 use crate::args::Common;
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::fleet::{alarms, summary, watch_json};
@@ -55,7 +55,7 @@ impl Watch {
             let name = &machine.name;
             [model_path(&self.models, name), baseline_path(&self.models, name)]
         });
-        let files = self.fleet.files(self.common.json.as_deref()).writes("-o", &*self.out);
+        let files = self.fleet.files(self.common.json.as_deref()).writes("-o", &*self.out, Kind::Table);
         read.fold(files, |files, path| files.reads("-m", &*path))
     }
 

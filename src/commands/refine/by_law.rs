@@ -1,7 +1,7 @@
 //! Refinement by a law that needs no model: one update from the best run.
 
 use anyhow::Result;
-use pipeline::refine::{Ended, RefineLaw, RefineSettings, aligned, best_of, last_is_worse, refine_from_log};
+use pipeline::refine::{Aligned, Ended, RefineLaw, RefineSettings, best_of, last_is_worse, refine_from_run};
 
 use super::{LOW_PASS_HZ, LawArg, Refine, check_axes};
 
@@ -13,12 +13,14 @@ impl Refine {
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
         input.check_original()?;
-        let in_path_time = |log| Ok(aligned(&input, log).map(|(command, actual, _)| (command, actual))?);
-        let runs = logs.iter().map(in_path_time).collect::<Result<Vec<_>>>()?;
-        self.check_order(&input, &setup, runs.iter().map(|(command, _)| command))?;
-        let measured = runs.iter().map(|(_, actual)| input.figures(actual)).collect::<Result<Vec<_>, _>>()?;
+        let runs = logs.iter().map(|log| Aligned::of(&input, log)).collect::<Result<Vec<_>, _>>()?;
+        self.check_order(&input, &setup, runs.iter().map(|run| &run.command))?;
+        let measured: Vec<_> = runs.iter().map(|run| run.figures).collect();
         let best = best_of(&measured).unwrap_or_default();
-        let pages = || self.pages(&input, &runs, &measured, None);
+        let pages = || {
+            let shown: Vec<_> = runs.iter().map(|run| (run.command.clone(), run.actual.clone())).collect();
+            self.pages(&input, &shown, &measured, None)
+        };
         if let (true, Some(program)) = (last_is_worse(&measured), programs.get(best)) {
             let figures = self.show_runs(&printer, &measured, None);
             let (run, out) = (self.run_of(best), self.out.display());
@@ -27,8 +29,9 @@ impl Refine {
             ));
             return self.write_best((best, program), Ended::Worse, figures, &pages, &printer);
         }
-        let (refined, matched) = refine_from_log(&input, &logs[best], &self.law_settings())?;
-        let figures = self.show_runs(&printer, &measured, Some(&matched.offset));
+        let run = runs.get(best).ok_or(pipeline::Error::NoRun("learning"))?;
+        let refined = refine_from_run(&input, run, &self.law_settings())?;
+        let figures = self.show_runs(&printer, &measured, Some(&run.matched.offset));
         let output = input.write(&refined.reference, &format, refined.max_shift, &self.out)?;
         self.write_program(output, figures, &pages, &printer)
     }

@@ -27,6 +27,7 @@ impl Refine {
         let settings = self.learning_settings(&format);
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
         self.check_order(&input, &setup, learning.runs.iter().map(|run| &run.command))?;
+        self.check_originals(&input, &model, learning.runs.iter().map(|run| &run.command))?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();
         let offset = learning.runs.last().map(|run| run.matched.offset);
         let figures = self.show_runs(&printer, &measured, offset.as_ref());

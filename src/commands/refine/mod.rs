@@ -2,6 +2,7 @@
 
 mod by_law;
 mod by_model;
+mod ran;
 
 use std::path::PathBuf;
 
@@ -10,7 +11,7 @@ use clap::{Args, ValueEnum};
 use datasets::Log;
 use motion::{Trajectory, Vec3};
 use pipeline::model_based_ilc::Outcome;
-use pipeline::refine::{Ended, LOW_PASS_HZ, aligned, best_of};
+use pipeline::refine::{Ended, LOW_PASS_HZ, best_of};
 use pipeline::refit::{Mark, comes_from};
 use pipeline::statistics::Figures;
 use pipeline::units::um;
@@ -19,7 +20,7 @@ use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, ReportArgs};
 use crate::commands::compensate::merged;
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::output_format;
@@ -87,11 +88,6 @@ pub struct Refine {
     report: ReportArgs,
 }
 
-/// Distance of a command from the nearest program, as a share of that from its own, below which the order of the programs is wrong, and the least
-/// difference of the two, mm: compensated programs of one part differ by micrometres.
-const NEARER: f64 = 0.5;
-const LEAST_APART_MM: f64 = 1e-3;
-
 /// What is learned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum LawArg {
@@ -112,8 +108,8 @@ impl Refine {
             .reads("-m", self.model.as_deref())
             .reads_machine(self.machine.as_deref())
             .reads_controller(self.output.controller.as_deref())
-            .writes("-o", &*self.out)
-            .writes("--report", self.report.report.as_deref())
+            .writes("-o", &*self.out, Kind::Path)
+            .writes("--report", self.report.report.as_deref(), Kind::Report)
     }
 
     pub fn run(&self) -> Result<()> {
@@ -196,37 +192,6 @@ impl Refine {
             }
         }
         Ok(programs)
-    }
-
-    /// Refuses programs that are not in the order of the logs: where the command of a run is far nearer to the plan of another program than to that of
-    /// its own. `commands` are those of the runs, in the path's time.
-    fn check_order<'a>(&self, input: &Input, setup: &Setup, commands: impl Iterator<Item = &'a Trajectory>) -> Result<()> {
-        if input.part().is_none() || self.ran.len() < 2 {
-            return Ok(());
-        }
-        let planned = self.ran.iter().map(|path| {
-            let ran = read::input(path, setup, &self.program.settings(), self.program.feed)?;
-            let plan = ran.command().clone();
-            Ok(aligned(input, &Log::new(path.display().to_string(), plan.clone(), plan)?)?.0)
-        });
-        // A program that cannot be planned as it is, such as one with times of its own on another machine, shows no order.
-        let Ok(planned) = planned.collect::<Result<Vec<Trajectory>>>() else { return Ok(()) };
-        for (run, command) in commands.enumerate() {
-            let apart: Vec<f64> = planned.iter().map(|plan| apart_mm(command, plan)).collect();
-            let Some((near, least)) = apart.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            if least < NEARER * apart[run] && apart[run] - least > LEAST_APART_MM {
-                return Err(Refusal(format!(
-                    "{} is no run of {}: its command is {} µm from that program and {} µm from {}; give the programs with --ran in the order of the logs",
-                    self.log[run].display(),
-                    self.ran[run].display(),
-                    um(apart[run]),
-                    um(least),
-                    self.ran[near].display()
-                ))
-                .into());
-            }
-        }
-        Ok(())
     }
 
     /// Prints the figures of all runs, and returns them with those of the last one.
@@ -319,15 +284,4 @@ fn check_axes(input: &Input, log: &Log) -> Result<()> {
     input.trajectory().check_axes(log.axes()).map_err(|error| {
         Refusal(format!("path and log: {error}; give the machine that has the log's axes with --machine")).into()
     })
-}
-
-/// RMS distance of two runs in the path's time, less their mean difference, mm or rad.
-fn apart_mm(a: &Trajectory, b: &Trajectory) -> f64 {
-    let of_axis = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-        let count = a.len().min(b.len()).max(1) as f64;
-        let differences = || a.iter().zip(b).map(|(a, b)| a - b);
-        let mean = differences().sum::<f64>() / count;
-        differences().map(|difference| (difference - mean).powi(2)).sum::<f64>() / count
-    };
-    a.columns().iter().zip(b.columns()).map(of_axis).sum::<f64>().sqrt()
 }

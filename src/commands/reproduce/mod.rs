@@ -31,7 +31,7 @@ use serde_json::json;
 use self::found::Found;
 use self::trained::Trained;
 use crate::args::{Common, MachineArgs};
-use crate::files::Files;
+use crate::files::{Files, Kind};
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 
@@ -115,7 +115,7 @@ impl Reproduce {
         let figures = self.page.as_deref().map(page::figures);
         Files::of(self.common.json.as_deref())
             .reads_machine(&*self.machine.machine)
-            .writes("--page", self.page.as_deref())
+            .writes("--page", self.page.as_deref(), Kind::Report)
             .writes_in("--page", figures.as_deref())
     }
 

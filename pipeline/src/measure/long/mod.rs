@@ -182,7 +182,7 @@ impl Sums {
             segments: segments.items,
             circle: None,
             errors: Vec::new(),
-            counts: Vec::new(),
+            weights: Vec::new(),
         })
     }
 }

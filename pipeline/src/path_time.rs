@@ -1,0 +1,85 @@
+//! Runs that follow a path in a time of their own, in the time of the path.
+
+use motion::{MotionError, Trajectory, cubic};
+
+/// Resamples a run with path positions `path_positions` to the instants at which it passes the path's samples; standstills last as
+/// long as in the run.
+///
+/// # Errors
+/// When the axes of the run are not those of the path.
+pub fn in_time_of(path: &Trajectory, run: &Trajectory, path_positions: &[f64]) -> Result<Trajectory, MotionError> {
+    let instants = instants(path, path_positions);
+    path.with_columns(run.columns().iter().map(|column| instants.iter().map(|at| cubic(column, *at).0).collect()).collect())
+}
+
+/// Weights of the samples of a run with path positions `path_positions`, with which every sample of the path counts once: a control that slows
+/// down for a correction gives the place no more weight, and one figure compares the runs of different programs of a path. Samples of the path
+/// before the first and after the last position of the run count in none.
+#[must_use]
+pub fn weights(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
+    let mut weights = vec![0.0; path_positions.len()];
+    let (Some(first), Some(last)) = (path_positions.first(), path_positions.last()) else { return weights };
+    let within = (first.round() as usize)..=(last.round() as usize);
+    for (sample, at) in instants(path, path_positions).into_iter().enumerate() {
+        if within.contains(&sample) {
+            weights[at.round() as usize] += 1.0;
+        }
+    }
+    weights
+}
+
+/// Instants, in samples of the run, at which a run with path positions `path_positions` passes every sample of the path.
+fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
+    let mut k = 0;
+    let mut passes = |sample: usize| {
+        let wanted = sample as f64;
+        while k + 1 < path_positions.len() && path_positions[k + 1] < wanted {
+            k += 1;
+        }
+        let (before, after) = (path_positions[k], path_positions.get(k + 1).copied().unwrap_or(path_positions[k]));
+        k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    let samples: Vec<usize> = (0..path.len()).collect();
+    let mut instants = Vec::with_capacity(samples.len());
+    for standstill in samples.chunk_by(|a, b| path.at(*a).eq(path.at(*b))) {
+        let (arrives, last) = (passes(standstill[0]), standstill[standstill.len() - 1] as f64);
+        let leaves = path_positions.partition_point(|at| *at <= last).saturating_sub(1) as f64;
+        instants.extend((0..standstill.len()).map(|waited| (arrives + waited as f64).min(leaves.max(arrives))));
+    }
+    instants
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::Axis;
+
+    use super::*;
+
+    #[test]
+    fn a_standstill_lasts_as_long_as_in_the_run() {
+        let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
+        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]);
+        // Half as fast, with a shorter standstill in between and a longer one at the end.
+        let path_positions = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 4.5, 5.0, 5.5, 6.0, 6.0, 6.0, 6.0];
+        assert_eq!(instants(&desired, &path_positions), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
+        assert_eq!(
+            instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+        );
+    }
+
+    #[test]
+    fn every_sample_of_the_path_counts_once() {
+        let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
+        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]);
+        let of = |positions: &[f64]| weights(&desired, positions);
+        assert_eq!(of(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), [1.0; 7]);
+        // Four times as slow in the first half: the path has as much weight there as elsewhere.
+        let slow = of(&[0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(slow[..8].iter().sum::<f64>(), 2.0);
+        assert_eq!(slow.iter().sum::<f64>(), 7.0);
+        // A run that ends early says nothing of the rest.
+        assert_eq!(of(&[0.0, 1.0, 2.0]).iter().sum::<f64>(), 3.0);
+        assert!(of(&[]).is_empty());
+    }
+}
