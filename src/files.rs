@@ -4,6 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use anyhow::Result;
 
+use crate::kind::Kind;
 use crate::output::Usage;
 use crate::read::CURVE;
 
@@ -22,63 +23,6 @@ struct Named {
     option: String,
     path: PathBuf,
     kind: Option<Kind>,
-}
-
-/// What a file holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    Program,
-    /// Log, reference or another table of samples.
-    Table,
-    /// A program or a reference, of the kind of the input.
-    Path,
-    Model,
-    /// Machine file or settings.
-    Toml,
-    /// Settings of a control.
-    Settings,
-    Report,
-    Figures,
-}
-
-impl Kind {
-    /// What a file of this name holds by its ending; `None` where that does not say.
-    #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_string_lossy().to_lowercase();
-        Some(match ending.as_str() {
-            "nc" | "ngc" | "gcode" | "cnc" | "tap" | "mpf" | "spf" | "h" | "eia" => Self::Program,
-            "csv" | "parquet" => Self::Table,
-            "model" => Self::Model,
-            "toml" => Self::Toml,
-            "ini" => Self::Settings,
-            "html" => Self::Report,
-            "json" => Self::Figures,
-            _ => return None,
-        })
-    }
-
-    /// What such a file is.
-    #[must_use]
-    pub fn what(self) -> &'static str {
-        match self {
-            Self::Program => "a part program",
-            Self::Table => "a log or a reference",
-            Self::Path => "a part program or a reference",
-            Self::Model => "a model",
-            Self::Toml => "a machine file or settings",
-            Self::Settings => "settings of a control",
-            Self::Report => "a report",
-            Self::Figures => "figures",
-        }
-    }
-
-    /// Whether files of another kind have such a name.
-    fn is_not(self, path: &Path) -> Option<Self> {
-        let other = Self::of(path)?;
-        let fits = self == other || (self == Self::Path && matches!(other, Self::Program | Self::Table));
-        (!fits).then_some(other)
-    }
 }
 
 impl Files {

@@ -11,6 +11,7 @@ mod commands;
 pub mod date;
 mod files;
 #[doc(hidden)]
+mod kind;
 pub mod numbers;
 #[doc(hidden)]
 pub mod output;

@@ -15,7 +15,7 @@ use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
-use crate::files::Kind;
+use crate::kind::Kind;
 use crate::output::{Printer, Refusal, Usage, read_file, read_file_up_to};
 
 /// The prefix of built-in test curves.

@@ -235,6 +235,18 @@ impl ImpulseResponse {
         if gain > 0.0 { (moment / gain).max(0.0) } else { 0.0 }
     }
 
+    /// Samples after a step until the response stays within the share `within` of its static gain.
+    #[must_use]
+    pub fn settled_samples(&self, within: f64) -> usize {
+        let gain = self.static_gain();
+        let mut left = 0.0;
+        let leaves = |tap: &f64| {
+            left += tap;
+            left.abs() > within * gain.abs()
+        };
+        self.taps.len() - self.taps.iter().rev().position(leaves).unwrap_or(self.taps.len())
+    }
+
     /// `y = P·u`: the filter.
     pub fn apply(&self, u: &[f64], y: &mut [f64]) {
         let before = self.taps.len() - 1;
@@ -307,6 +319,17 @@ mod tests {
         assert!((found.static_gain() - truth.static_gain()).abs() < 1e-6);
         assert!(ImpulseResponse::identify(&[0.0; 100], &[0.0; 100], 10).is_err());
         assert!(ImpulseResponse::identify(&[1.0; 10], &[1.0; 10], 10).is_err());
+    }
+
+    #[test]
+    fn a_response_settles_within_a_share_of_its_gain() {
+        // After n samples 0.5^n of the step is left.
+        let response = ImpulseResponse::new((1..=20).map(|k| 0.5_f64.powi(k)).collect()).unwrap();
+        assert_eq!([0.6, 0.3, 0.02].map(|within| response.settled_samples(within)), [1, 2, 6]);
+        // One that passes its end and comes back is not settled before it does.
+        let overshooting = ImpulseResponse::new(vec![0.5, 0.7, -0.3, 0.1]).unwrap();
+        assert_eq!([0.3, 0.05].map(|within| overshooting.settled_samples(within)), [2, 4]);
+        assert_eq!(ImpulseResponse::new(vec![1.0]).unwrap().settled_samples(0.02), 1);
     }
 
     #[test]

@@ -137,16 +137,27 @@ impl SampleErrors {
     /// # Errors
     /// [`Error::NoSamples`] when no sample counts.
     pub(crate) fn figures(&self, counts: impl Fn(&usize) -> bool) -> Result<Figures> {
+        self.figures_above(&[], counts)
+    }
+
+    /// Contour error of every sample, mm.
+    pub(crate) fn magnitudes_mm(&self) -> impl Iterator<Item = f64> {
+        self.tip.iter().map(|error| error.magnitude_mm)
+    }
+
+    /// Same as [`SampleErrors::figures`], of the part of the tip's errors that exceeds `unavoidable_mm`; all of it where that is empty.
+    pub(crate) fn figures_above(&self, unavoidable_mm: &[f64], counts: impl Fn(&usize) -> bool) -> Result<Figures> {
         let counted = || (0..self.tip.len()).filter(|k| counts(k));
-        let tip: Vec<ContourError> = counted().map(|k| self.tip[k]).collect();
+        let above = |k: usize| (self.tip[k].magnitude_mm - unavoidable_mm.get(k).copied().unwrap_or(0.0)).max(0.0);
+        let tip: Vec<f64> = counted().map(above).collect();
         let direction = self.direction_rad.as_ref().map(|angles| counted().map(|k| angles[k]).collect::<Vec<f64>>());
         let orientation = direction.map(|angles| summary_of_angles(&angles)).transpose()?;
-        Ok(Figures { tip: summary(&tip).ok_or(Error::NoSamples)?, orientation })
+        Ok(Figures { tip: summary_of(&tip, None).ok_or(Error::NoSamples)?, orientation })
     }
 
     /// Cost of every sample, mm: contour error of the tip, and the direction's error at a lever of 20 mm.
     pub(crate) fn costs_mm(&self) -> Vec<f64> {
-        let tip = self.tip.iter().map(|error| error.magnitude_mm);
+        let tip = self.magnitudes_mm();
         match &self.direction_rad {
             Some(angles) => tip.zip(angles).map(|(tip, angle)| tip.hypot(angle * LEVER_MM)).collect(),
             None => tip.collect(),

@@ -11,7 +11,8 @@ use pipeline::{Event, Input, Setup};
 
 use super::simulate::SensorName;
 use crate::args::{Common, LawArg, MachineArgs, ProgramArgs, ReportArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::comparison as print;

@@ -9,7 +9,8 @@ use diagnosis::{Sensor, Settings, diagnose, linuxcnc};
 use machine::{AxisSpec, MachineSpec};
 
 use crate::args::{Common, LogArgs, ReportArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::output::{Outputs, Printer};
 use crate::print::diagnosis as print;
 use crate::read;

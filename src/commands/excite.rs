@@ -18,7 +18,8 @@ use pipeline::{Part, ReadSettings, Setup, machine_of};
 use serde_json::{Map, Value, json};
 
 use crate::args::{Common, OutputArgs, ProgramArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 use crate::read;

@@ -10,7 +10,8 @@ use pipeline::training::limits_of_logs;
 use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers::{self, Travel};
 use crate::output::{Outputs, Usage, read_file};
 use crate::read;

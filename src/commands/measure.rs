@@ -12,7 +12,8 @@ use pipeline::measure::LongLog;
 use pipeline::{Input, Setup, measure};
 
 use crate::args::{Common, LogArgs, ProgramArgs, ReportArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::output::{Outputs, Printer, Refusal, write_json};
 use crate::plot::PlotArgs;
 use crate::print::measurement as print;

@@ -14,7 +14,8 @@ use pipeline::{Columns, Expectation, PositionTerms, Setup, forecast, machine_for
 use serde_json::json;
 
 use crate::args::{Common, ProgramArgs, ReportArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::output::{Outputs, table};
 use crate::plot::PlotArgs;
 use crate::print::compensation as print;

@@ -11,7 +11,8 @@ use pipeline::statistics::figures_along;
 use serde_json::json;
 
 use crate::args::{Common, MachineArgs, ProgramArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};

@@ -6,7 +6,7 @@ use std::path::Path;
 use gcode::{Diagnostic, Dialect, Language, Options, Program};
 use models::{ControlFidelity, Outside};
 use motion::contour::ContourSummary;
-use pipeline::model_based_ilc::{Outcome, WithoutGain};
+use pipeline::model_based_ilc::{BesideUnchanged, Outcome, WithoutGain};
 use pipeline::part::FixedMoves;
 use pipeline::refit::{RefitSettings, SlowStop};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
@@ -106,6 +106,9 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
     if let Some(expected) = expected {
         show_expectation(printer, expected);
     }
+    if let Some(beside) = &outcome.beside_unchanged {
+        printer.line(beside_unchanged(beside));
+    }
     show_orientation(printer, outcome);
     if let Some(cycle_s) = outcome.cycle_s {
         printer.line(cycle(cycle_s));
@@ -120,6 +123,17 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
     if !outcome.gained {
         printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(input.part(), outcome)));
     }
+}
+
+/// The largest error, where no correction reaches it.
+fn beside_unchanged(beside: &BesideUnchanged) -> String {
+    format!(
+        "MAX is at line {}, beside a rapid or another move that is not changed, and no correction reaches it: {} µm; elsewhere it is {} µm. A dwell \
+         (G4) between the two moves lets the machine settle",
+        beside.line,
+        um(beside.max_mm),
+        um(beside.elsewhere_mm)
+    )
 }
 
 fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {

@@ -35,7 +35,7 @@ use crate::statistics::Figures;
 
 pub use gain::WithoutGain;
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
-pub use outcome::Outcome;
+pub use outcome::{BesideUnchanged, Outcome};
 pub use outside::OutsideRange;
 pub use settings::{FewerPoints, LawName, Settings, shift_bound};
 
@@ -118,7 +118,7 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     let updates = runs.len() - 1;
     // A program whose whole does not gain may hold segments that do.
     let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
-    let run = run.map(|run| runs.swap_remove(run));
+    let run = run.map(|run| task.leave_out_unavoidable(runs.swap_remove(run).0)).transpose()?;
     let (first, _) = runs.swap_remove(0);
     drop(runs);
     let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
@@ -145,7 +145,9 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
         chosen.updates += updates;
     }
     let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
-    choose(input, first, chosen, Learned { max_shift, ended, outside, without_gain })
+    let outcome = choose(input, first, chosen, Learned { max_shift, ended, outside, without_gain })?;
+    let beside_unchanged = if outcome.gained { task.beside_unchanged(&outcome.forecast)? } else { None };
+    Ok(Outcome { beside_unchanged, ..outcome })
 }
 
 /// Reduces the correction of segments without gain, until the forecast of every corrected segment gains. Returns those that are left as they
@@ -272,6 +274,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         too_slow,
         written: written.filter(|_| gained),
         without_gain: if gained { without_gain } else { Vec::new() },
+        beside_unchanged: None,
         outside,
         mark: None,
     })

@@ -46,10 +46,23 @@ pub struct Outcome {
     pub written: Option<RefitSettings>,
     /// Segments of a program that are not changed, because the forecast gains nothing by it.
     pub without_gain: Vec<WithoutGain>,
+    /// Where the largest error is that is left, if beside a move that is not changed.
+    pub beside_unchanged: Option<BesideUnchanged>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
     /// Comment at the head of the written program; `None` where no model file was involved.
     pub mark: Option<Mark>,
+}
+
+/// The largest predicted error of a compensated program, where it is beside a rapid or another move that is not changed: no correction reaches it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BesideUnchanged {
+    /// Program line, from 1.
+    pub line: usize,
+    /// Largest error, mm.
+    pub max_mm: f64,
+    /// Largest error elsewhere, mm.
+    pub elsewhere_mm: f64,
 }
 
 impl Outcome {

@@ -62,7 +62,7 @@ pub(super) fn slow_stop<M: Machine + ?Sized>(
     let mut run = |slow_stop: Option<SlowStop>| -> Result<(f64, Vec<f64>)> {
         control.replans(RefitSettings { slow_stop, ..written });
         let errors = task.errors(&control.run(reference)?)?;
-        Ok((cost(&task.figures(&errors)?), errors.costs_mm()))
+        Ok((cost(&task.whole_figures(&errors)?), errors.costs_mm()))
     };
     let (before, costs_mm) = run(None)?;
     let mut best = (before * (1.0 - LEAST_GAIN), None);

@@ -12,6 +12,7 @@ use machine::{Machine, MachineError};
 use motion::{DesiredPath, Trajectory};
 
 use super::acceptance::cost;
+use super::outcome::BesideUnchanged;
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::part::Part;
@@ -35,6 +36,11 @@ const CANDIDATE_SAMPLES: usize = 400_000;
 /// Largest path length for Gauss–Newton steps, samples. They hold some thirty columns of this length.
 const STEPS_SAMPLES: usize = 400_000;
 
+/// Ratio of the largest error beside moves that are not changed to the largest one elsewhere from which on it is told.
+const FAR_ABOVE: f64 = 2.0;
+/// Share of a step up to which a machine has settled.
+const SETTLED: f64 = 0.02;
+
 /// Forecast at which the iteration ends, as a share of the model's error. It adds half a per cent to that error.
 const FLOOR_SHARE: f64 = 0.1;
 
@@ -56,6 +62,8 @@ pub(super) struct Task<'a> {
     responses: Vec<ImpulseResponse>,
     /// The samples over which runs are evaluated; `None` for all.
     evaluated: Option<Vec<bool>>,
+    /// Part of every sample's error that no correction takes away, mm; empty where that is not known.
+    unavoidable_mm: Vec<f64>,
 }
 
 /// The samples over which runs of a part are evaluated: those that may be changed, or those of all feed moves where
@@ -76,6 +84,7 @@ impl<'a> Task<'a> {
             cancelled: AtomicBool::new(false),
             responses: Vec::new(),
             evaluated: input.part().map(evaluated),
+            unavoidable_mm: Vec::new(),
         }
     }
 
@@ -104,9 +113,15 @@ impl<'a> Task<'a> {
         SampleErrors::of(self.input.desired(), actual)
     }
 
-    /// Figures of a run over the moves that may be changed. Fixed moves must not prevent the correction of the others.
-    pub fn figures(&self, errors: &SampleErrors) -> Result<Figures> {
+    /// Figures of a run over the moves that may be changed, with the part that no correction takes away.
+    pub fn whole_figures(&self, errors: &SampleErrors) -> Result<Figures> {
         errors.figures(|k| self.evaluated.as_ref().is_none_or(|evaluated| evaluated[*k]))
+    }
+
+    /// Figures of a run over the moves that may be changed, without the part that is unavoidable. Fixed moves must not prevent the correction of the
+    /// others.
+    pub fn figures(&self, errors: &SampleErrors) -> Result<Figures> {
+        errors.figures_above(&self.unavoidable_mm, |k| self.evaluated.as_ref().is_none_or(|evaluated| evaluated[*k]))
     }
 
     /// Cost of a run, mm. Its figures are appended to `known` and reported as one of at most `most` forecasts.
@@ -168,6 +183,37 @@ impl<'a> Task<'a> {
             tried.extend(self.checked(found)?.into_iter().skip(1));
         }
         Ok((with_figures(tried, known)?, ended))
+    }
+
+    /// Counts from here on, beside moves that are not changed, only what exceeds the errors of `ideal`, and returns that run with its new cost. The
+    /// machine arrives with the error of a rapid, and corrections fade towards the next one. What none takes away would outweigh what they do elsewhere.
+    pub fn leave_out_unavoidable(&mut self, ideal: Iteration) -> Result<(Iteration, Figures)> {
+        let errors = self.errors(&ideal.actual)?;
+        let settling = self.responses.iter().map(|response| response.settled_samples(SETTLED)).max().unwrap_or_default();
+        let mut since = settling;
+        let of = |(weight, error_mm): (&f64, f64)| {
+            since = if *weight < 1.0 { 0 } else { since + 1 };
+            if since <= settling { error_mm } else { 0.0 }
+        };
+        self.unavoidable_mm = self.correction_limits.weights.iter().zip(errors.magnitudes_mm()).map(of).collect();
+        let figures = self.figures(&errors)?;
+        Ok((Iteration { measure: cost(&figures), ..ideal }, figures))
+    }
+
+    /// The largest error of a run over all feed moves, where it is beside a move that is not changed and far above all others.
+    pub fn beside_unchanged(&self, actual: &Trajectory) -> Result<Option<BesideUnchanged>> {
+        let Some(part) = self.input.part().filter(|_| !self.unavoidable_mm.is_empty()) else { return Ok(None) };
+        let (mut beside, mut elsewhere_mm) = ((0, 0.0), 0.0_f64);
+        for (k, error_mm) in self.errors(actual)?.magnitudes_mm().enumerate().filter(|(k, _)| part.feeds_at(*k)) {
+            if self.unavoidable_mm[k] == 0.0 {
+                elsewhere_mm = elsewhere_mm.max(error_mm);
+            } else if error_mm > beside.1 {
+                beside = (k, error_mm);
+            }
+        }
+        let (at, max_mm) = beside;
+        let told = |line| BesideUnchanged { line, max_mm, elsewhere_mm };
+        Ok(part.line_at(at).filter(|_| elsewhere_mm > 0.0 && max_mm > FAR_ABOVE * elsewhere_mm).map(told))
     }
 
     /// From here on, the control plans every run and keeps the limits of the axes itself. Limits on the correction would take it out of corners

@@ -17,7 +17,8 @@ use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, P
 use serde_json::{Value, json};
 
 use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_not_negative};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
@@ -323,6 +324,9 @@ impl Compensate {
                 "after": orientation_json(outcome.after.orientation.as_ref()),
             },
             "expected_contour_um": expected.map(print::expectation_json),
+            "beside_unchanged": outcome.beside_unchanged.map(|beside| json!({
+                "line": beside.line, "max_um": beside.max_mm * 1e3, "elsewhere_max_um": beside.elsewhere_mm * 1e3,
+            })),
             "left_alone": input.part().map(|part| json!({ "moves": part.fixed_moves(), "feed_length_share": part.fixed_share() })),
             "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
             "format": format,

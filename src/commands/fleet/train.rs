@@ -11,7 +11,8 @@ use serde_json::{Map, json};
 
 use super::options::{FleetArgs, failures};
 use crate::args::Common;
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::output::write_json;
 use crate::print::fleet::{model, model_json};
 use crate::{numbers, read};

@@ -10,7 +10,8 @@ use fleet::{AxisDay, Limits, Store, WatchSettings, baseline_path, content, model
 
 use super::options::{FleetArgs, failures};
 use crate::args::Common;
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::Outputs;
 use crate::print::fleet::{alarms, summary, watch_json};

@@ -20,7 +20,8 @@ use serde_json::{Value, json};
 
 use crate::args::{Common, LogArgs, OutputArgs, ProgramArgs, ReportArgs};
 use crate::commands::compensate::merged;
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::output_format;

@@ -31,7 +31,8 @@ use serde_json::json;
 use self::found::Found;
 use self::trained::Trained;
 use crate::args::{Common, MachineArgs};
-use crate::files::{Files, Kind};
+use crate::files::Files;
+use crate::kind::Kind;
 use crate::numbers;
 use crate::output::{Outputs, Printer};
 
