@@ -16,6 +16,7 @@ use crate::files::Files;
 use crate::kind::Kind;
 use crate::output::{Outputs, Printer, Refusal, write_json};
 use crate::plot::PlotArgs;
+use crate::print::compensation::show_marked;
 use crate::print::measurement as print;
 use crate::read::{self, Source};
 use crate::report::{Group, Run, Track, model_fit, sections};
@@ -123,6 +124,7 @@ impl Measure {
             print::show_readback(&printer, &found);
             return write_json(self.common.json.as_deref(), &print::readback_json(&found));
         }
+        show_marked(&printer, &desired);
         let measured = measure::measure(&log, &desired, self.estimator.estimator().as_mut())?;
         print::show(&printer, &measured, self.desired.is_some());
         if self.desired.is_some() {

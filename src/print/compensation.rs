@@ -125,6 +125,16 @@ pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Optio
     }
 }
 
+/// Says that a program whose errors are evaluated is a compensated one.
+pub fn show_marked(printer: &Printer, input: &Input) {
+    if input.check_original().is_err() {
+        printer.line(format!(
+            "note: {} is a compensated program. Errors are evaluated against its shifted points, not against the part; that takes the original program",
+            input.name()
+        ));
+    }
+}
+
 /// The largest error, where no correction reaches it.
 fn beside_unchanged(beside: &BesideUnchanged) -> String {
     format!(

@@ -37,12 +37,18 @@ pub fn show_readback(printer: &Printer, found: &Readback) {
     printer.line(readback(found));
     printer.line(match found.is_faithful() {
         [true, true] => "the output format is faithful: the commanded path matches the program",
-        [true, false] if found.is_slow() => {
-            "the path is kept, and the control takes longer than the plan. Where this is the original program, the plan's limits are not those of the control: \
+        [path_kept, false] if found.is_slow() => {
+            if !path_kept {
+                printer.line("path and time differ from the plan. A plan of other limits rounds corners elsewhere: look at the time first");
+            }
+            "the control takes longer than the plan. Where this is the original program, the plan's limits are not those of the control: \
              train with --programs, put them into the machine file, or compensate with --reference. Of a compensated one, write the points' time (--format g93)"
         }
-        [true, false] => "the path is kept, its time is not: run slower, or write the points' time (--format g93)",
-        [false, _] => "the control leaves the path: tighten its tolerance (G64 P0.001 Q0, or its high-accuracy mode)",
+        [_, false] => "the control is faster than the plan, or slower in places: its limits are not those of the plan. Train with --programs, or put them into the \
+             machine file; of a compensated program, write the points' time (--format g93)",
+        [false, true] => {
+            "the control leaves the path where it rounds corners: tighten its tolerance (G64 P0.001 Q0 on LinuxCNC, $11 on Grbl, the high-accuracy mode of others)"
+        }
     });
 }
 

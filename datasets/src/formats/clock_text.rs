@@ -1,7 +1,8 @@
 //! Times of day and dates as text.
 
 /// Seconds of `HH:MM:SS`, with a fraction after a point or comma, behind a date or none, in s: since the start of 1970 where there is a date, else
-/// since midnight. Dates are `2026-11-27`, `27.11.2026` and `11/27/2026`; `T` or a blank follows. `Z` and AM or PM may stand behind.
+/// since midnight. Dates are `2026-11-27`, `27.11.2026` and `11/27/2026`; `T` or a blank follows. `Z`, a time zone such as `+02:00`, and AM or PM may
+/// stand behind. `MM:SS` has to have a fraction, and no date.
 pub(super) fn clock_s(text: &str) -> Option<f64> {
     let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
     if !text.contains(':') || !text.is_ascii() {
@@ -16,15 +17,35 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
         Some(Some((time, half))) if half.eq_ignore_ascii_case("pm") => (time.trim_end(), Some(12.0)),
         _ => (time, None),
     };
-    let mut parts = time.split(':');
-    let (hours, minutes, seconds) = (digits(parts.next()?)?, digits(parts.next()?)?, parts.next()?);
+    let (time, zone_s) = match time.find(['+', '-']) {
+        Some(at) => (time[..at].trim_end(), zone_s(&time[at..])?),
+        None => (time, 0.0),
+    };
+    let mut parts: Vec<&str> = time.split(':').collect();
+    if parts.len() == 2 && date.is_none() && half_day.is_none() && parts[1].contains(['.', ',']) {
+        parts.insert(0, "0");
+    }
+    let &[hours, minutes, seconds] = parts.as_slice() else { return None };
+    let (hours, minutes) = (digits(hours)?, digits(minutes)?);
     let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
-    if parts.next().is_some() || minutes >= 60 || !(0.0..61.0).contains(&seconds) {
+    if minutes >= 60 || !(0.0..61.0).contains(&seconds) {
         return None;
     }
     let hours = half_day.map_or(hours as f64, |from| (hours % 12) as f64 + from);
     let days = date.map_or(Some(0), days_of)?;
-    Some(86_400.0 * days as f64 + 3600.0 * hours + 60.0 * minutes as f64 + seconds)
+    Some(86_400.0 * days as f64 + 3600.0 * hours + 60.0 * minutes as f64 + seconds - zone_s)
+}
+
+/// Seconds of a time zone: `+HH:MM`, `+HHMM` or `+HH`.
+fn zone_s(text: &str) -> Option<f64> {
+    let (sign, zone) = if let Some(zone) = text.strip_prefix('+') { (1.0, zone) } else { (-1.0, text.strip_prefix('-')?) };
+    let zone = zone.replace(':', "");
+    let (hours, minutes) = match zone.len() {
+        2 => (digits(&zone)?, 0),
+        4 => (digits(&zone[..2])?, digits(&zone[2..])?),
+        _ => return None,
+    };
+    (hours <= 14 && minutes < 60).then_some(sign * (3600 * hours + 60 * minutes) as f64)
 }
 
 fn digits(text: &str) -> Option<i64> {
@@ -63,7 +84,14 @@ mod tests {
         assert_eq!(clock_s("2026-11-27 18:50:03.002"), Some(1_795_805_403.002));
         assert_eq!(clock_s("27.11.2026 18:50:03"), clock_s("11/27/2026 6:50:03 PM"));
         assert_eq!(clock_s("2024-02-29T00:00:00").map(|s| s + 86_400.0), clock_s("2024-03-01T00:00:00"));
+        assert_eq!(clock_s("2026-11-27 18:50:03.5+02:00"), clock_s("2026-11-27T16:50:03.5Z"));
+        assert_eq!(clock_s("2026-11-27 18:50:03-0130"), clock_s("2026-11-27 20:20:03"));
+        assert_eq!(clock_s("01:02.250"), Some(62.25));
         for text in [
+            "12:00:00 +99",
+            "12:00:00+1:2:3",
+            "01:02",
+            "2026-11-27 01:02.5",
             "",
             ":",
             "1:2",

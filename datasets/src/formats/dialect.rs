@@ -90,14 +90,35 @@ impl Dialect {
     }
 
     fn plain_number(&self, field: &str) -> Option<f64> {
-        if self.decimal_comma {
-            if field.contains('.') {
-                return None;
-            }
-            field.replace(',', ".").parse().ok()
-        } else {
+        let plain = if !self.decimal_comma {
             field.parse().ok()
+        } else if field.contains('.') {
+            None
+        } else {
+            field.replace(',', ".").parse().ok()
+        };
+        plain.or_else(|| self.grouped_number(field))
+    }
+
+    /// The value of a number whose digits stand in groups of three: `43.164,300`, `43,164.300`, `43 164.3`, `43'164.3`. Points and commas between groups
+    /// need a decimal sign or a second group, since one alone may be a decimal sign.
+    fn grouped_number(&self, field: &str) -> Option<f64> {
+        let (decimal, other) = if self.decimal_comma { (',', '.') } else { ('.', ',') };
+        let (whole, fraction) = field.split_once(decimal).map_or((field, None), |(whole, fraction)| (whole, Some(fraction)));
+        let (sign, whole) =
+            whole.strip_prefix('-').map_or((1.0, whole.strip_prefix('+').unwrap_or(whole)), |whole| (-1.0, whole));
+        let between = whole.chars().find(|character| !character.is_ascii_digit())?;
+        let groups: Vec<&str> = whole.split(between).collect();
+        let is_sign = between == other && (fraction.is_some() || groups.len() > 2);
+        let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let [first, others @ ..] = groups.as_slice() else { return None };
+        let are_groups = (1..=3).contains(&first.len())
+            && are_digits(first)
+            && others.iter().all(|group| group.len() == 3 && are_digits(group));
+        if !are_groups || !(is_sign || [' ', '\u{a0}', '\u{202f}', '\''].contains(&between)) || !fraction.is_none_or(are_digits) {
+            return None;
         }
+        format!("{}.{}", groups.concat(), fraction.unwrap_or_default()).parse().ok().map(|value: f64| sign * value)
     }
 
     /// Whether a row of the right width, empty fields at its end aside, holds a number. A time of day alone may be a line of the head.
@@ -133,6 +154,29 @@ mod tests {
         assert_eq!(sniff("t|x\n0,5|1,25\n1,0|2,5\n"), Dialect::new('|', true, 2));
         assert_eq!(sniff("t,x\n\"0,5\",\"1,25\"\n\"1,0\",\"2,5\"\n"), Dialect::new(',', true, 2));
         assert_eq!(sniff("t,x\n2026-11-27T18:50:03.002,1.25\n2026-11-27T18:50:03.004,2.5\n"), Dialect::new(',', false, 2));
+    }
+
+    #[test]
+    fn digits_in_groups_are_numbers() {
+        let of = |decimal_comma: bool, field: &str| Dialect::new(';', decimal_comma, 1).number(field);
+        assert_eq!(of(true, "43.164,300"), Some(43_164.3));
+        assert_eq!(of(true, "-1.043.164"), Some(-1_043_164.0));
+        assert_eq!(of(false, "43,164.300"), Some(43_164.3));
+        assert_eq!([of(true, "43 164,3"), of(false, "43'164.3"), of(true, "43\u{a0}164,3")], [Some(43_164.3); 3]);
+        for (decimal_comma, field) in [
+            (true, "43.164"),
+            (false, "43,164"),
+            (true, "4.16,3"),
+            (true, "4.1645,3"),
+            (false, "1,000,"),
+            (false, "a 123"),
+            (true, "1.000,5,1"),
+        ] {
+            assert_eq!(of(decimal_comma, field), None, "{field}");
+        }
+        // Groups appear only where values are large.
+        assert_eq!(sniff("t;x\n0,5;1,25\n1,0;1.002,5\n"), Dialect::new(';', true, 2));
+        assert_eq!(sniff("t,x\n0.5,1.25\n1.0,\"1,002.5\"\n"), Dialect::new(',', false, 2));
     }
 
     #[test]

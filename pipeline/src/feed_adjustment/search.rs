@@ -137,10 +137,9 @@ impl<'a> Search<'a> {
         Ok(trial)
     }
 
-    /// The trial of the least MAX whose cycle takes at most `most_s`.
+    /// The trial of the least MAX whose cycle takes at most `most_s`, and of the least RMS where several are as good in MAX.
     pub fn best_within(&self, most_s: f64) -> Option<&Visit> {
-        let in_time = self.visits.iter().filter(|visit| visit.cycle_s <= most_s);
-        in_time.min_by(|a, b| a.max_mm.total_cmp(&b.max_mm).then(a.cycle_s.total_cmp(&b.cycle_s)))
+        best_within(&self.visits, most_s)
     }
 
     /// Factors of all moves of a program.
@@ -177,6 +176,16 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Ratio to the least MAX up to which it counts as the same: that of a move beside a rapid hardly depends on feeds.
+const SAME_MAX: f64 = 1.02;
+
+fn best_within(visits: &[Visit], most_s: f64) -> Option<&Visit> {
+    let in_time = || visits.iter().filter(|visit| visit.cycle_s <= most_s);
+    let least_mm = in_time().map(|visit| visit.max_mm).reduce(f64::min)?;
+    let as_good = in_time().filter(|visit| visit.max_mm <= SAME_MAX * least_mm);
+    as_good.min_by(|a, b| a.rms_mm.total_cmp(&b.rms_mm).then(a.cycle_s.total_cmp(&b.cycle_s)))
+}
+
 /// Planned duration of every move, s.
 fn durations_s(part: &Part) -> Vec<f64> {
     let mut durations_s = vec![0.0; part.toolpath.moves.len()];
@@ -184,4 +193,18 @@ fn durations_s(part: &Part) -> Vec<f64> {
         durations_s[index] += part.settings.period_s;
     }
     durations_s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_trials_with_the_same_max_the_least_rms_is_the_best() {
+        let visit = |cycle_s: f64, max_mm: f64, rms_mm: f64| Visit { factors: Vec::new(), cycle_s, max_mm, rms_mm };
+        let visits = [visit(33.0, 42.7, 1.67), visit(34.0, 42.0, 2.88), visit(30.0, 50.0, 1.0), visit(40.0, 20.0, 0.5)];
+        assert_eq!(best_within(&visits, 35.0).map(|best| best.rms_mm), Some(1.67));
+        assert_eq!(best_within(&visits, 50.0).map(|best| best.rms_mm), Some(0.5));
+        assert!(best_within(&visits, 1.0).is_none());
+    }
 }

@@ -28,7 +28,8 @@ pub struct FeedArgs {
     /// With --tolerance: the feeds of the shortest cycle whose predicted contour error stays within it
     #[arg(long, requires = "tolerance", conflicts_with = "keep_time")]
     fastest: bool,
-    /// The feeds of the least predicted contour error, in a cycle that takes at most this much longer than programmed: +1%, 0%, -20%
+    /// The feeds of the least predicted MAX, in a cycle that takes at most this much longer than programmed: +1%, 0%, -20%. Plans some twenty
+    /// programs
     #[arg(long, value_name = "PERCENT", value_parser = numbers::change, conflicts_with = "tolerance", allow_hyphen_values = true)]
     max_time: Option<f64>,
     /// Print cycle time against predicted contour error for ten choices of feeds
