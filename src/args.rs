@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use datasets::ReadOptions;
-use gcode::{DecimalPoint, Dialect, Macros, PassiveCodes};
+use gcode::{ArcCentres, DecimalPoint, Dialect, Macros, PassiveCodes};
 use machine::{MachineSpec, WORK_SYSTEMS};
 use pipeline::model_based_ilc::Settings;
 use pipeline::model_based_ilc::{FewerPoints, LawName};
@@ -115,6 +115,10 @@ pub struct ProgramArgs {
     /// How the control reads coordinates without a decimal point: X50 as 50 mm, or as 0.050 mm. When left out, the control's profile decides
     #[arg(long, value_enum)]
     pub decimal_point: Option<DecimalPointName>,
+    /// How I, J and K state the centres of arcs where the program does not say so (G90.1, G91.1): as distances from the start, or as positions. When left out,
+    /// the arcs decide, and a program of circles that fit both is refused
+    #[arg(long, value_enum)]
+    pub arc_centres: Option<ArcCentresName>,
     /// Work offset: machine minus program coordinates, mm; for one coordinate system with its name, as in G55=10,20,0. Without it
     /// terms that depend on position are left out
     #[arg(long, value_name = "[G54=]X,Y,Z", value_parser = parse_offset, allow_hyphen_values = true)]
@@ -153,6 +157,7 @@ impl ProgramArgs {
             // Those beside the program, once it is known.
             subprograms: Subprograms::default(),
             decimal_point: self.decimal_point.map(Into::into),
+            arc_centres: self.arc_centres.map_or(ArcCentres::Auto, Into::into),
             work_offsets: self.work_offset.clone(),
             tool_length_mm: self.tool_length,
             at_zero: false,
@@ -222,6 +227,24 @@ impl From<DecimalPointName> for DecimalPoint {
         match name {
             DecimalPointName::Unit => Self::Unit,
             DecimalPointName::LeastIncrement => Self::LeastIncrement,
+        }
+    }
+}
+
+/// How the centres of arcs are stated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ArcCentresName {
+    /// As distances from the start of the arc (G91.1)
+    Incremental,
+    /// As positions (G90.1)
+    Absolute,
+}
+
+impl From<ArcCentresName> for ArcCentres {
+    fn from(name: ArcCentresName) -> Self {
+        match name {
+            ArcCentresName::Incremental => Self::Incremental,
+            ArcCentresName::Absolute => Self::Absolute,
         }
     }
 }

@@ -85,8 +85,7 @@ impl ArcEnds {
             return Err(ArcFault::ZeroRadius);
         }
         let start_angle = from[1].atan2(from[0]);
-        let closed = (end[0] - start[0]).hypot(end[1] - start[1]) <= SAME_POINT_MM;
-        let turned = if closed { 0.0 } else { (to[1].atan2(to[0]) - start_angle).rem_euclid(TAU) };
+        let turned = if self.are_closed() { 0.0 } else { (to[1].atan2(to[0]) - start_angle).rem_euclid(TAU) };
         let whole = TAU * f64::from(turns.saturating_sub(1));
         let sweep = match (counter_clockwise, turned == 0.0) {
             (true, true) => TAU + whole,
@@ -94,6 +93,11 @@ impl ArcEnds {
             (false, _) => turned - TAU - whole,
         };
         Ok(Arc { plane, centre_mm: centre, radius_start_mm, radius_end_mm, start_angle, sweep })
+    }
+
+    /// Whether both ends are one point of the plane.
+    pub fn are_closed(&self) -> bool {
+        (self.end[0] - self.start[0]).hypot(self.end[1] - self.start[1]) <= SAME_POINT_MM
     }
 
     /// The arc of radius `|radius|`. A negative radius selects the arc above 180°.

@@ -134,6 +134,10 @@ impl Interpreter<'_> {
             self.report.error(self.span(index), "an absolute arc centre needs both its words", None);
             return None;
         }
+        if !absolute_centre {
+            let [from_start, as_position] = [incremental, absolute].map(|centre| [0, 1].map(|k| centre[k] - ends.start[k]));
+            self.full_circles.note(self.span(index), ends.are_closed(), from_start, complete.then_some(as_position));
+        }
         let (centre, other) = if absolute_centre { (absolute, incremental) } else { (incremental, absolute) };
         let fits_otherwise = complete && ends.about(other).is_ok();
         ends.about(centre).map_err(|fault| self.report_arc(fault, index, fits_otherwise.then_some(absolute_centre))).ok()

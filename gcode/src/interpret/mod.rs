@@ -9,6 +9,7 @@ mod codes;
 mod doubts;
 mod feed_move;
 mod frames;
+mod full_circles;
 mod gather;
 mod mirrors;
 mod motion;
@@ -90,18 +91,23 @@ fn assumed_centres(options: &Options) -> Distance {
 impl Interpreter<'_> {
     /// Whether arcs may be stated by absolute centres, which were read as incremental.
     fn doubts_centres(&self) -> bool {
+        self.centres_are_open() && self.arc_faults.is_telling
+    }
+
+    /// Whether neither program, control nor option say how centres are stated.
+    fn centres_are_open(&self) -> bool {
         // SINUMERIK states absolute centres word by word.
-        let is_open = self.options.arc_centres == ArcCentres::Auto
+        self.options.arc_centres == ArcCentres::Auto
             && self.options.dialect != Dialect::Sinumerik
-            && !Dialect::Fanuc.is_certain(self.program);
-        is_open && self.arc_faults.is_telling && !self.arc_distance_stated
+            && !Dialect::Fanuc.is_certain(self.program)
+            && !self.arc_distance_stated
     }
 
     fn warn_of_absolute_centres(&mut self) {
         self.report.warning(
             Span { start: 0, end: 0 },
             "arc centres are read as absolute (G90.1): as distances from the start they fit no circles",
-            Some("state G90.1 or G91.1, or set the option, to be sure"),
+            Some("state G90.1 or G91.1 in the program, or --arc-centres, to be sure"),
         );
     }
 
@@ -138,7 +144,15 @@ impl Interpreter<'_> {
         !stops
     }
 
-    fn finish(self) -> Result<Toolpath, GcodeError> {
+    fn finish(mut self) -> Result<Toolpath, GcodeError> {
+        if let Some(circle) = self.full_circles.doubt().filter(|_| self.centres_are_open()) {
+            let message = "this circle begins beside its centre if I, J, K are its position, and aslant of it if they are distances from the start: which they are is not known";
+            self.report.error(
+                circle,
+                message,
+                Some("state --arc-centres incremental or absolute, or G91.1 or G90.1 in the program"),
+            );
+        }
         let refused = self.report.has_errors();
         let diagnostics = self.report.into_diagnostics();
         if refused {

@@ -3,6 +3,7 @@
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
+use super::full_circles::FullCircles;
 use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;
@@ -47,6 +48,7 @@ pub(super) struct Interpreter<'a> {
     pub units_stated: bool,
     pub arc_distance_stated: bool,
     pub arc_faults: ArcFaults,
+    pub full_circles: FullCircles,
     /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
     pub optional_feed: bool,
     /// Whether an F beside a dwell may have changed the feed.
@@ -163,6 +165,7 @@ impl<'a> Interpreter<'a> {
             units_stated: false,
             arc_distance_stated: false,
             arc_faults: ArcFaults::default(),
+            full_circles: FullCircles::default(),
             optional_feed: false,
             unclear_feed: false,
             rotated: Vec::new(),

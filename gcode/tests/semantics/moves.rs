@@ -94,6 +94,29 @@ fn absolute_centres_are_recognised_only_where_nothing_else_fits() {
 }
 
 #[test]
+fn circles_that_begin_beside_a_centre_given_as_a_position_leave_its_reading_open() {
+    // Holes about X50 Y20 and X90 Y60, as controls with absolute centres mill them.
+    let holes = "G21 G90 G0 X55 Y20 Z0\nG3 X55 Y20 I50 J20 F100\nG0 X95 Y60\nG3 X95 Y60 I90 J60\n";
+    let refused = |text: &str| interpret(&parse(text), &Options::default()).err().map(|error| error.to_string());
+    assert!(refused(holes).is_some_and(|text| text.contains("which they are is not known")));
+    for (arc_centres, centre) in [(ArcCentres::Incremental, [105.0, 40.0]), (ArcCentres::Absolute, [50.0, 20.0])] {
+        let path = interpret(&parse(holes), &Options { arc_centres, ..Options::default() }).unwrap();
+        assert_eq!(arc(&path.moves[1]).centre_mm, centre);
+    }
+    // An arc that fits distances alone decides, as do circles that begin beside them, statements, and controls.
+    for decided in [
+        &format!("{holes}G0 X0 Y0\nG2 X10 Y10 I10 J0\n"),
+        &format!("{holes}G0 X0 Y0\nG2 X0 Y0 I5 J0\n"),
+        &format!("{holes}G0 X0 Y0\nG2 I5\n"),
+        &format!("G91.1\n{holes}"),
+        "G21 G90 G0 X10 Y5 Z0\nG2 X10 Y5 I-3 J-4 F100\n",
+        "G21 G90 G0 X5 Y0 Z0\nG2 X5 Y0 I-5 J0 F100\n",
+    ] {
+        assert_eq!(refused(decided), None, "{decided}");
+    }
+}
+
+#[test]
 fn a_cancelled_cycle_leaves_the_motion_beside_it_active() {
     for dialect in [Dialect::Fanuc, Dialect::LinuxCnc] {
         let path = read_as(dialect, "G21 G90 G1 X1 F100\nG80 G0 X2\nX3\nG1 G80 X4\nX5\n");

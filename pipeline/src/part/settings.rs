@@ -1,6 +1,6 @@
 //! Settings for reading a program, and what they mean on a setup.
 
-use gcode::{DecimalPoint, Dialect, Macros, Options, PassiveCodes, Program};
+use gcode::{ArcCentres, DecimalPoint, Dialect, Macros, Options, PassiveCodes, Program};
 
 use super::faults::render;
 use super::offsets::{GivenOffset, WorkOffsets};
@@ -30,6 +30,8 @@ pub struct ReadSettings {
     pub subprograms: Subprograms,
     /// Reading of coordinates without a decimal point; `None` takes that of the setup, else refuses a program that depends on it.
     pub decimal_point: Option<DecimalPoint>,
+    /// How I, J, K state the centres of arcs until the program says it.
+    pub arc_centres: ArcCentres,
     /// Work offsets, machine minus program coordinates, mm; they complement or replace those of the setup.
     pub work_offsets: Vec<GivenOffset>,
     /// Tool length, mm, where the Z offsets do not contain it.
@@ -50,6 +52,7 @@ impl Default for ReadSettings {
             expand: false,
             subprograms: Subprograms::default(),
             decimal_point: None,
+            arc_centres: ArcCentres::Auto,
             work_offsets: Vec::new(),
             tool_length_mm: 0.0,
             at_zero: false,
@@ -77,10 +80,10 @@ impl ReadSettings {
         let dialect = self.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
         let stated = self.decimal_point.or(setup.decimal_point);
         let decimal_point = stated.unwrap_or_default();
-        let Self { passive, block_delete, macros, .. } = *self;
+        let Self { passive, block_delete, macros, arc_centres, .. } = *self;
         let slots: Vec<usize> = setup.kinematics.axes().iter().filter_map(motion::Axis::slot).collect();
         let rotary_axes = std::array::from_fn(|axis| slots.contains(&(3 + axis)));
-        let options = Options { passive, block_delete, macros, decimal_point, rotary_axes, ..dialect.into() };
+        let options = Options { passive, block_delete, macros, decimal_point, arc_centres, rotary_axes, ..dialect.into() };
         let open = match (self.decimal_point, stated) {
             (Some(_), _) => None,
             // The description of a machine may stand for another control than that of the program.
