@@ -7,7 +7,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::commands;
 use crate::files::Files;
-use crate::output::{REFUSED, Usage, text};
+use crate::output::{REFUSED, Usage, check_printed, text};
 
 /// Learns how a CNC machine's axes lag, stick and snap back, and shifts a part program's points the other way before its first run.
 #[derive(Debug, Parser)]
@@ -111,7 +111,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return if error.use_stderr() { MISUSED } else { 0 };
         }
     };
-    let result = cli.command.files().check().and_then(|()| cli.command.run());
+    let result = cli.command.files().check().and_then(|()| cli.command.run()).and_then(|()| check_printed());
     match result {
         Ok(()) => 0,
         Err(error) => {

@@ -73,7 +73,7 @@ pub fn noise(text: &str) -> Result<f64, String> {
 
 /// Share of the samples that is held out.
 pub fn held_out(text: &str) -> Result<f64, String> {
-    within(text, 0.0, 0.9)
+    within(text, 0.01, 0.9)
 }
 
 /// Number of seeds, runs or programs.
@@ -84,6 +84,11 @@ pub fn count(text: &str) -> Result<u64, String> {
 /// Number of samples of a training: from a minute at 100 Hz on.
 pub fn samples(text: &str) -> Result<usize, String> {
     within(text, 6000, 1_000_000_000)
+}
+
+/// Number of runs of ILC.
+pub fn learning_runs(text: &str) -> Result<usize, String> {
+    within(text, 1, 1000)
 }
 
 /// Number of iterations; zero for the first forecast alone.

@@ -2,8 +2,9 @@
 
 use std::cell::RefCell;
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
@@ -170,10 +171,18 @@ impl Printer {
         }
     }
 
-    /// Prints a line. A closed pipe (`| head`) is ignored: the files are still written.
+    /// Prints a line. A closed pipe (`| head`) is ignored: the files are still written. Other faults are kept for [`check_printed`].
     pub fn line(&self, text: impl std::fmt::Display) {
         let _ = match &self.0 {
-            Sink::Stdout => writeln!(std::io::stdout(), "{text}"),
+            Sink::Stdout => {
+                let printed = writeln!(std::io::stdout(), "{text}");
+                if let Err(error) = &printed
+                    && error.kind() != ErrorKind::BrokenPipe
+                {
+                    let _ = NOT_PRINTED.set(error.to_string());
+                }
+                printed
+            }
             Sink::Stderr => writeln!(std::io::stderr(), "{text}"),
             Sink::Warnings => {
                 let text = text.to_string();
@@ -185,6 +194,20 @@ impl Printer {
                 Ok(())
             }
         };
+    }
+}
+
+/// Why a line could not be printed.
+static NOT_PRINTED: OnceLock<String> = OnceLock::new();
+
+/// Refuses a command whose lines could not be printed, on a full disk.
+///
+/// # Errors
+/// [`Refusal`] with the reason.
+pub fn check_printed() -> Result<()> {
+    match NOT_PRINTED.get() {
+        Some(why) => Err(Refusal(format!("cannot write to standard output: {why}")).into()),
+        None => Ok(()),
     }
 }
 

@@ -233,6 +233,13 @@ fn described<T, E: std::error::Error + Send + Sync + 'static>(
         let known = names.join(", ");
         return Err(Usage(format!("there is no {kind} file {name}, and the built-in ones are {known}")).into());
     }
+    if let Some(other) = Kind::of(Path::new(name)).filter(|of| *of != Kind::Toml) {
+        let what = other.what();
+        let remedy = if other == Kind::Model { "; a model is given with -m" } else { "" };
+        return Err(
+            Usage(format!("{name}: by its name this is {what}, and a {kind} is described in a .toml file{remedy}")).into()
+        );
+    }
     let text = std::fs::read_to_string(name).with_context(|| format!("cannot read {name}"))?;
     from_toml(&text).map_err(|error| Refusal(format!("{name}: {error}")).into())
 }

@@ -46,7 +46,7 @@ pub struct Compare {
     #[arg(long, default_value_t = 1, value_parser = numbers::count)]
     seeds: u64,
     /// Learning runs of every ILC, the last of which counts
-    #[arg(long, default_value_t = CompareSettings::default().ilc_runs, value_parser = numbers::iterations)]
+    #[arg(long, default_value_t = CompareSettings::default().ilc_runs, value_parser = numbers::learning_runs)]
     runs: usize,
     /// Learning gain of every ILC with a constant one; tuned on the machine when left out
     #[arg(long, value_name = "Q", value_parser = numbers::gain)]

@@ -52,9 +52,9 @@ pub struct Train {
     /// How the axes are predicted: staged, linear, lstm, lstm-paper, gru, gru-paper, narx, or a recipe file (.toml)
     #[arg(long, value_name = "NAME|TOML", default_value = "staged")]
     predictor: String,
-    /// Features of the networks (Paper D, table II)
-    #[arg(long, value_enum, default_value_t = FeatureName::Iii)]
-    features: FeatureName,
+    /// Features of the networks (Paper D, table II) [default: iii]
+    #[arg(long, value_enum)]
+    features: Option<FeatureName>,
     #[command(flatten)]
     columns: LogArgs,
     /// Share of the samples that is held out, as whole runs
@@ -269,8 +269,13 @@ impl Train {
     }
 
     fn settings(&self) -> Result<TrainSettings> {
+        let recipe = read::recipe(&self.predictor)?;
+        if recipe.network.is_none() && (self.features.is_some() || self.checkpoints.is_some()) {
+            let why = format!("--features and --checkpoints are of networks, and `{}` has none", self.predictor);
+            return Err(Usage(format!("{why}; leave them out, or choose --predictor lstm, gru or narx")).into());
+        }
         Ok(TrainSettings {
-            recipe: read::recipe(&self.predictor)?.with_features(self.features.into()),
+            recipe: recipe.with_features(self.features.unwrap_or(FeatureName::Iii).into()),
             held_out: self.held_out,
             most_samples: self.most_samples,
             seed: self.common.seed,

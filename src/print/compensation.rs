@@ -171,7 +171,7 @@ pub fn cycle((before_s, after_s): (f64, f64)) -> String {
 
 /// A correction that reaches its bound, mm.
 pub fn cut_off(max_shift: f64) -> String {
-    format!("warning: the correction is cut off at its bound of {max_shift} mm; with a larger --max-shift more may be gained")
+    format!("warning: the correction is cut off at its bound of {max_shift:.3} mm; with a larger --max-shift more may be gained")
 }
 
 /// What a run is expected to come to.

@@ -119,11 +119,14 @@ pub enum Error {
         named: bool,
     },
     /// No sample of the path is evaluated.
-    #[error("the path has no samples")]
+    #[error("nothing can be evaluated: the path has no feed move, or the run does not reach one")]
     NoSamples,
     /// The path of a comparison has no motion.
     #[error("the path does not move")]
     NoMotion,
+    /// A program with a log does not move.
+    #[error("{0} does not move, and says nothing about the control; leave it out of --programs")]
+    StillProgram(String),
     /// The machine description in a model is invalid.
     #[error("the model's machine: {0}")]
     ModelMachine(#[source] MachineError),

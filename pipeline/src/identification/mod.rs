@@ -106,9 +106,6 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
     let (fitted, held_out) = split(&observed);
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());
     let fitted = parts(&fitted);
-    if fitted.is_empty() {
-        return Err(Error::NoMotion);
-    }
     let compared = spread(COMPARED_S, &fitted);
     let mut comparison = Comparison::new(&compared, &held_out, first_corners, steps);
     comparison.run(&start)?;
@@ -155,9 +152,15 @@ fn observe(runs: &[KnownRun<'_>], machine: &MachineSpec) -> Result<Vec<Observed>
         Observed::new(run, &setup, &settings)
     };
     // Where coordinates without a decimal point can be read in two ways, the log shows which one holds.
-    runs.iter()
-        .map(|run| read(run, DecimalPoint::Unit).or_else(|error| read(run, DecimalPoint::LeastIncrement).map_err(|_| error)))
-        .collect()
+    let moving = |run: &KnownRun<'_>| {
+        let found = read(run, DecimalPoint::Unit).or_else(|error| read(run, DecimalPoint::LeastIncrement).map_err(|_| error));
+        match found {
+            Err(Error::NoMotion) => Err(Error::StillProgram(run.name.clone())),
+            Ok(observed) if observed.parts().is_empty() => Err(Error::StillProgram(run.name.clone())),
+            found => found,
+        }
+    };
+    runs.iter().map(moving).collect()
 }
 
 /// The runs, those with most corners first: they say most about the control. A program of one smooth curve says little.
