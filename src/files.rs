@@ -143,10 +143,10 @@ impl Named {
 
     fn check_file(&self) -> Result<()> {
         let Self { option, path, kind } = self;
-        if let Some((kind, other)) = kind.and_then(|kind| Some((kind, kind.is_not(path)?))) {
+        if let Some((kind, other)) = kind.filter(|_| path.is_file()).and_then(|kind| Some((kind, kind.is_not(path)?))) {
             let (path, kind, other) = (path.display(), kind.what(), other.what());
             return Err(Usage(format!(
-                "{option} {path}: what is written is {kind}, and the name is that of {other}; name another file"
+                "{option} {path} is there, by its name {other}, and what is written is {kind}; name another file"
             ))
             .into());
         }
@@ -250,10 +250,13 @@ mod tests {
         for (name, kind) in
             [("part.nc", Kind::Table), ("part.NC", Kind::Model), ("log.csv", Kind::Report), ("m.toml", Kind::Path)]
         {
+            assert!(writes(name, kind).check().is_ok(), "{name} is not there");
+            std::fs::write(folder.path().join(name), b"kept").unwrap();
             let error = refused(&writes(name, kind));
             assert!(error.contains(kind.what()) && error.contains("name another file"), "{error}");
         }
         for (name, kind) in [("run.csv", Kind::Path), ("part.nc", Kind::Path), ("run.out", Kind::Table), ("model", Kind::Model)] {
+            std::fs::write(folder.path().join(name), b"").unwrap();
             assert!(writes(name, kind).check().is_ok(), "{name}");
         }
     }

@@ -25,13 +25,11 @@ impl Kind {
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
         Some(match ending.as_str() {
-            "nc" | "ngc" | "gcode" | "cnc" | "tap" | "mpf" | "spf" | "h" | "eia" => Self::Program,
+            "nc" | "ngc" | "gcode" | "mpf" => Self::Program,
             "csv" | "parquet" => Self::Table,
             "model" => Self::Model,
             "toml" => Self::Toml,
-            "ini" => Self::Settings,
             "html" => Self::Report,
-            "json" => Self::Figures,
             _ => return None,
         })
     }
@@ -51,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Whether files of another kind have such a name.
+    /// What a file of this name holds that is not of this kind.
     #[must_use]
     pub fn is_not(self, path: &Path) -> Option<Self> {
         let other = Self::of(path)?;

@@ -1,6 +1,6 @@
 //! Runs that follow a path in a time of their own, in the time of the path.
 
-use motion::{MotionError, Trajectory, cubic};
+use motion::{DesiredPath, MotionError, Trajectory, cubic};
 
 /// Resamples a run with path positions `path_positions` to the instants at which it passes the path's samples; standstills last as
 /// long as in the run.
@@ -13,19 +13,57 @@ pub fn in_time_of(path: &Trajectory, run: &Trajectory, path_positions: &[f64]) -
 }
 
 /// Weights of the samples of a run with path positions `path_positions`, with which every sample of the path counts once: a control that slows
-/// down for a correction gives the place no more weight, and one figure compares the runs of different programs of a path. Samples of the path
-/// before the first and after the last position of the run count in none.
+/// down for a correction gives the place no more weight, and one figure compares the runs of different programs of a path. A standstill of the path
+/// counts as long as the run stands still there, and no longer than in the path. Samples of the path before the first and after the last position of
+/// the run count in none.
 #[must_use]
-pub fn weights(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
+pub fn weights(desired: &DesiredPath, path_positions: &[f64]) -> Vec<f64> {
+    let path = desired.trajectory();
     let mut weights = vec![0.0; path_positions.len()];
     let (Some(first), Some(last)) = (path_positions.first(), path_positions.last()) else { return weights };
+    let places = places(desired);
+    let place = |at: f64| places.get(at.round() as usize).copied().flatten();
+    let is_one = |a: f64, b: f64| (a - b).abs() < SAME || (place(a).is_some() && place(a) == place(b));
     let within = (first.round() as usize)..=(last.round() as usize);
-    for (sample, at) in instants(path, path_positions).into_iter().enumerate() {
-        if within.contains(&sample) {
-            weights[at.round() as usize] += 1.0;
+    let mut before = f64::NAN;
+    for (sample, at) in instants(path, path_positions).into_iter().enumerate().filter(|(sample, _)| within.contains(sample)) {
+        let is_left = at == before && sample > 0 && path.at(sample).eq(path.at(sample - 1));
+        before = at;
+        if !is_left {
+            // Where the run stood still, and goes on far away, it is where it stood.
+            let floor = at as usize;
+            let stood = floor > 0 && is_one(path_positions[floor], path_positions[floor - 1]);
+            weights[if stood { floor } else { at.round() as usize }] += 1.0;
         }
     }
+    // A turn about a standing tip is one place in the run, and many samples of the path.
+    let mut from = 0;
+    for same in path_positions.chunk_by(|a, b| is_one(*a, *b)) {
+        let of_place = &mut weights[from..from + same.len()];
+        let mean = of_place.iter().sum::<f64>() / same.len() as f64;
+        of_place.fill(mean);
+        from += same.len();
+    }
     weights
+}
+
+/// Difference of path positions below which they are one, samples: of a run at a thousandth of the feed.
+const SAME: f64 = 1e-3;
+/// Way of a tip from one sample to the next below which it stands still, mm.
+const STANDS_MM: f64 = 1e-6;
+
+/// For every sample of a path at which the tip stands still the first one there.
+fn places(desired: &DesiredPath) -> Vec<Option<usize>> {
+    let poses = desired.poses();
+    let moves = |k: usize| k >= poses.len() || k == 0 || (poses[k].tip - poses[k - 1].tip).norm() > STANDS_MM;
+    let mut first = 0;
+    let of = |k: usize| {
+        if moves(k) {
+            first = k;
+        }
+        (first < k || !moves(k + 1)).then_some(first)
+    };
+    (0..poses.len()).map(of).collect()
 }
 
 /// Instants, in samples of the run, at which a run with path positions `path_positions` passes every sample of the path.
@@ -51,9 +89,16 @@ fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use motion::Axis;
+    use std::sync::Arc;
+
+    use motion::{Axis, Cartesian};
 
     use super::*;
+
+    fn desired(path: Trajectory) -> DesiredPath {
+        let kinematics = Arc::new(Cartesian::new(path.axes().to_vec()));
+        DesiredPath::new(path, kinematics).unwrap()
+    }
 
     #[test]
     fn a_standstill_lasts_as_long_as_in_the_run() {
@@ -71,7 +116,7 @@ mod tests {
     #[test]
     fn every_sample_of_the_path_counts_once() {
         let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
-        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]);
+        let desired = desired(path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]));
         let of = |positions: &[f64]| weights(&desired, positions);
         assert_eq!(of(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), [1.0; 7]);
         // Four times as slow in the first half: the path has as much weight there as elsewhere.
@@ -81,5 +126,19 @@ mod tests {
         // A run that ends early says nothing of the rest.
         assert_eq!(of(&[0.0, 1.0, 2.0]).iter().sum::<f64>(), 3.0);
         assert!(of(&[]).is_empty());
+        // A standstill that the run lacks counts as one sample, and one that it holds for longer as three.
+        assert_eq!(of(&[0.0, 1.0, 2.0, 5.0, 6.0]), [1.0; 5]);
+        let longer = of(&[0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 5.0, 6.0]);
+        assert!((longer[2..8].iter().sum::<f64>() - 3.0).abs() < 1e-12 && longer[2] == longer[7], "{longer:?}");
+    }
+
+    #[test]
+    fn a_turn_about_a_standing_tip_counts_over_all_of_its_samples() {
+        let columns = vec![vec![0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0], vec![0.0, 0.0, 0.1, 0.2, 0.3, 0.4, 0.4]];
+        let path = Trajectory::new(0.002, vec![Axis::named("x"), Axis::named("a")], columns).unwrap();
+        // The run turns for seven samples, wherever its standing tip is found.
+        let found = weights(&desired(path), &[0.0, 1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 4.0, 6.0]);
+        assert!(found[1..8].iter().all(|weight| (weight - 5.0 / 7.0).abs() < 1e-12), "{found:?}");
+        assert_eq!((found[0], found[8]), (1.0, 1.0));
     }
 }

@@ -192,16 +192,16 @@ fn figures_of(
     actual: &Trajectory,
 ) -> Result<Figures> {
     let poses = poses_at_places(desired.poses(), path_positions);
-    let weights = weights(desired.trajectory(), part, path_positions);
+    let weights = weights(desired, part, path_positions);
     Ok(Figures { tip: weighted(errors, &weights)?, orientation: orientation(desired, errors, &poses, actual, &weights)? })
 }
 
 /// Weights of the samples of a run with path positions `path_positions`, with which every sample of the path counts once; `None` for a sample that
 /// does not count.
 #[must_use]
-pub fn weights(path: &Trajectory, part: Option<&Part>, path_positions: &[f64]) -> Vec<Option<f64>> {
+pub fn weights(desired: &DesiredPath, part: Option<&Part>, path_positions: &[f64]) -> Vec<Option<f64>> {
     let counted = path_positions.iter().map(|position| counts(part, position.round() as usize));
-    counted.zip(path_time::weights(path, path_positions)).map(|(counts, weight)| counts.then_some(weight)).collect()
+    counted.zip(path_time::weights(desired, path_positions)).map(|(counts, weight)| counts.then_some(weight)).collect()
 }
 
 /// Figures of contour errors with these weights.

@@ -12,28 +12,33 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
         Some(at) if !text[..at].contains(':') => (Some(&text[..at]), text[at + 1..].trim_start()),
         _ => (None, text),
     };
+    let (time, zone_s) = match time.find(['+', '-']) {
+        Some(at) => (time[..at].trim_end(), zone_s(&time[at..])?),
+        None => (time, 0.0),
+    };
     let (time, half_day) = match time.len().checked_sub(2).map(|at| time.split_at_checked(at)) {
         Some(Some((time, half))) if half.eq_ignore_ascii_case("am") => (time.trim_end(), Some(0.0)),
         Some(Some((time, half))) if half.eq_ignore_ascii_case("pm") => (time.trim_end(), Some(12.0)),
         _ => (time, None),
     };
-    let (time, zone_s) = match time.find(['+', '-']) {
-        Some(at) => (time[..at].trim_end(), zone_s(&time[at..])?),
-        None => (time, 0.0),
-    };
     let mut parts: Vec<&str> = time.split(':').collect();
+    let has_hours = parts.len() == 3;
     if parts.len() == 2 && date.is_none() && half_day.is_none() && parts[1].contains(['.', ',']) {
         parts.insert(0, "0");
     }
     let &[hours, minutes, seconds] = parts.as_slice() else { return None };
     let (hours, minutes) = (digits(hours)?, digits(minutes)?);
     let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
-    if minutes >= 60 || !(0.0..61.0).contains(&seconds) {
+    if has_hours && minutes >= 60 || !(0.0..61.0).contains(&seconds) {
         return None;
     }
     let hours = half_day.map_or(hours as f64, |from| (hours % 12) as f64 + from);
-    let days = date.map_or(Some(0), days_of)?;
-    Some(86_400.0 * days as f64 + 3600.0 * hours + 60.0 * minutes as f64 + seconds - zone_s)
+    let of_day_s = 3600.0 * hours + 60.0 * minutes as f64 + seconds - zone_s;
+    match date {
+        Some(date) => Some(86_400.0 * days_of(date)? as f64 + of_day_s),
+        None if has_hours => Some(of_day_s.rem_euclid(86_400.0)),
+        None => Some(of_day_s),
+    }
 }
 
 /// Seconds of a time zone: `+HH:MM`, `+HHMM` or `+HH`.
@@ -86,7 +91,9 @@ mod tests {
         assert_eq!(clock_s("2024-02-29T00:00:00").map(|s| s + 86_400.0), clock_s("2024-03-01T00:00:00"));
         assert_eq!(clock_s("2026-11-27 18:50:03.5+02:00"), clock_s("2026-11-27T16:50:03.5Z"));
         assert_eq!(clock_s("2026-11-27 18:50:03-0130"), clock_s("2026-11-27 20:20:03"));
-        assert_eq!(clock_s("01:02.250"), Some(62.25));
+        assert_eq!([clock_s("01:02.250"), clock_s("60:00.000")], [Some(62.25), Some(3600.0)]);
+        assert_eq!(clock_s("00:00:01+02:00"), Some(79_201.0));
+        assert_eq!(clock_s("6:50:03 PM +02:00"), clock_s("16:50:03"));
         for text in [
             "12:00:00 +99",
             "12:00:00+1:2:3",

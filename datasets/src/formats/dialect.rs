@@ -14,6 +14,8 @@ pub(crate) struct Dialect {
     pub width: usize,
 }
 
+/// Share of numbers among the fields between tabs above which blanks separate nothing.
+const MOST: f64 = 0.5;
 /// Number of lines for the detection.
 const SNIFFED: usize = 200;
 
@@ -36,20 +38,23 @@ impl Dialect {
     /// leaves fields such as `5;1`.
     pub fn sniff(lines: &[Line<'_>]) -> Self {
         let lines = &lines[..lines.len().min(SNIFFED)];
-        let mut best = (0.0, Self::new(',', false, 1));
+        let mut best = (Score::default(), Self::new(',', false, 1));
         for (separator, decimal_comma) in SEPARATORS {
+            // Blanks beside tabs are those of digits in groups, or of names.
+            if separator == ' ' && best.1.separator == '\t' && best.0.share > MOST {
+                continue;
+            }
             let mut dialect = Self::new(separator, decimal_comma, 1);
             let widths: Vec<usize> = lines.iter().map(|line| dialect.fields(line.text).len()).collect();
             dialect.width = most_common(&widths);
             let rows: Vec<Vec<&str>> = lines.iter().map(|line| dialect.fields(line.text)).collect();
             let rows: Vec<&Vec<&str>> = rows.iter().filter(|row| row.len() == dialect.width).collect();
-            let numbers = |row: &&Vec<&str>| row.iter().filter(|field| dialect.number(field).is_some()).count() as f64;
-            let score: f64 = rows.iter().map(|row| numbers(row).powi(2) / row.len() as f64).sum();
+            let score = Score::of(&dialect, &rows);
             // A separator at the end of every row adds no column; a column that is named and empty is one.
             if dialect.width > 1 && rows.iter().all(|row| row.last().is_some_and(|field| field.is_empty())) {
                 dialect.width -= 1;
             }
-            if score > best.0 {
+            if score.is_above(&best.0, separator == best.1.separator) {
                 best = (score, dialect);
             }
         }
@@ -86,18 +91,22 @@ impl Dialect {
 
     /// The value of a field, if it is a number or a time of day, with or without a date, in s.
     pub fn number(&self, field: &str) -> Option<f64> {
-        self.plain_number(field).or_else(|| clock_s(field))
+        self.plain_number(field).or_else(|| self.grouped_number(field)).or_else(|| clock_s(field))
+    }
+
+    /// Whether a field is a number, its digits not in groups, or a time of day: serial numbers and addresses look like digits in groups.
+    fn is_plain(&self, field: &str) -> bool {
+        self.plain_number(field).is_some() || clock_s(field).is_some()
     }
 
     fn plain_number(&self, field: &str) -> Option<f64> {
-        let plain = if !self.decimal_comma {
+        if !self.decimal_comma {
             field.parse().ok()
         } else if field.contains('.') {
             None
         } else {
             field.replace(',', ".").parse().ok()
-        };
-        plain.or_else(|| self.grouped_number(field))
+        }
     }
 
     /// The value of a number whose digits stand in groups of three: `43.164,300`, `43,164.300`, `43 164.3`, `43'164.3`. Points and commas between groups
@@ -115,17 +124,54 @@ impl Dialect {
         let are_groups = (1..=3).contains(&first.len())
             && are_digits(first)
             && others.iter().all(|group| group.len() == 3 && are_digits(group));
-        if !are_groups || !(is_sign || [' ', '\u{a0}', '\u{202f}', '\''].contains(&between)) || !fraction.is_none_or(are_digits) {
+        if !are_groups
+            || !(is_sign || [' ', '\u{a0}', '\u{202f}', '\'', '\u{2019}'].contains(&between))
+            || !fraction.is_none_or(are_digits)
+        {
             return None;
         }
         format!("{}.{}", groups.concat(), fraction.unwrap_or_default()).parse().ok().map(|value: f64| sign * value)
     }
 
-    /// Whether a row of the right width, empty fields at its end aside, holds a number. A time of day alone may be a line of the head.
+    /// Whether a row of the right width, empty fields at its end aside, holds a number. A time of day alone may be a line of the head, and so may
+    /// digits in groups.
     pub fn is_data(&self, line: &str) -> bool {
         let fields = self.fields(line);
         let fits = fields.len() >= self.width && fields.iter().skip(self.width).all(|field| field.is_empty());
-        fits && fields.iter().any(|field| self.plain_number(field).is_some())
+        let grouped = || fields.iter().filter(|field| self.grouped_number(field).is_some()).count();
+        fits && (fields.iter().any(|field| self.plain_number(field).is_some()) || grouped() > 1)
+    }
+}
+
+/// How well a dialect fits rows: the sum over the rows of their numbers, squared, by their fields.
+#[derive(Default)]
+struct Score {
+    /// Of numbers whose digits are in no groups.
+    plain: f64,
+    /// The same where numbers in groups count half.
+    all: f64,
+    /// Share of the fields that are numbers.
+    share: f64,
+}
+
+impl Score {
+    fn of(dialect: &Dialect, rows: &[&Vec<&str>]) -> Self {
+        let (mut score, mut numbers, mut fields) = (Self::default(), 0.0, 0.0);
+        for row in rows {
+            fields += row.len() as f64;
+            let plain = row.iter().filter(|field| dialect.is_plain(field)).count() as f64;
+            let grouped = row.iter().filter(|field| dialect.grouped_number(field).is_some()).count() as f64;
+            score.plain += plain.powi(2) / row.len() as f64;
+            score.all += (plain + 0.5 * grouped).powi(2) / row.len() as f64;
+            numbers += plain + grouped;
+        }
+        score.share = if fields > 0.0 { numbers / fields } else { 0.0 };
+        score
+    }
+
+    /// Of two decimal signs beside one separator plain numbers decide, since a serial number may look like digits in groups of either.
+    fn is_above(&self, other: &Self, same_separator: bool) -> bool {
+        if same_separator && (self.plain > 0.0 || other.plain > 0.0) { self.plain > other.plain } else { self.all > other.all }
     }
 }
 
@@ -174,9 +220,14 @@ mod tests {
         ] {
             assert_eq!(of(decimal_comma, field), None, "{field}");
         }
+        let head = "IP;192.168.100.200;\nt;x;y\n0,5;1,25;7\n1,0;1.002,5;8\n";
+        let (text, dialect) = (lines(head).0, sniff(head));
+        assert_eq!(text.iter().filter(|line| dialect.is_data(line.text)).map(|line| line.number).collect::<Vec<_>>(), [3, 4]);
+        assert_eq!(sniff("t;x;fw\n0;1;1.200.300\n1;2;1.200.300\n").decimal_comma, false);
         // Groups appear only where values are large.
         assert_eq!(sniff("t;x\n0,5;1,25\n1,0;1.002,5\n"), Dialect::new(';', true, 2));
         assert_eq!(sniff("t,x\n0.5,1.25\n1.0,\"1,002.5\"\n"), Dialect::new(',', false, 2));
+        assert_eq!(sniff("t\tx\ty\tz\n0,5\t7,5\t3,5\t1 250,5\n1,0\t7,5\t3,5\t1 002,5\n"), Dialect::new('\t', true, 4));
     }
 
     #[test]

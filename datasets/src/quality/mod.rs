@@ -54,7 +54,7 @@ pub fn assess(log: &Log, purpose: Purpose) -> Report {
             whole.push(axis);
         }
     }
-    pairing::check(&whole, &mut report);
+    pairing::check(&whole, purpose, &mut report);
     lost_rows::check(&whole, &mut report);
     report
 }

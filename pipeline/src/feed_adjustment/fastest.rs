@@ -62,9 +62,9 @@ pub(super) fn within_time(
     let most_mm = at_bounds.max_mm();
     let mut trial = search.sweep(at_bounds, (most_mm, LEAST_TOLERANCE * most_mm), TOLERANCES, ROUNDS_EACH)?;
     for _ in 0..REFINEMENTS {
-        let Some(best_mm) = search.best_within(most_s).map(|visit| visit.max_mm) else { break };
-        trial = search.settle(trial, FINER * best_mm, ROUNDS_EACH)?;
-        if search.best_within(most_s).is_none_or(|visit| visit.max_mm >= best_mm) {
+        let Some(least_mm) = search.least_max_mm(most_s) else { break };
+        trial = search.settle(trial, FINER * least_mm, ROUNDS_EACH)?;
+        if search.least_max_mm(most_s).is_none_or(|next_mm| next_mm >= least_mm) {
             break;
         }
     }

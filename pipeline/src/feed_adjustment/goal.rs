@@ -61,6 +61,7 @@ pub fn adjust(
     limits: &FeedLimits,
     progress: Progress<'_>,
 ) -> Result<Adjusted> {
+    let settings = &Settings { unavoidable_apart: false, ..*settings };
     match goal {
         Goal::Slower { tolerance_mm, keep_time } => {
             slower(part, model, settings, Tolerance { tolerance_mm, keep_time }, limits, progress)

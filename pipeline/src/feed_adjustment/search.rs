@@ -142,6 +142,11 @@ impl<'a> Search<'a> {
         best_within(&self.visits, most_s)
     }
 
+    /// The least MAX of the trials whose cycle takes at most `most_s`, mm.
+    pub fn least_max_mm(&self, most_s: f64) -> Option<f64> {
+        least_max_mm(&self.visits, most_s)
+    }
+
     /// Factors of all moves of a program.
     fn factors(&self, moves: usize) -> Vec<f64> {
         let mut factors = vec![1.0; moves];
@@ -179,10 +184,13 @@ impl<'a> Search<'a> {
 /// Ratio to the least MAX up to which it counts as the same: that of a move beside a rapid hardly depends on feeds.
 const SAME_MAX: f64 = 1.02;
 
+fn least_max_mm(visits: &[Visit], most_s: f64) -> Option<f64> {
+    visits.iter().filter(|visit| visit.cycle_s <= most_s).map(|visit| visit.max_mm).reduce(f64::min)
+}
+
 fn best_within(visits: &[Visit], most_s: f64) -> Option<&Visit> {
-    let in_time = || visits.iter().filter(|visit| visit.cycle_s <= most_s);
-    let least_mm = in_time().map(|visit| visit.max_mm).reduce(f64::min)?;
-    let as_good = in_time().filter(|visit| visit.max_mm <= SAME_MAX * least_mm);
+    let most_mm = SAME_MAX * least_max_mm(visits, most_s)?;
+    let as_good = visits.iter().filter(|visit| visit.cycle_s <= most_s && visit.max_mm <= most_mm);
     as_good.min_by(|a, b| a.rms_mm.total_cmp(&b.rms_mm).then(a.cycle_s.total_cmp(&b.cycle_s)))
 }
 

@@ -39,6 +39,7 @@ pub fn trade_off(
     limits: &FeedLimits,
     progress: Progress<'_>,
 ) -> Result<(Part, TradeOff, Vec<TradeOff>)> {
+    let settings = &Settings { unavoidable_apart: false, ..*settings };
     let programmed = part.feed_factors.clone();
     let (mut search, trial) = Search::begin(part, model, settings, limits, progress)?;
     let own = TradeOff::from(&search.visits[0]);

@@ -45,7 +45,7 @@ pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator)
     let matched = match_run(path, &commanded, period)?;
     let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;
-    let weights = statistics::weights(path.trajectory(), part, &matched.path_positions);
+    let weights = statistics::weights(path, part, &matched.path_positions);
     let contour = statistics::weighted(&errors, &weights)?;
     let counts = |k: &usize| weights[*k].is_some();
     let poses = poses_at_places(path.poses(), &matched.path_positions);

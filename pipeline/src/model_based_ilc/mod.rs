@@ -118,7 +118,11 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     let updates = runs.len() - 1;
     // A program whose whole does not gain may hold segments that do.
     let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
-    let run = run.map(|run| task.leave_out_unavoidable(runs.swap_remove(run).0)).transpose()?;
+    let run = run.map(|run| runs.swap_remove(run));
+    let run = match run {
+        Some((ideal, _)) if settings.unavoidable_apart => Some(task.leave_out_unavoidable(ideal)?),
+        run => run,
+    };
     let (first, _) = runs.swap_remove(0);
     drop(runs);
     let mut chosen = OnProgram { run, updates, ..OnProgram::default() };

@@ -76,6 +76,9 @@ pub struct Settings {
     pub cycle_limit: f64,
     /// When a program gets fewer points than `written` says.
     pub fewer_points: FewerPoints,
+    /// Whether errors beside moves that are not changed count only where they exceed what corrections reach there. Not where feeds are sought, which
+    /// change all of them.
+    pub unavoidable_apart: bool,
     /// Whether a program comes slowly to its stops, where the axes would pass them otherwise.
     pub slow_stops: bool,
 }
@@ -98,6 +101,7 @@ impl Default for Settings {
             written: None,
             cycle_limit: CYCLE_LIMIT,
             fewer_points: FewerPoints::WhereForecastAllows,
+            unavoidable_apart: true,
             slow_stops: true,
         }
     }

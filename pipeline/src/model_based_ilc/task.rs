@@ -200,12 +200,12 @@ impl<'a> Task<'a> {
         Ok((Iteration { measure: cost(&figures), ..ideal }, figures))
     }
 
-    /// The largest error of a run over all feed moves, where it is beside a move that is not changed and far above all others.
+    /// The largest error of a run over all feed moves, where it is at a move that is changed beside one that is not, and far above all others.
     pub fn beside_unchanged(&self, actual: &Trajectory) -> Result<Option<BesideUnchanged>> {
         let Some(part) = self.input.part().filter(|_| !self.unavoidable_mm.is_empty()) else { return Ok(None) };
         let (mut beside, mut elsewhere_mm) = ((0, 0.0), 0.0_f64);
         for (k, error_mm) in self.errors(actual)?.magnitudes_mm().enumerate().filter(|(k, _)| part.feeds_at(*k)) {
-            if self.unavoidable_mm[k] == 0.0 {
+            if self.unavoidable_mm[k] == 0.0 || !part.shiftable_at(k) {
                 elsewhere_mm = elsewhere_mm.max(error_mm);
             } else if error_mm > beside.1 {
                 beside = (k, error_mm);

@@ -3,6 +3,7 @@
 //! [`learn_from_runs`] learns by the model of the machine, from all runs so far. [`refine_from_run`] makes one ILC iteration without a model,
 //! from a recorded run; [`refine`] takes its positions in the path's time.
 
+mod aligned;
 mod compensated;
 mod decision;
 mod learning;
@@ -11,17 +12,15 @@ mod repeated;
 
 use compensation::laws::{Gain, SpatialIlc, TrackingIlc};
 use compensation::{CompensationLaw, CorrectionLimits, LowPass};
-use datasets::Log;
 use motion::Trajectory;
 
 use crate::error::Result;
 use crate::input::Input;
-use crate::measure::{Match, match_run, without_approach, without_offset};
 use crate::model_based_ilc::shift_bound;
-use crate::path_time::in_time_of;
-use crate::statistics::{Figures, figures_at};
+use crate::statistics::Figures;
 
-pub use compensated::is_compensated;
+pub use aligned::Aligned;
+pub use compensated::{command_apart_mm, is_compensated};
 pub use decision::{Ended, Expected, best_of, last_is_worse};
 pub use learning::{Learning, learn_from_runs};
 pub use observed::ObservedRun;
@@ -106,38 +105,4 @@ pub fn refine(input: &Input, reference: &Trajectory, actual: &Trajectory, settin
 /// As [`refine`].
 pub fn refine_from_run(input: &Input, run: &Aligned, settings: &RefineSettings) -> Result<Refined> {
     Ok(Refined { before: run.figures, ..refine(input, &run.command, &run.actual, settings)? })
-}
-
-/// A recorded run, laid over the path.
-#[derive(Debug)]
-pub struct Aligned {
-    /// Commanded positions, in the path's time.
-    pub command: Trajectory,
-    /// Actual positions, in the path's time.
-    pub actual: Trajectory,
-    /// Measured error, every sample of the path counted once.
-    pub figures: Figures,
-    /// Alignment with the path.
-    pub matched: Match,
-}
-
-impl Aligned {
-    /// The run that `log` recorded.
-    ///
-    /// # Errors
-    /// When the log is not of a run of the path.
-    pub fn of(input: &Input, log: &Log) -> Result<Self> {
-        let desired = input.desired();
-        desired.trajectory().check_axes(log.axes())?;
-        let (log, _) = without_approach(log, desired)?;
-        let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
-        let log = without_offset(log, &matched)?;
-        let in_path_time = |run: &Trajectory| in_time_of(desired.trajectory(), run, &matched.path_positions);
-        Ok(Self {
-            command: in_path_time(&log.reference)?,
-            actual: in_path_time(&log.actual)?,
-            figures: figures_at(desired, input.part(), &matched.path_positions, &log.actual)?,
-            matched,
-        })
-    }
 }

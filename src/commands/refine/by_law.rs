@@ -13,8 +13,8 @@ impl Refine {
         logs.iter().try_for_each(|log| check_axes(&input, log))?;
         let programs = self.programs(&input, &format)?;
         input.check_original()?;
+        self.check_logs(&input, &setup, &logs, None)?;
         let runs = logs.iter().map(|log| Aligned::of(&input, log)).collect::<Result<Vec<_>, _>>()?;
-        self.check_order(&input, &setup, runs.iter().map(|run| &run.command))?;
         let measured: Vec<_> = runs.iter().map(|run| run.figures).collect();
         let best = best_of(&measured).unwrap_or_default();
         let pages = || {

@@ -25,9 +25,8 @@ impl Refine {
         let programs = self.programs(&input, &format)?;
         let shown = self.common.shown();
         let settings = self.learning_settings(&format);
+        self.check_logs(&input, &setup, &logs, Some(&model))?;
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
-        self.check_order(&input, &setup, learning.runs.iter().map(|run| &run.command))?;
-        self.check_originals(&input, &model, learning.runs.iter().map(|run| &run.command))?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();
         let offset = learning.runs.last().map(|run| run.matched.offset);
         let figures = self.show_runs(&printer, &measured, offset.as_ref());

@@ -226,8 +226,10 @@ impl Refine {
     ) -> Result<Vec<Group>> {
         let track = Track::of(input);
         let name = |index: usize| format!("run {}", self.run_of(index));
-        let measured =
-            runs.iter().enumerate().map(|(index, (command, actual))| Run::of(&name(index), &track, Some(command), actual));
+        let measured = runs.iter().zip(figures).enumerate().map(|(index, ((command, actual), figures))| -> Result<Run> {
+            let run = Run::of(&name(index), &track, Some(command), actual)?;
+            Ok(Run { figures: figures.tip, turn: figures.orientation, ..run })
+        });
         let mut all = measured.collect::<Result<Vec<Run>>>()?;
         if let Some(next) = next {
             all.push(Run::of("next (forecast)", &track, Some(&next.reference), &next.forecast)?);
