@@ -175,20 +175,61 @@ fn a_single_log_is_of_the_program_that_is_said_to_have_run() {
     folder.figures(&refine("original.csv", "part.nc"));
 }
 
+/// The built-in machine with three quarters of its accelerations.
+fn slower_machine(folder: &Folder) {
+    let own = include_str!("../../machine/machines/ballscrew.toml");
+    let slower = own.replace("acceleration_mm_s2 = 800.0", "acceleration_mm_s2 = 600.0");
+    assert_ne!(own, slower);
+    folder.write("slower.toml", slower);
+}
+
+#[test]
+fn a_control_with_other_limits_runs_the_program_all_the_same() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    let folder = &runs.folder;
+    slower_machine(folder);
+    folder.figures(&["simulate", "run1.nc", "--machine", "slower.toml", "-o", "slower.csv"]);
+    for law in ["model-based", "spatial"] {
+        let words = [
+            "refine",
+            "part.nc",
+            "-m",
+            "machine.model",
+            "--law",
+            law,
+            "--log",
+            "slower.csv",
+            "--ran",
+            "run1.nc",
+            "-o",
+            "next.nc",
+        ];
+        folder.figures(&words);
+    }
+    let words = ["refine", "part.nc", "-m", "machine.model", "--log", "slower.csv", "--ran", "part.nc", "-o", "no.nc"];
+    assert!(folder.fails(1, &words).contains("slower.csv is no run of part.nc"));
+}
+
 #[test]
 fn a_run_has_one_contour_error_whoever_states_it() {
     let mut runs = Runs::new(&[], &[]);
     runs.run();
     let folder = &runs.folder;
+    slower_machine(folder);
+    // This run keeps a time of its own.
+    folder.figures(&["simulate", "run1.nc", "--machine", "slower.toml", "-o", "slower.csv"]);
     let of = |figures: &Value| figures["contour_um"].clone();
-    let measured = of(&folder.figures(&["measure", "run1.csv", "--desired", "part.nc", "-m", "machine.model"]));
-    let refine = ["refine", "part.nc", "-m", "machine.model", "--log", "run1.csv", "--ran", "run1.nc", "-o", "next.nc"];
+    let measured = of(&folder.figures(&["measure", "slower.csv", "--desired", "part.nc", "-m", "machine.model"]));
+    let refine = ["refine", "part.nc", "-m", "machine.model", "--log", "slower.csv", "-o", "next.nc", "--report", "report.html"];
     for law in ["model-based", "spatial"] {
         let refined = of(&folder.figures(&[&refine[..], &["--law", law]].concat()));
         for figure in ["rms", "max", "p95"] {
             let [one, other] = [&measured, &refined].map(|of| of[figure].as_f64().unwrap());
-            assert!((one / other - 1.0).abs() < 2e-3, "{law}: {measured} {refined}");
+            assert!((one / other - 1.0).abs() < 1e-6, "{law}: {measured} {refined}");
         }
+        let shown = format!("\"run 1\",\"{:.3}\"", refined["rms"].as_f64().unwrap());
+        assert!(folder.read("report.html").contains(&shown), "{law}: {shown}");
     }
 }
 
