@@ -199,6 +199,7 @@ mod tests {
     fn dialects_are_detected_by_their_own_codes() {
         assert_eq!(Dialect::detect(&parse("%\nO1000\nG0 X1\nM30\n%")), Dialect::Fanuc);
         assert_eq!(Dialect::detect(&parse("o100 sub\nG0 X1\no100 endsub\nM2")), Dialect::LinuxCnc);
+        assert_eq!(Dialect::detect(&parse("o100 if [1]\nG0 X1\no100 end if\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("#<depth> = 3\nG0 X1\nM2")), Dialect::LinuxCnc);
         assert_eq!(Dialect::detect(&parse("G0 X1\nM30")), Dialect::Fanuc);
         assert_eq!(Dialect::detect(&parse("G21 G64 P0.001 Q0\nG1 X1 F100\nM2")), Dialect::LinuxCnc);

@@ -168,7 +168,11 @@ fn is_o_word(line: &[u8], after: usize) -> bool {
         Some(b'<' | b'#' | b'[') => true,
         Some(byte) if byte.is_ascii_digit() => {
             let past = line[at..].iter().position(|b| !b.is_ascii_digit()).map_or(line.len(), |length| at + length);
-            listed(&O_KEYWORDS, letters(line, skip_blanks(line, past)))
+            let first = skip_blanks(line, past);
+            let word = letters(line, first);
+            // Blanks count nowhere: `100 end sub`.
+            let next = letters(line, skip_blanks(line, first + word.len()));
+            listed(&O_KEYWORDS, word) || listed(&O_KEYWORDS, &[word, next].concat())
         }
         _ => false,
     }

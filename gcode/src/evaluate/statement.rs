@@ -182,6 +182,8 @@ mod tests {
         let cases = [
             ("o100 sub", o("100", Keyword::Sub, "")),
             ("O0100 endsub [#1 + 2]", o("100", Keyword::EndSub, "[#1+2]")),
+            ("o100 end sub", o("100", Keyword::EndSub, "")),
+            ("o1 else  if [1]", o("1", Keyword::ElseIf, "[1]")),
             ("O<probe it> call [1] [2]", o("PROBEIT", Keyword::Call, "[1][2]")),
             ("o5 do", o("5", Keyword::Do, "")),
             ("o5 elseif [1]", o("5", Keyword::ElseIf, "[1]")),
