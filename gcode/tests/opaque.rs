@@ -186,3 +186,16 @@ fn planes_that_are_not_tilted_are_no_sections() {
         assert_eq!(feeds(&read(fanuc, &text)), [YES, inside, inside, inside], "{on}");
     }
 }
+
+#[test]
+fn arcs_after_an_unknown_code_say_nothing_about_others() {
+    // M72 may have brought back other modes. Read in increments the last arc fits a circle about a position alone; the first one was written about a
+    // position, too.
+    let text =
+        "G21 G17 G90 G94 F300\nG0 X0 Y0 Z0\nG2 X10 Y10 R20\nM73\nG91\nM72\nG0 X60 Y50\nG3 X-40 Y0 I50 J60\nG90 G1 X0 Y0\nM2\n";
+    let path = interpret(&parse(text), &Dialect::LinuxCnc.into()).unwrap();
+    assert!(path.warnings.iter().all(|warning| !warning.message.contains("absolute")), "{:?}", path.warnings);
+    assert!(path.warnings.iter().any(|warning| warning.message.contains("fits no circle")), "{:?}", path.warnings);
+    let modal = |block: u32| path.moves.iter().find(|step| step.block == block).map(|step| path.modal(step).arc_distance);
+    assert_eq!(modal(2), Some(gcode::Distance::Incremental));
+}

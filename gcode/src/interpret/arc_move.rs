@@ -2,6 +2,7 @@
 
 use super::codes::Motion;
 use super::gather::Gathered;
+use super::report::Report;
 use super::state::Interpreter;
 use crate::arc::{Arc, ArcEnds, ArcFault};
 use crate::dialect::Dialect;
@@ -35,6 +36,9 @@ impl Interpreter<'_> {
         } else if !self.knows_arc_start(words) {
             let help = "give all axes in an absolute move first; G28, a new work offset and G53 leave the place unknown";
             (Fixed::UnknownStart, "the start of this arc is not known: it is left alone", Some(help))
+        } else if self.is_in_section() && !self.fits_a_circle(words, motion, end, at) {
+            let help = "a code before it may have changed how its words are read";
+            (Fixed::NotUnderstood, "this arc fits no circle: it is left alone", Some(help))
         } else {
             return None;
         };
@@ -42,6 +46,17 @@ impl Interpreter<'_> {
             self.report.warning(self.span(at), message, help);
         }
         Some(fixed)
+    }
+
+    /// Whether the present block is an arc as its words read. Nothing is reported: where codes that are not known may have changed what the words mean,
+    /// an arc that fits no circle is no fault of the program, and says nothing about how others are stated.
+    fn fits_a_circle(&mut self, words: &Gathered, motion: Motion, end: Position, at: usize) -> bool {
+        let report = std::mem::replace(&mut self.report, Report::new(self.program));
+        let before = (self.arc_faults, self.full_circles);
+        let fits = self.arc(words, motion == Motion::ArcCounterClockwise, end, at).is_some();
+        (self.arc_faults, self.full_circles) = before;
+        self.report = report;
+        fits
     }
 
     /// Builds the arc of the present block. Reports an error if there is none.
@@ -134,7 +149,7 @@ impl Interpreter<'_> {
             self.report.error(self.span(index), "an absolute arc centre needs both its words", None);
             return None;
         }
-        if !absolute_centre {
+        if !absolute_centre && !self.is_in_section() {
             let [from_start, as_position] = [incremental, absolute].map(|centre| [0, 1].map(|k| centre[k] - ends.start[k]));
             self.full_circles.note(self.span(index), ends.are_closed(), from_start, complete.then_some(as_position));
         }

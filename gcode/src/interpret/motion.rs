@@ -253,7 +253,7 @@ impl Interpreter<'_> {
     }
 
     /// Whether codes or macros before may have changed what the move depends on.
-    fn is_in_section(&self) -> bool {
+    pub fn is_in_section(&self) -> bool {
         self.sections.is_open() || self.is_doubtful() || self.unclear_feed
     }
 
