@@ -19,6 +19,8 @@ pub(crate) const FARTHEST: f64 = 1e6;
 /// Largest magnitude of a time stamp, s: more than three thousand years; a clock may count from
 /// 1601.
 pub(crate) const LATEST_S: f64 = 1e11;
+/// A day, s.
+const DAY_S: f64 = 86_400.0;
 /// Shortest and longest sampling period, s: 1 MHz, and slower than any log that shows a motion.
 const SHORTEST_S: f64 = 1e-6;
 const LONGEST_S: f64 = 10.0;
@@ -165,8 +167,10 @@ pub(crate) fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetErro
     if (SHORTEST_S..=LONGEST_S).contains(&period_s) {
         return Ok(());
     }
+    let are_days = (SHORTEST_S..=LONGEST_S).contains(&(period_s * DAY_S));
+    let days = if are_days { "; times of a spreadsheet are days: map them with `t=NAME*86400`" } else { "" };
     let why = format!(
-        "the sampling period is {period_s:e} s; logs have one from {SHORTEST_S:e} to {LONGEST_S} s: mend the time column, its unit or the stated period"
+        "the sampling period is {period_s:.3e} s; logs have one from {SHORTEST_S:e} to {LONGEST_S} s: mend the time column, its unit or the stated period{days}"
     );
     Err(DatasetError::format(path, why))
 }
