@@ -62,7 +62,11 @@ impl Tally {
 
 /// The program with an N word in every block that takes one, by which calls are assigned to blocks.
 pub fn numbered(program: &str) -> String {
-    let takes_number = |line: &str| line.starts_with(|c: char| c.is_ascii_alphabetic() && !"oOnN".contains(c));
+    let takes_number = |line: &str| match line.strip_prefix('(') {
+        // Words behind a comment.
+        Some(comment) => comment.split_once(')').is_some_and(|(_, words)| !words.trim().is_empty()),
+        None => line.starts_with(|c: char| c.is_ascii_alphabetic() && !"oOnN".contains(c)),
+    };
     let lines = program.split_inclusive('\n').zip(1..=99_999_usize);
     let mut text: String =
         lines.map(|(line, number)| if takes_number(line) { format!("N{number} {line}") } else { line.to_owned() }).collect();
