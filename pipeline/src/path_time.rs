@@ -22,7 +22,8 @@ pub fn weights(desired: &DesiredPath, path_positions: &[f64]) -> Vec<f64> {
     let mut weights = vec![0.0; path_positions.len()];
     let (Some(first), Some(last)) = (path_positions.first(), path_positions.last()) else { return weights };
     let places = places(desired);
-    let place = |at: f64| places.get(at.round() as usize).copied().flatten();
+    let at_sample = |at: f64| places.get(at as usize).copied().flatten();
+    let place = |at: f64| at_sample((at + NEAR).floor()).filter(|place| at_sample((at - NEAR).ceil()) == Some(*place));
     let is_one = |a: f64, b: f64| (a - b).abs() < SAME || (place(a).is_some() && place(a) == place(b));
     let within = (first.round() as usize)..=(last.round() as usize);
     let mut before = f64::NAN;
@@ -49,6 +50,8 @@ pub fn weights(desired: &DesiredPath, path_positions: &[f64]) -> Vec<f64> {
 
 /// Difference of path positions below which they are one, samples: of a run at a thousandth of the feed.
 const SAME: f64 = 1e-3;
+/// Distance from a sample up to which a position is at it, samples.
+const NEAR: f64 = 0.01;
 /// Way of a tip from one sample to the next below which it stands still, mm.
 const STANDS_MM: f64 = 1e-6;
 
