@@ -175,50 +175,35 @@ fn a_single_log_is_of_the_program_that_is_said_to_have_run() {
     folder.figures(&refine("original.csv", "part.nc"));
 }
 
-/// The built-in machine with three quarters of its accelerations.
-fn slower_machine(folder: &Folder) {
+/// A run of a compensated program on the built-in machine with three quarters of its accelerations: it keeps a time of its own.
+fn slower_run() -> Runs {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
     let own = include_str!("../../machine/machines/ballscrew.toml");
     let slower = own.replace("acceleration_mm_s2 = 800.0", "acceleration_mm_s2 = 600.0");
     assert_ne!(own, slower);
-    folder.write("slower.toml", slower);
+    runs.folder.write("slower.toml", slower);
+    runs.folder.figures(&["simulate", "run1.nc", "--machine", "slower.toml", "-o", "slower.csv"]);
+    runs
 }
 
 #[test]
 fn a_control_with_other_limits_runs_the_program_all_the_same() {
-    let mut runs = Runs::new(&[], &[]);
-    runs.run();
-    let folder = &runs.folder;
-    slower_machine(folder);
-    folder.figures(&["simulate", "run1.nc", "--machine", "slower.toml", "-o", "slower.csv"]);
+    let folder = slower_run().folder;
+    let refine = ["refine", "part.nc", "-m", "machine.model", "--log", "slower.csv", "-o", "next.nc", "--ran"];
     for law in ["model-based", "spatial"] {
-        let words = [
-            "refine",
-            "part.nc",
-            "-m",
-            "machine.model",
-            "--law",
-            law,
-            "--log",
-            "slower.csv",
-            "--ran",
-            "run1.nc",
-            "-o",
-            "next.nc",
-        ];
-        folder.figures(&words);
+        folder.figures(&[&refine[..], &["run1.nc", "--law", law]].concat());
     }
-    let words = ["refine", "part.nc", "-m", "machine.model", "--log", "slower.csv", "--ran", "part.nc", "-o", "no.nc"];
-    assert!(folder.fails(1, &words).contains("slower.csv is no run of part.nc"));
+    std::fs::remove_file(folder.path("next.nc")).unwrap();
+    assert!(folder.fails(1, &[&refine[..], &["part.nc"]].concat()).contains("slower.csv is no run of part.nc"));
+    assert!(!folder.path("next.nc").exists());
+    let recorded = ["compensate", "part.nc", "-m", "machine.model", "-o", "next.nc", "--reference", "slower.csv"];
+    assert!(folder.fails(1, &recorded).contains("shifted as that of a compensated program"));
 }
 
 #[test]
 fn a_run_has_one_contour_error_whoever_states_it() {
-    let mut runs = Runs::new(&[], &[]);
-    runs.run();
-    let folder = &runs.folder;
-    slower_machine(folder);
-    // This run keeps a time of its own.
-    folder.figures(&["simulate", "run1.nc", "--machine", "slower.toml", "-o", "slower.csv"]);
+    let folder = slower_run().folder;
     let of = |figures: &Value| figures["contour_um"].clone();
     let measured = of(&folder.figures(&["measure", "slower.csv", "--desired", "part.nc", "-m", "machine.model"]));
     let refine = ["refine", "part.nc", "-m", "machine.model", "--log", "slower.csv", "-o", "next.nc", "--report", "report.html"];

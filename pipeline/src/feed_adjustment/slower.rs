@@ -7,7 +7,7 @@ use super::adjusted::{Adjusted, above, changed_moves, chip_loads};
 use super::limits::FeedLimits;
 use super::trial::Trial;
 use crate::error::Result;
-use crate::model_based_ilc::{Settings, model_based_ilc};
+use crate::model_based_ilc::Settings;
 use crate::part::Part;
 use crate::progress::Progress;
 
@@ -129,12 +129,15 @@ fn adjusted(
     goal: Tolerance,
     progress: Progress<'_>,
 ) -> Result<Adjusted> {
-    let (cycle_s, max_mm) = ((before_s, trial.planned_s()), (before_mm, trial.max_mm()));
+    let cycle_s = (before_s, trial.planned_s());
+    let trial = match settings.written {
+        // What is written is judged.
+        Some(_) => Trial::of(trial.into_part()?, model, settings, progress)?,
+        None => trial,
+    };
+    let max_mm = (before_mm, trial.max_mm());
     let (part, worst_mm) = (trial.part()?, trial.worst_mm()?);
     let (moves, above, chip_loads) = (changed_moves(part), above(part, &worst_mm, goal.tolerance_mm), chip_loads(part));
-    let Trial { input, mut outcome, .. } = trial;
-    if settings.written.is_some() {
-        outcome = model_based_ilc(&input, model, settings, progress)?;
-    }
+    let Trial { input, outcome, .. } = trial;
     Ok(Adjusted { cycle_s, bounds: None, moves, max_mm, above, chip_loads, input, outcome })
 }

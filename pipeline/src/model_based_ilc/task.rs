@@ -205,7 +205,7 @@ impl<'a> Task<'a> {
         let Some(part) = self.input.part().filter(|_| !self.unavoidable_mm.is_empty()) else { return Ok(None) };
         let (mut beside, mut elsewhere_mm) = ((0, 0.0), 0.0_f64);
         for (k, error_mm) in self.errors(actual)?.magnitudes_mm().enumerate().filter(|(k, _)| part.feeds_at(*k)) {
-            if self.unavoidable_mm[k] == 0.0 || !part.shiftable_at(k) {
+            if self.unavoidable_mm.get(k).is_none_or(|unavoidable| *unavoidable == 0.0) || !part.shiftable_at(k) {
                 elsewhere_mm = elsewhere_mm.max(error_mm);
             } else if error_mm > beside.1 {
                 beside = (k, error_mm);

@@ -30,7 +30,8 @@ impl Aligned {
     pub fn of(input: &Input, log: &Log) -> Result<Self> {
         let desired = input.desired();
         desired.trajectory().check_axes(log.axes())?;
-        let (log, _) = without_approach(log, desired)?;
+        let log = log.with_axes(desired.trajectory().axes())?.resampled(desired.trajectory().period_s())?.0;
+        let (log, _) = without_approach(&log, desired)?;
         let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
         let log = without_offset(log, &matched)?;
         let in_path_time = |run: &Trajectory| in_time_of(desired.trajectory(), run, &matched.path_positions);

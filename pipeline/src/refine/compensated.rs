@@ -40,8 +40,7 @@ pub fn command_apart_mm(program: &Input, log: &Log) -> Result<f64> {
 /// When the path does not fit the model, or the log is not of a run of it.
 pub fn is_compensated(input: &Input, model: &Bundle, log: &Log) -> Result<bool> {
     let desired = input.desired();
-    let log = log.with_axes(desired.trajectory().axes())?.resampled(desired.trajectory().period_s())?.0;
-    let command = &Aligned::of(input, &log)?.command;
+    let command = &Aligned::of(input, log)?.command;
     let forecast = machine_for(model, input.part())?.run(input.command())?;
     let (shifts, errors) = (contour_errors(desired, command)?, contour_errors(desired, &forecast)?);
     let mut pairs: Vec<(&ContourError, &ContourError)> =

@@ -13,6 +13,7 @@ use models::Bundle;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
+use pipeline::refine::is_compensated;
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
@@ -20,7 +21,7 @@ use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, 
 use crate::files::Files;
 use crate::kind::Kind;
 use crate::numbers;
-use crate::output::{Outputs, Printer, Usage};
+use crate::output::{Outputs, Printer, Refusal, Usage};
 use crate::output_format;
 use crate::plot::PlotArgs;
 use crate::print::compensation::{self as print, Shares};
@@ -162,7 +163,7 @@ impl Compensate {
         if let Some(part) = input.part().filter(|_| self.strict) {
             part.check_understood()?;
         }
-        let (input, readback) = self.recorded(input, &format, &printer)?;
+        let (input, readback) = self.recorded(input, &model, &format, &printer)?;
         if let Some(part) = input.part().filter(|_| self.program.dialect.is_none() && setup.dialect.is_none()) {
             print::show_dialect(&printer, &part.program, &part.options);
         }
@@ -221,7 +222,13 @@ impl Compensate {
     }
 
     /// The input as it is to be written; with --reference in the time of the recorded run, with what the control commanded in it.
-    fn recorded(&self, mut input: Input, format: &OutputSettings, printer: &Printer) -> Result<(Input, Option<Readback>)> {
+    fn recorded(
+        &self,
+        mut input: Input,
+        model: &Bundle,
+        format: &OutputSettings,
+        printer: &Printer,
+    ) -> Result<(Input, Option<Readback>)> {
         if let Some(part) = input.part_mut() {
             format.prepare(part);
         }
@@ -234,12 +241,22 @@ impl Compensate {
         if input.part().is_none() {
             return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
         }
-        let log = read::log_to_measure(log, &self.columns.options(), printer)?;
+        let path = log;
+        let log = read::log_to_measure(path, &self.columns.options(), printer)?;
+        // A log that is of no run of the program is refused with its reason below.
+        if is_compensated(&input, model, &log).unwrap_or(false) {
+            let why = "its command is shifted as that of a compensated program; give the log of a run of INPUT itself";
+            return Err(Refusal(format!("{}: {why}", path.display())).into());
+        }
         let recorded = as_recorded(input, &log)?;
         if let Some(finding) = recorded.resampled {
             printer.line(finding);
         }
         printer.line(readback(&recorded.readback));
+        printer.line(
+            "warning: the forecast is that of the recorded times. A control that plans the compensated points anew keeps other ones, and may leave more \
+             error than without --reference: measure the first run with `measure --desired`",
+        );
         if !recorded.readback.is_faithful()[0] {
             printer.line(
                 "corners that the control rounds off stay so; where else it leaves the path is corrected with the servo's error",
