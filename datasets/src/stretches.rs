@@ -24,19 +24,28 @@ pub struct Stretch {
     pub rows: Range<usize>,
 }
 
+/// Extremes of an axis: lowest and highest position, speed, acceleration.
+const EXTREMES: usize = 4;
+
+/// Share of the range, the largest speed or the largest acceleration of an axis within which a piece shows that extreme.
+const NEAR: f64 = 0.02;
+
 /// A piece of a log with what it shows.
 struct Piece {
     recording: usize,
     rows: Range<usize>,
     /// Seconds of every class of every axis.
     shown_s: Vec<f64>,
+    /// Whether it shows each of the extremes of every axis.
+    reaches: Vec<bool>,
 }
 
 /// Stretches of `recordings` of together at most about `most` samples, in their order; those beside each other are one. `None` where the
 /// recordings hold no more than that. A file is read once to choose, and its chosen stretches once more.
 ///
 /// Chosen one by one, each time the stretch that adds most to the sum of ln(1 + seconds) over classes of position, speed and
-/// acceleration of every axis, so that rare motion comes before more of the same.
+/// acceleration of every axis, so that rare motion comes before more of the same. Before them come stretches that show both ends of the
+/// travel, the largest speed and the largest acceleration of every axis, as far as half of the samples hold them: where a model has seen less than the log shows, corrections fade.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -64,10 +73,16 @@ fn chosen(pieces: Vec<Piece>, most: usize) -> Vec<(usize, Range<usize>)> {
     let classes = left.first().map_or(0, |stretch| stretch.shown_s.len());
     let (mut shown_s, mut samples) = (vec![0.0; classes], 0);
     let mut chosen: Vec<Piece> = Vec::new();
-    while let Some(best) = best_of(&left, &shown_s) {
-        if samples + left[best].rows.len() > most && !chosen.is_empty() {
-            break;
-        }
+    let mut extremes = 0..left.first().map_or(0, |stretch| stretch.reaches.len());
+    let mut unseen = move |chosen: &[Piece]| extremes.find(|extreme| !chosen.iter().any(|piece| piece.reaches[*extreme]));
+    loop {
+        let extreme = if 2 * samples < most { unseen(&chosen) } else { None };
+        let best = best_of(&left, &shown_s, |piece| extreme.is_none_or(|extreme| piece.reaches[extreme]));
+        let best = match best {
+            Some(best) if samples + left[best].rows.len() <= most || chosen.is_empty() => best,
+            _ if extreme.is_some() => continue,
+            _ => break,
+        };
         let stretch = left.swap_remove(best);
         samples += stretch.rows.len();
         shown_s.iter_mut().zip(&stretch.shown_s).for_each(|(sum, own)| *sum += own);
@@ -86,15 +101,16 @@ fn chosen(pieces: Vec<Piece>, most: usize) -> Vec<(usize, Range<usize>)> {
     runs
 }
 
-/// The piece that adds most; the first of equal ones in the logs.
-fn best_of(left: &[Piece], shown_s: &[f64]) -> Option<usize> {
+/// The piece among those that `fit` that adds most; the first of equal ones in the logs.
+fn best_of(left: &[Piece], shown_s: &[f64], fit: impl Fn(&Piece) -> bool) -> Option<usize> {
     let gain = |piece: &Piece| -> f64 {
         let each = piece.shown_s.iter().zip(shown_s).filter(|(own, _)| **own > 0.0);
         each.map(|(own, sum)| ((1.0 + sum + own) / (1.0 + sum)).ln()).sum::<f64>() / piece.rows.len() as f64
     };
     let order = |piece: &Piece| (piece.recording, piece.rows.start);
     let gains: Vec<f64> = left.iter().map(gain).collect();
-    (0..left.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(order(&left[*b]).cmp(&order(&left[*a]))))
+    let fitting = (0..left.len()).filter(|index| fit(&left[*index]));
+    fitting.max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(order(&left[*b]).cmp(&order(&left[*a]))))
 }
 
 /// All pieces of the recordings.
@@ -109,10 +125,12 @@ fn cut(recordings: &[Recording]) -> Result<Vec<Piece>, DatasetError> {
         whole.read((0..whole.len()).step_by(length).map(rows), 0, |log, own| {
             let mut shown_s = vec![0.0; axes * CLASSES];
             let columns = log.reference.columns().iter().zip(shown_s.chunks_mut(CLASSES));
+            let mut reaches = Vec::with_capacity(axes * EXTREMES);
             for (scale, (column, shown_s)) in scales.iter().zip(columns) {
                 scale.note(column, log.period_s(), shown_s);
+                reaches.extend(scale.reached(column, log.period_s()));
             }
-            out.push(Piece { recording, rows: from..from + own.len(), shown_s });
+            out.push(Piece { recording, rows: from..from + own.len(), shown_s, reaches });
             from += own.len();
             Ok(())
         })?;
@@ -141,6 +159,25 @@ impl Scale {
         }
         scale.span = (high - scale.low).max(0.0);
         scale
+    }
+
+    /// Whether `column` shows each of the extremes.
+    fn reached(&self, column: &[f64], period_s: f64) -> [bool; EXTREMES] {
+        let (mut low, mut high, mut speed, mut acceleration) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
+        for at in column {
+            (low, high) = (low.min(*at), high.max(*at));
+        }
+        for three in column.windows(3) {
+            let (v, a) = rates(three, period_s);
+            (speed, acceleration) = (speed.max(v.abs()), acceleration.max(a.abs()));
+        }
+        let near = NEAR * self.span;
+        [
+            low <= self.low + near,
+            high >= self.low + self.span - near,
+            speed >= (1.0 - NEAR) * self.speed,
+            acceleration >= (1.0 - NEAR) * self.acceleration,
+        ]
     }
 
     /// Adds the seconds of every class.
@@ -190,6 +227,26 @@ mod tests {
             .collect();
         let trajectory = || Trajectory::new(0.01, vec![Axis::named("x")], vec![column.clone()]).unwrap();
         Log::new("run", trajectory(), trajectory()).unwrap()
+    }
+
+    /// The only fast motion lasts for a tenth of a second; other stretches show more classes.
+    #[test]
+    fn the_fastest_motion_is_among_the_stretches() {
+        let column: Vec<f64> = (0..10_000)
+            .map(|k| {
+                let t = 0.01 * f64::from(k);
+                let slow = (1.0 + t / 20.0) * (0.7 * t).sin() + 0.3 * (5.0 * t).sin();
+                slow + if t < 3.0 { 0.0 } else { 20.0 * (t - 3.0).min(0.1) }
+            })
+            .collect();
+        let trajectory = || Trajectory::new(0.01, vec![Axis::named("x")], vec![column.clone()]).unwrap();
+        let log = Log::new("run", trajectory(), trajectory()).unwrap();
+        let chosen = stretches(&[Recording::from(log)], 6000).unwrap().unwrap();
+        assert!(chosen.iter().map(|stretch| stretch.rows.len()).sum::<usize>() <= 6000);
+        let fast = |stretch: &Stretch| {
+            stretch.log.reference.columns()[0][stretch.rows.clone()].windows(2).any(|two| two[1] - two[0] > 0.15)
+        };
+        assert!(chosen.iter().any(fast));
     }
 
     #[test]

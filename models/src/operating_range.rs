@@ -54,7 +54,7 @@ impl std::fmt::Display for Outside {
 }
 
 impl OperatingRange {
-    /// Operating range of some runs of one axis, from the reference positions.
+    /// Operating range of some runs of one axis, from the reference positions. A run may begin and end in motion.
     #[must_use]
     pub fn of<'a>(runs: impl Iterator<Item = &'a [f64]>, period_s: f64) -> Self {
         let mut coverage = Self {
@@ -69,9 +69,10 @@ impl OperatingRange {
         };
         let (mut forward, mut backward) = (false, false);
         for run in runs {
-            let v = velocity(run, period_s);
-            let a = velocity(&v, period_s);
-            let j = velocity(&a, period_s);
+            let rates = |values: &[f64]| -> Vec<f64> { values.windows(2).map(|two| (two[1] - two[0]) / period_s).collect() };
+            let v = rates(run);
+            let a = rates(&v);
+            let j = rates(&a);
             let top = |values: &[f64]| values.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
             coverage.position = run.iter().fold(coverage.position, |(low, high), x| (low.min(*x), high.max(*x)));
             coverage.velocity = coverage.velocity.max(top(&v));
@@ -123,7 +124,8 @@ impl OperatingRange {
             .map(|k| {
                 let x = positions[k];
                 let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
-                let a = if k > 0 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
+                // A path may begin in motion.
+                let a = if k > 1 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
                 let reach = if holds_beyond_travel { range } else { 0.0 };
                 let candidates = [
                     ((1.0 - (off - reach).max(0.0) / range).max(0.0), Outside::Position),
@@ -206,6 +208,16 @@ mod tests {
         let beside: Vec<f64> = sine(5.0, 1.0).iter().map(|x| x + 25.0).collect();
         assert!(coverage.weights(&beside, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
         assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, _)| *w == 0.0));
+    }
+
+    #[test]
+    fn a_run_that_begins_in_motion_reaches_no_more_than_the_whole() {
+        let whole = sine(10.0, 1.0);
+        let from = |k: usize| OperatingRange::of(std::iter::once(&whole[k..]), 0.002);
+        let (largest, part) = (from(0), from(3));
+        assert!(part.acceleration <= largest.acceleration && part.jerk <= largest.jerk, "{part:?}");
+        assert_eq!(part.starts, 0);
+        assert!(largest.weights(&whole[3..], 0.002, false).iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
     }
 
     #[test]
