@@ -1,6 +1,6 @@
 //! Compensation laws: the update of a reference after a run.
 
-use motion::contour::{ContourError, ContourEstimator, orientation_errors};
+use motion::contour::{ContourError, ContourEstimator, orientation_errors, turns};
 use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
 use rayon::prelude::*;
 
@@ -58,7 +58,8 @@ pub struct PoseErrors {
 }
 
 /// Contour error of tip and tool axis at every desired sample, desired − actual at the foot point (Papers A-D; Paper C, eq. 1-4), with the
-/// poses of the run.
+/// poses of the run. While the tool turns about a tip that hardly moves, the tip's error is that at the same instant: its foot point would be where the run
+/// passes before or after the turn.
 ///
 /// # Errors
 /// When the run's axes are not the path's, or a position is not finite.
@@ -75,6 +76,9 @@ pub fn pose_errors(
     if desired.kinematics().has_rotary_axes() {
         for (shift, error) in shifts.iter_mut().zip(orientation_errors(&contour, desired.poses(), &actual)) {
             shift.tool = error.vector;
+        }
+        for k in turns(desired.poses()).into_iter().flatten() {
+            shifts[k].tip = desired.poses()[k].tip - actual[k].tip;
         }
     }
     Ok(PoseErrors { contour, shifts, actual })

@@ -168,7 +168,8 @@ impl Input {
     pub fn correction_limits(&self, max_shift: f64, max_rotation_rad: f64, weights: Vec<f64>) -> CorrectionLimits {
         let limits = self.limits().cloned();
         let held = if self.part().is_some() { Held::EachAxis } else { Held::AllAxes };
-        CorrectionLimits { max_shift, max_rotation_rad, limits, held, weights, ..CorrectionLimits::default() }
+        let resting = self.part().map(Part::resting).unwrap_or_default();
+        CorrectionLimits { max_shift, max_rotation_rad, limits, held, weights, resting, ..CorrectionLimits::default() }
     }
 
     /// Refuses a program that carries the comment of [`OutputSettings::marked`](crate::OutputSettings::marked), as every program does that

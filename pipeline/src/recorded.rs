@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use datasets::{Finding, Log};
+use models::Bundle;
 use motion::contour::Exact;
 use motion::{AxisKind, DesiredPath, PathSample, Piece, Plan, Pose, Trajectory, Vec3, cubic};
 
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::measure::{Match, Readback, readback, without_approach};
-use crate::part::{Part, TAPER_S, taper};
+use crate::part::{Part, Placement, TAPER_S, taper};
+use crate::refine::is_compensated;
 
 /// Largest distance of a command from the path, mm. Beyond it the command is of another program, or its positions no
 /// longer identify lines.
@@ -23,24 +25,33 @@ const CORNER_RAD: f64 = 0.01;
 /// Largest deviation of a rotary axis from its position at the same tip position, rad.
 const MAX_ROTATION_RAD: f64 = 0.01;
 
-/// A program in the time of its recorded run.
+/// A program as its control ran it.
 #[derive(Debug)]
 pub struct Recorded {
-    /// The program, with its path in the time of the run and the recorded command.
+    /// The program, with its path in the time of the run and the recorded command; as planned where the control does as is planned: the plan
+    /// of the compensated program is then known too.
     pub input: Input,
+    /// Whether `input` is as planned.
+    pub is_as_planned: bool,
     /// Differences between plan and command.
     pub readback: Readback,
     /// Finding of the resampling to the path's sampling period.
     pub resampled: Option<Finding>,
 }
 
-/// Brings `input` into the time of `log`, a run of the same program, and adds the recorded command.
+/// Brings `input` into the time of `log`, a run of the same program, and adds the recorded command, where the control does not do as is planned. In both cases it
+/// takes the work offset from the log.
 ///
 /// # Errors
-/// [`Error::NoProgram`] for a path without a program; when the log is not of a complete run of the program.
-pub fn as_recorded(input: Input, log: &Log) -> Result<Recorded> {
+/// [`Error::NoProgram`] for a path without a program; [`Error::CompensatedRecord`] for a run that `model` knows by its shifts as one of a compensated program; when the log is
+/// not of a complete run of the program.
+pub fn as_recorded(input: Input, model: &Bundle, log: &Log) -> Result<Recorded> {
     if input.part().is_none() {
         return Err(Error::NoProgram);
+    }
+    // A log that is of no run of the program is refused with its reason below.
+    if is_compensated(&input, model, log).unwrap_or(false) {
+        return Err(Error::CompensatedRecord { log: log.name.clone() });
     }
     let (log, resampled) = log.with_axes(input.trajectory().axes())?.resampled(input.trajectory().period_s())?;
     let (log, _) = without_approach(&log, input.desired())?;
@@ -54,8 +65,21 @@ pub fn as_recorded(input: Input, log: &Log) -> Result<Recorded> {
         return Err(Error::CommandOffPath { off_mm: found.path.max_mm });
     }
     let Input::Program(part) = input else { return Err(Error::NoProgram) };
-    let part = on_command(*part, log.reference, &matched)?;
-    Ok(Recorded { input: part.into(), readback: found, resampled })
+    let is_as_planned = found.is_as_planned();
+    let part = if is_as_planned { placed(*part, &matched)? } else { on_command(*part, log.reference, &matched)? };
+    Ok(Recorded { input: part.into(), is_as_planned, readback: found, resampled })
+}
+
+/// The part as planned, at the place of the run.
+fn placed(part: Part, matched: &Match) -> Result<Part> {
+    let factors = part.feed_factors.clone();
+    Part { placement: placement(&part, matched), ..part }.with_feeds(factors)
+}
+
+/// Where the part lies by the log, which is in machine coordinates. On a machine with rotary axes its offset is not searched for.
+fn placement(part: &Part, matched: &Match) -> Placement {
+    let known = part.placement.known() || !part.plan.desired.kinematics().has_rotary_axes();
+    part.placement.clone().moved(matched.offset, known)
 }
 
 /// Refuses a command that does not lead from the start of the path to its end.
@@ -99,9 +123,7 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
         command: None,
     };
-    // A log is in machine coordinates. On a machine with rotary axes its offset is not searched for.
-    let known = part.placement.known() || !plan.desired.kinematics().has_rotary_axes();
-    Ok(Part { placement: part.placement.moved(matched.offset, known), plan, command: Some(command), is_recorded: true, ..part })
+    Ok(Part { placement: placement(&part, matched), plan, command: Some(command), is_recorded: true, ..part })
 }
 
 /// Path position of every sample of `command`.

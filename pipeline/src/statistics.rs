@@ -1,8 +1,8 @@
 //! Error figures of a run: RMS, MAX and 95th percentile of contour and orientation error.
 
 use motion::contour::{
-    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow, orientation_errors, poses_at_places,
-    summary, summary_of,
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow_poses, orientation_errors,
+    poses_at_places, summary, summary_of,
 };
 use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 
@@ -37,7 +37,8 @@ pub fn contour_errors_along(
         let path_positions = (0..path.len()).map(|k| k as f64).collect();
         return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, path_positions));
     }
-    let path_positions = follow(&commanded, &path)?;
+    let commanded = poses_of(reference, desired.kinematics().as_ref())?;
+    let path_positions = follow_poses(&commanded, desired.poses())?;
     Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &path_positions))?, path_positions))
 }
 

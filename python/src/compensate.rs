@@ -15,7 +15,7 @@ use precomp::Chosen;
 use precomp::output::{Printer, Usage};
 use precomp::print::compensation as print;
 use precomp::print::figures::{contour_json, orientation_json};
-use precomp::print::measurement::{readback, readback_json};
+use precomp::print::measurement::{readback_json, recorded as print_recorded};
 use precomp::read::Source;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -296,9 +296,8 @@ impl Job<'_> {
         if input.part().is_none() {
             return Err(Usage("reference goes with a part program: a reference is the command itself".into()).into());
         }
-        let recorded = as_recorded(input, log)?;
-        recorded.resampled.iter().for_each(|finding| printer.line(finding));
-        printer.line(readback(&recorded.readback));
+        let recorded = as_recorded(input, self.model, log)?;
+        print_recorded(&recorded).into_iter().for_each(|line| printer.line(line));
         Ok((recorded.input, Some(readback_json(&recorded.readback))))
     }
 

@@ -51,7 +51,7 @@ fn words(value: &Value) -> String {
         "path.smoothing_ms" => ("second average along the path".to_owned(), "ms"),
         "path.short_line_acceleration" => ("share of the acceleration along short lines and before a dwell".to_owned(), ""),
         "path.tight_arcs_mm_s2" => ("acceleration along tight arcs".to_owned(), "mm/s²"),
-        "jerk_mm_s3" => ("jerk of every axis".to_owned(), "mm/s³"),
+        "jerk_mm_s3" => ("jerk of every linear axis".to_owned(), "mm/s³"),
         "control.filters_ms[0]" => ("moving average of every axis".to_owned(), "ms"),
         "control.filters_ms[1]" => ("second moving average of every axis".to_owned(), "ms"),
         "control.time_constant_ms" => ("time constant of every axis".to_owned(), "ms"),

@@ -1,6 +1,7 @@
 //! What was measured of a run.
 
 use motion::contour::CircularTest;
+use pipeline::Recorded;
 use pipeline::measure::{Fit, Measurement, Readback, Segment};
 use pipeline::units::{ErrorUnit, um};
 use serde_json::{Value, json};
@@ -20,6 +21,28 @@ pub fn readback(found: &Readback) -> String {
     )
 }
 
+/// What a recorded run says of the plan, and what follows for the forecast.
+pub fn recorded(found: &Recorded) -> Vec<String> {
+    let mut lines: Vec<String> = found.resampled.iter().map(ToString::to_string).collect();
+    lines.push(readback(&found.readback));
+    if found.is_as_planned {
+        lines.push("the control does as is planned: the program is compensated from the plan, which also tells what the control makes of the compensated points".into());
+        return lines;
+    }
+    lines.push(
+        "warning: the forecast is that of the recorded times. A control that plans the compensated points anew keeps other ones, and may leave more \
+         error than without --reference: measure the first run with `measure --desired`"
+            .into(),
+    );
+    if !found.readback.is_faithful()[0] {
+        lines.push(
+            "corners that the control rounds off stay so; where else it leaves the path is corrected with the servo's error"
+                .into(),
+        );
+    }
+    lines
+}
+
 /// A readback as JSON.
 pub fn readback_json(found: &Readback) -> Value {
     let [space, time] = found.is_faithful();
@@ -28,6 +51,7 @@ pub fn readback_json(found: &Readback) -> Value {
         "planned_s": found.intended_s,
         "commanded_s": found.commanded_s,
         "largest_delay_ms": found.largest_delay_s * 1e3,
+        "speed_difference": found.speed_difference,
         "path_is_kept": space,
         "time_is_kept": time,
     })

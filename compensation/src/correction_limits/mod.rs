@@ -3,6 +3,8 @@
 mod axis_limits;
 mod standstills;
 
+use std::ops::Range;
+
 use motion::{AxisKind, DesiredPath, Limits, Pose, SHARE, Trajectory};
 use rayon::prelude::*;
 
@@ -33,6 +35,9 @@ pub struct CorrectionLimits {
     pub held: Held,
     /// Taper: share of the correction to keep at every sample, in `[0, 1]`; empty keeps all.
     pub weights: Vec<f64>,
+    /// Samples, in order, at which each axis is not corrected, on a machine that rotates tool or workpiece; empty for no axis. The tip is corrected by the
+    /// other axes there.
+    pub resting: Vec<Vec<Range<usize>>>,
 }
 
 impl Default for CorrectionLimits {
@@ -44,6 +49,7 @@ impl Default for CorrectionLimits {
             settle_s: 0.012,
             held: Held::EachAxis,
             weights: Vec::new(),
+            resting: Vec::new(),
         }
     }
 }
@@ -72,6 +78,7 @@ impl CorrectionLimits {
         let mut corrections: Vec<Vec<f64>> =
             corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
         if has_rotary_axes {
+            self.rest(desired, &mut corrections)?;
             self.bound_poses(desired, &mut corrections);
         } else {
             self.bound_axes(path, &mut corrections);
@@ -101,9 +108,44 @@ impl CorrectionLimits {
         }
         if has_rotary_axes {
             hold_travel(&mut corrections, desired);
+            // Limits of the axes may have spread what is beside a rest.
+            for (correction, resting) in corrections.iter_mut().zip(&self.resting) {
+                resting.iter().for_each(|samples| correction[samples.clone()].fill(0.0));
+            }
         }
         let columns = corrections.iter().zip(path.columns());
         Ok(path.with_columns(columns.map(|(c, d)| c.iter().zip(d).map(|(c, d)| c + d).collect()).collect())?)
+    }
+
+    /// Takes the correction off axes that rest, and gives it to the others, so that the tip stays where it is.
+    fn rest(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) -> Result<(), CompensationError> {
+        let (path, kinematics) = (desired.trajectory(), desired.kinematics());
+        let rests = |axis: usize, k: usize| {
+            let next = self.resting[axis].partition_point(|samples| samples.end <= k);
+            self.resting[axis].get(next).is_some_and(|samples| samples.contains(&k))
+        };
+        let axes = self.resting.len().min(corrections.len());
+        for k in 0..path.len() {
+            let mut resting = (0..axes).filter(|axis| rests(*axis, k)).peekable();
+            if resting.peek().is_none() {
+                continue;
+            }
+            let mut joints: Vec<f64> =
+                path.at(k).zip(corrections.iter()).map(|(target, correction)| target + correction[k]).collect();
+            let tip = kinematics.forward(&joints).tip;
+            resting.for_each(|axis| joints[axis] -= corrections[axis][k]);
+            let mut rotary = [0.0; 3];
+            for (axis, joint) in path.axes().iter().zip(&joints) {
+                if let Some(slot) = axis.slot().and_then(|slot| slot.checked_sub(3)) {
+                    rotary[slot] = *joint;
+                }
+            }
+            kinematics.place_at(&tip, &rotary, &mut joints)?;
+            for (correction, (joint, target)) in corrections.iter_mut().zip(joints.iter().zip(path.at(k))) {
+                correction[k] = joint - target;
+            }
+        }
+        Ok(())
     }
 
     /// Scales the correction of the linear axes where their vector is too long, and clamps that of

@@ -1,6 +1,6 @@
 //! Replanning of a compensated program by a control: a new feed profile for the moved points.
 
-use motion::contour::follow;
+use motion::contour::follow_poses;
 use motion::{MotionError, Trajectory};
 
 use crate::error::Result;
@@ -26,7 +26,7 @@ impl<'a> Replanned<'a> {
     /// When the program cannot be written or planned, or leaves the path.
     pub fn new(part: &'a Part, reference: &Trajectory, written: &RefitSettings) -> Result<Self> {
         let planned = part.replanned(part.edited(&refit(part, reference, written)?.edits)?)?;
-        let path_positions = follow(&planned.plan.desired.tips(), &part.plan.desired.tips())?;
+        let path_positions = follow_poses(planned.plan.desired.poses(), part.plan.desired.poses())?;
         let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
         Ok(Self { original: part, command, path_positions })
     }

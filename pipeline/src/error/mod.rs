@@ -173,6 +173,12 @@ pub enum Error {
         /// Distance, mm.
         off_mm: f64,
     },
+    /// A recorded command that is shifted as that of a compensated program.
+    #[error("{log}: its command is shifted as that of a compensated program; give the log of a run of the program itself")]
+    CompensatedRecord {
+        /// Name of the log.
+        log: String,
+    },
     /// Rotary axes of a recorded command deviate from the program at the same tip position.
     #[error(
         "axis {axis} of the recorded command is up to {:.3}° from where the program has it while the tip is there; moves that turn \

@@ -18,6 +18,9 @@ const ABOVE_ROUNDING: f64 = 4.0;
 const FAR_MM: f64 = 1.0;
 /// Turns from which on a corner is a reversal, rad.
 const REVERSAL_RAD: f64 = 2.9;
+/// Share of its largest speed that a rapid keeps over so many spans of 10 ms where that is the limit.
+const KEPT_SHARE: f64 = 0.998;
+const KEPT_SPANS: usize = 4;
 /// Share of the corners at which the control keeps what is taken for its limit: others may be misread.
 const MOST_CORNERS: f64 = 0.9;
 
@@ -42,28 +45,57 @@ pub(super) fn first_corners(machine: &MachineSpec, observed: &[Observed]) -> Fir
     }
 }
 
-/// The machine with the limits and the jerk that the logs reach.
-pub(super) fn first_limits(machine: &MachineSpec, logs: &[&Log]) -> MachineSpec {
+/// The machine with the limits and the jerk that the logs reach. A speed is limited at what the logs reach only where a rapid keeps it; else a
+/// higher one of `machine` stands: its rapids were too short, or there were none.
+pub(super) fn first_limits(machine: &MachineSpec, logs: &[&Log], observed: &[Observed]) -> MachineSpec {
     let Ok(reached) = limits_of_logs(logs) else { return machine.clone() };
+    let kept = kept_speeds(machine, observed);
+    let speed = |limit: usize, given: f64, reached: f64| if kept[limit] { reached } else { reached.max(given) };
+    let given_mm_s = machine.path.velocity_mm_s;
     let mut machine = machine.clone();
     let mut most = 0.0_f64;
-    for axis in &mut machine.axes {
+    for (index, axis) in machine.axes.iter_mut().enumerate() {
         let Some(of_logs) = reached.axes.iter().find(|other| other.name() == axis.name()) else { continue };
         let columns = logs.iter().filter_map(|log| Some((log.reference.column(axis.name())?, log.period_s())));
         let jerk = columns.filter_map(|(column, period_s)| jerk(column, period_s)).fold(0.0, f64::max);
         let limits = of_logs.limits();
-        axis.set_limits(AxisLimits { jerk: if jerk > 0.0 { jerk } else { limits.jerk }, ..limits });
+        let velocity = speed(index, axis.limits().velocity, limits.velocity);
+        axis.set_limits(AxisLimits { jerk: if jerk > 0.0 { jerk } else { limits.jerk }, velocity, ..limits });
         if axis.axis().kind == AxisKind::Linear {
             most = most.max(jerk);
         }
     }
-    machine.path.velocity_mm_s = reached.path.velocity_mm_s;
+    machine.path.velocity_mm_s = speed(machine.axes.len(), given_mm_s, reached.path.velocity_mm_s);
     machine.path.acceleration_mm_s2 = reached.path.acceleration_mm_s2;
     machine.path.centripetal_mm_s2 = reached.path.acceleration_mm_s2;
     if most > 0.0 {
         machine.path.jerk_mm_s3 = most;
     }
     machine
+}
+
+/// Whether rapids keep the largest speed that they reach, of every axis and then of the path: it is the limit there, by the proportions of
+/// the limits of `machine`.
+fn kept_speeds(machine: &MachineSpec, observed: &[Observed]) -> Vec<bool> {
+    let limits: Vec<f64> = machine.axes.iter().map(|axis| axis.limits().velocity).chain([machine.path.velocity_mm_s]).collect();
+    let is_linear: Vec<bool> = machine.axes.iter().map(|axis| axis.axis().kind == AxisKind::Linear).collect();
+    let with_path = |speeds: &Vec<f64>| {
+        let linear = speeds.iter().zip(&is_linear).filter(|(_, linear)| **linear);
+        let path = linear.map(|(speed, _)| speed * speed).sum::<f64>().sqrt();
+        speeds.iter().copied().chain([path]).collect::<Vec<f64>>()
+    };
+    let spans: Vec<Option<Vec<f64>>> =
+        observed.iter().flat_map(|run| run.rapids().iter().map(|span| span.as_ref().map(with_path)).chain([None])).collect();
+    let is_kept = |limit: usize| {
+        let top = spans.iter().flatten().map(|speeds| speeds[limit]).fold(0.0, f64::max);
+        let holds = |speeds: &Vec<f64>| {
+            let share = speeds[limit] / limits[limit];
+            speeds[limit] >= KEPT_SHARE * top
+                && speeds.iter().zip(&limits).all(|(speed, most)| speed / most <= share * (1.0 + 1e-9))
+        };
+        top > 0.0 && spans.windows(KEPT_SPANS).any(|spans| spans.iter().all(|span| span.as_ref().is_some_and(holds)))
+    };
+    (0..limits.len()).map(is_kept).collect()
 }
 
 /// Largest jerk of a command but for single jumps, mm/s³ or rad/s³; `None` where its positions are too coarse to show one.

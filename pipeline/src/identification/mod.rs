@@ -100,8 +100,8 @@ pub fn identify(runs: &[KnownRun<'_>], machine: Option<&MachineSpec>, progress: 
         Some(machine) => machine.clone(),
         None => limits_of_logs(&logs)?,
     };
-    let start = first_limits(&first, &logs);
     let observed = by_corners(observe(runs, &first)?);
+    let start = first_limits(&first, &logs, &observed);
     let first_corners = first_corners(&start, &observed);
     let (fitted, held_out) = split(&observed);
     let steps = Steps::new(progress, Job::Identifying, SHAPES.len() * CORNERS.len());

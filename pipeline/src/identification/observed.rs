@@ -22,6 +22,8 @@ pub(super) const CELL_S: f64 = 0.01;
 
 /// Least time at rest that parts a run in two, s: what comes after it is no matter of what was before.
 const REST_S: f64 = 0.02;
+/// Time over which the speed of a rapid is taken, s.
+const RAPID_SPAN_S: f64 = 0.01;
 /// Places that are nearer are the same, mm.
 const SAME_PLACE_MM: f64 = 1e-9;
 /// Time before and after a corner in which the command is nearest to it, and in which it is slowest, s.
@@ -56,6 +58,8 @@ pub(super) struct Observed {
     cells: Vec<Cell>,
     /// How the command passes every corner.
     corners: Vec<Passage>,
+    /// Speeds of the axes in rapids, one span after another; `None` between rapids.
+    rapids: Vec<Option<Vec<f64>>>,
     /// Pieces that end in a dwell before which the command comes to rest, and the places of their ends, mm.
     rests: Vec<(usize, f64)>,
 }
@@ -129,6 +133,7 @@ impl Observed {
         let commanded = part.plan.desired.tips_of(&command)?;
         Ok(Self {
             corners: corners(&part).map(|corner| passage(&part, corner, &places, &commanded, setup.period_s)).collect(),
+            rapids: rapids(&part, &matched.path_positions, &command),
             rests: rests(&part, &places, &commanded, setup.period_s),
             name: run.name.clone(),
             period_s: setup.period_s,
@@ -162,6 +167,7 @@ impl Observed {
                 tip_places_mm: self.tip_places_mm[points].to_vec(),
                 cells: within.cloned().collect(),
                 corners: Vec::new(),
+                rapids: Vec::new(),
                 rests: Vec::new(),
             }
         };
@@ -171,6 +177,11 @@ impl Observed {
     /// How the command passes every corner of the program.
     pub fn corners(&self) -> &[Passage] {
         &self.corners
+    }
+
+    /// Speeds of the axes in rapids, mm/s or rad/s, over spans of 10 ms one after another; `None` between rapids.
+    pub fn rapids(&self) -> &[Option<Vec<f64>>] {
+        &self.rapids
     }
 
     /// Time in motion, s.
@@ -256,6 +267,19 @@ fn rests(part: &Part, places: &[f64], commanded: &[Vec3], period_s: f64) -> Vec<
     };
     let last = part.path.pieces().len().saturating_sub(1);
     dwells.filter(|(piece, _)| *piece < last).filter(stands).collect()
+}
+
+/// Speeds of the axes in rapids, span after span.
+fn rapids(part: &Part, path_positions: &[f64], command: &Trajectory) -> Vec<Option<Vec<f64>>> {
+    let span = (RAPID_SPAN_S / command.period_s()).round().max(1.0) as usize;
+    let piece = |at: f64| part.plan.samples.get(at.round() as usize).and_then(|sample| part.path.pieces().get(sample.piece));
+    let is_rapid = |at: f64| piece(at).is_some_and(|piece| piece.feed_mm_s.is_infinite());
+    let speed = |from: usize| {
+        let rapid = is_rapid(path_positions[from]) && is_rapid(path_positions[from + span]);
+        let over = |column: &Vec<f64>| (column[from + span] - column[from]).abs() / (span as f64 * command.period_s());
+        rapid.then(|| command.columns().iter().map(over).collect())
+    };
+    (0..path_positions.len().saturating_sub(span)).step_by(span).map(speed).collect()
 }
 
 /// Arc length at a sample index with fraction, mm.

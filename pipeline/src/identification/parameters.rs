@@ -22,7 +22,7 @@ enum Entry {
     PathAcceleration,
     PathVelocity,
     Centripetal,
-    /// Jerk of every axis, the same for all.
+    /// Jerk of every linear axis, the same for all. That of rotary axes stays what the logs reach.
     AxisJerk,
     /// The time in which the acceleration changes, instead of the jerk: it does not change with the acceleration.
     Rise,
@@ -170,7 +170,10 @@ impl Parameter {
         let path = &machine.path;
         match self.entry {
             Entry::Axis(k) => machine.axes[k].limits().acceleration,
-            Entry::AxisJerk => machine.axes.iter().map(|axis| axis.limits().jerk).fold(NO_JERK, f64::min),
+            Entry::AxisJerk => {
+                let linear = machine.axes.iter().filter(|axis| axis.axis().kind == AxisKind::Linear);
+                linear.map(|axis| axis.limits().jerk).fold(NO_JERK, f64::min)
+            }
             Entry::PathAcceleration => path.acceleration_mm_s2,
             Entry::PathVelocity => path.velocity_mm_s,
             Entry::Centripetal => path.centripetal_mm_s2,
@@ -202,7 +205,7 @@ impl Parameter {
                 let limits = machine.axes[k].limits();
                 machine.axes[k].set_limits(AxisLimits { acceleration: value, ..limits });
             }
-            Entry::AxisJerk => machine.axes.iter_mut().for_each(|axis| {
+            Entry::AxisJerk => machine.axes.iter_mut().filter(|axis| axis.axis().kind == AxisKind::Linear).for_each(|axis| {
                 let limits = axis.limits();
                 axis.set_limits(AxisLimits { jerk: value, ..limits });
             }),

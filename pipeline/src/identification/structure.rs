@@ -3,7 +3,7 @@
 use std::fmt;
 
 use machine::{ControlSpec, CornerRule, MachineSpec};
-use motion::AxisLimits;
+use motion::{AxisKind, AxisLimits};
 
 /// How a change of acceleration is shaped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,7 +177,8 @@ impl Structure {
             true => out.path.jerk_mm_s3,
             false => NO_JERK,
         };
-        out.axes.iter_mut().for_each(|axis| {
+        // That of a rotary axis, of another unit, stays what the logs reach.
+        out.axes.iter_mut().filter(|axis| axis.axis().kind == AxisKind::Linear).for_each(|axis| {
             let limits = axis.limits();
             axis.set_limits(AxisLimits { jerk: jerk(limits.jerk), ..limits });
         });

@@ -1,8 +1,8 @@
 //! Alignment of a recorded run with the desired path in space and time.
 
 use datasets::Log;
-use motion::contour::{AlignSettings, align, at_places, follow};
-use motion::{Axis, DesiredPath, Trajectory, Vec3};
+use motion::contour::{AlignSettings, align, at_places, follow_poses};
+use motion::{Axis, DesiredPath, Trajectory, Vec3, poses_of};
 
 use crate::error::Result;
 
@@ -99,17 +99,18 @@ impl Match {
 ///
 /// # Errors
 /// When the command leaves the path.
-pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
+pub fn match_run(desired: &DesiredPath, command: &Trajectory) -> Result<Match> {
     let path = desired.tips();
-    let (delay_s, offset) = delay_and_offset(desired, &path, commanded, period_s)?;
-    let delay = delay_s / period_s;
+    let commanded = desired.tips_of(command)?;
+    let (delay_s, offset) = delay_and_offset(desired, &path, &commanded, command.period_s())?;
+    let delay = delay_s / command.period_s();
     let last = path.len().saturating_sub(1) as f64;
     let path_positions: Vec<f64> = (0..commanded.len()).map(|k| (k as f64 - delay).clamp(0.0, last)).collect();
     let in_time = at_places(&path, &path_positions);
-    if in_time.iter().zip(commanded).all(|(wanted, commanded)| (wanted - (commanded - offset)).norm() < IN_TIME_MM) {
+    if in_time.iter().zip(&commanded).all(|(wanted, commanded)| (wanted - (commanded - offset)).norm() < IN_TIME_MM) {
         return Ok(Match { delay_s: Some(delay_s), offset, path_positions, path: in_time });
     }
-    by_position(&path, commanded, offset)
+    by_position(desired, command, offset)
 }
 
 /// Same as [`match_run`], for a command on the path itself. Path positions are always found along the command, which
@@ -117,10 +118,9 @@ pub fn match_run(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Re
 ///
 /// # Errors
 /// When the command leaves the path.
-pub fn match_by_position(desired: &DesiredPath, commanded: &[Vec3], period_s: f64) -> Result<Match> {
-    let path = desired.tips();
-    let (_, offset) = delay_and_offset(desired, &path, commanded, period_s)?;
-    by_position(&path, commanded, offset)
+pub fn match_by_position(desired: &DesiredPath, command: &Trajectory) -> Result<Match> {
+    let (_, offset) = delay_and_offset(desired, &desired.tips(), &desired.tips_of(command)?, command.period_s())?;
+    by_position(desired, command, offset)
 }
 
 /// Delay of the run, s, and machine minus path coordinates, mm.
@@ -132,10 +132,11 @@ fn delay_and_offset(desired: &DesiredPath, path: &[Vec3], commanded: &[Vec3], pe
     Ok((found.delay_s, if none { Vec3::zeros() } else { rounded }))
 }
 
-fn by_position(path: &[Vec3], commanded: &[Vec3], offset: Vec3) -> Result<Match> {
-    let commanded: Vec<Vec3> = commanded.iter().map(|point| point - offset).collect();
-    let path_positions = follow(&commanded, path)?;
-    let path = at_places(path, &path_positions);
+fn by_position(desired: &DesiredPath, command: &Trajectory, offset: Vec3) -> Result<Match> {
+    let mut commanded = poses_of(command, desired.kinematics().as_ref())?;
+    commanded.iter_mut().for_each(|pose| pose.tip -= offset);
+    let path_positions = follow_poses(&commanded, desired.poses())?;
+    let path = at_places(&desired.tips(), &path_positions);
     Ok(Match { delay_s: None, offset, path_positions, path })
 }
 

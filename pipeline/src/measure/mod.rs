@@ -41,9 +41,8 @@ pub use reversals::{Reversal, reversal_samples, reversals};
 /// When the command of the log leaves the path.
 pub fn measure(log: &Log, desired: &Input, estimator: &mut dyn ContourEstimator) -> Result<Measurement> {
     let (path, part, period) = (desired.desired(), desired.part(), log.period_s());
-    let (commanded, actual) = (path.tips_of(&log.reference)?, path.tips_of(&log.actual)?);
-    let matched = match_run(path, &commanded, period)?;
-    let actual: Vec<Vec3> = actual.into_iter().map(|point| point - matched.offset).collect();
+    let matched = match_run(path, &log.reference)?;
+    let actual: Vec<Vec3> = path.tips_of(&log.actual)?.into_iter().map(|point| point - matched.offset).collect();
     let errors = estimator.estimate(&actual, &matched.path)?;
     let weights = statistics::weights(path, part, &matched.path_positions);
     let contour = statistics::weighted(&errors, &weights)?;

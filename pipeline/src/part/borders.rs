@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use gcode::{Word, WordKind};
+use motion::{Axis, AxisKind};
 
 use super::Part;
 
@@ -14,9 +15,13 @@ const NEUTRAL_G: [f64; 43] = [
     93.0, 94.0, 95.0, 96.0, 97.0, 98.0, 99.0, 5.1, 60.0, 601.0, 602.0, 603.0, 641.0, 642.0, 643.0, 644.0, 645.0, 450.0, 451.0,
     700.0, 710.0,
 ];
-/// M codes of stops, spindle, coolant, overrides and outputs.
-const NEUTRAL_M: [f64; 21] =
-    [0.0, 1.0, 3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 13.0, 14.0, 48.0, 49.0, 50.0, 51.0, 52.0, 53.0, 62.0, 63.0, 64.0, 65.0, 68.0];
+/// M codes of spindle, coolant, overrides and outputs. Those of stops are none of them: the tool waits at the place that the program states. Nor is M68, an output of LinuxCNC: it
+/// clamps an axis on other controls.
+const NEUTRAL_M: [f64; 18] =
+    [3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 13.0, 14.0, 48.0, 49.0, 50.0, 51.0, 52.0, 53.0, 62.0, 63.0, 64.0, 65.0];
+
+/// Motion of a rotary axis that is none but for rounding, rad.
+const STILL_RAD: f64 = 1e-9;
 
 /// Consecutive path pieces that may be compensated together, between two [borders](Part::borders), and their samples.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,6 +48,18 @@ impl Part {
             changes.then_some(PathSegment { pieces, samples })
         };
         chunks.filter_map(segment).collect()
+    }
+
+    /// Samples in which an axis of the machine is at rest over a whole segment, if it is a rotary one: where it is not to move, it may be clamped.
+    pub(crate) fn resting(&self) -> Vec<Vec<Range<usize>>> {
+        let path = self.plan.desired.trajectory();
+        let (axes, segments) = (path.axes().iter().zip(path.columns()), self.segments());
+        let resting = |(axis, column): (&Axis, &Vec<f64>)| {
+            let rests = |samples: &Range<usize>| column[samples.clone()].iter().all(|at| (at - column[samples.start]).abs() < STILL_RAD);
+            let all = segments.iter().map(|segment| segment.samples.clone());
+            if axis.kind == AxisKind::Rotary { all.filter(rests).collect() } else { Vec::new() }
+        };
+        axes.map(resting).collect()
     }
 
     /// What of a segment belongs to the moves with these indices; `None` where nothing does.

@@ -32,7 +32,7 @@ impl Aligned {
         desired.trajectory().check_axes(log.axes())?;
         let log = log.with_axes(desired.trajectory().axes())?.resampled(desired.trajectory().period_s())?.0;
         let (log, _) = without_approach(&log, desired)?;
-        let matched = match_run(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
+        let matched = match_run(desired, &log.reference)?;
         let log = without_offset(log, &matched)?;
         let in_path_time = |run: &Trajectory| in_time_of(desired.trajectory(), run, &matched.path_positions);
         Ok(Self {

@@ -29,7 +29,7 @@ pub fn command_apart_mm(program: &Input, log: &Log) -> Result<f64> {
     let desired = program.desired();
     let log = log.with_axes(desired.trajectory().axes())?.resampled(desired.trajectory().period_s())?.0;
     let (log, _) = without_approach(&log, desired)?;
-    let matched = match_by_position(desired, &desired.tips_of(&log.reference)?, log.period_s())?;
+    let matched = match_by_position(desired, &log.reference)?;
     let command = without_offset(log, &matched)?.reference;
     Ok(figures_at(desired, program.part(), &matched.path_positions, &command)?.tip.rms_mm)
 }

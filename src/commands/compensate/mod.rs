@@ -13,7 +13,6 @@ use models::Bundle;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
-use pipeline::refine::is_compensated;
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
@@ -21,12 +20,12 @@ use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, 
 use crate::files::Files;
 use crate::kind::Kind;
 use crate::numbers;
-use crate::output::{Outputs, Printer, Refusal, Usage};
+use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
 use crate::plot::PlotArgs;
 use crate::print::compensation::{self as print, Shares};
 use crate::print::figures::{contour_json, orientation_json};
-use crate::print::measurement::{readback, readback_json};
+use crate::print::measurement::{readback_json, recorded as print_recorded};
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
@@ -87,7 +86,8 @@ pub struct Compensate {
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
-    /// Log of an uncompensated run of INPUT: its command replaces the plan, for controls that plan differently from precomp
+    /// Log of an uncompensated run of INPUT: its command replaces the plan where the control plans differently from precomp, and gives the work
+    /// offset
     #[arg(long, value_name = "LOG", conflicts_with_all = ["tolerance", "max_time", "pareto"])]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -176,7 +176,7 @@ impl Compensate {
         if model.manifest.limits_from_log {
             printer.line(print::LIMITS_FROM_LOG);
         }
-        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none() && self.plans(&input)) {
+        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none() && is_planned(&input)) {
             printer.line(print::control_fidelity(control));
         }
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
@@ -208,11 +208,6 @@ impl Compensate {
         outputs.write(self.common.json.as_deref(), &merged(figures, beside))
     }
 
-    /// Whether precomp itself plans what the control will command.
-    fn plans(&self, input: &Input) -> bool {
-        self.reference.is_none() && input.part().is_some()
-    }
-
     /// The machine that limits and control are those of.
     fn machine(&self, model: &Bundle) -> Result<MachineSpec> {
         match &self.machine {
@@ -221,7 +216,7 @@ impl Compensate {
         }
     }
 
-    /// The input as it is to be written; with --reference in the time of the recorded run, with what the control commanded in it.
+    /// The input as it is to be written; with --reference as the control ran it.
     fn recorded(
         &self,
         mut input: Input,
@@ -241,27 +236,9 @@ impl Compensate {
         if input.part().is_none() {
             return Err(Usage("--reference goes with a part program: a reference is the command itself".into()).into());
         }
-        let path = log;
-        let log = read::log_to_measure(path, &self.columns.options(), printer)?;
-        // A log that is of no run of the program is refused with its reason below.
-        if is_compensated(&input, model, &log).unwrap_or(false) {
-            let why = "its command is shifted as that of a compensated program; give the log of a run of INPUT itself";
-            return Err(Refusal(format!("{}: {why}", path.display())).into());
-        }
-        let recorded = as_recorded(input, &log)?;
-        if let Some(finding) = recorded.resampled {
-            printer.line(finding);
-        }
-        printer.line(readback(&recorded.readback));
-        printer.line(
-            "warning: the forecast is that of the recorded times. A control that plans the compensated points anew keeps other ones, and may leave more \
-             error than without --reference: measure the first run with `measure --desired`",
-        );
-        if !recorded.readback.is_faithful()[0] {
-            printer.line(
-                "corners that the control rounds off stay so; where else it leaves the path is corrected with the servo's error",
-            );
-        }
+        let log = read::log_to_measure(log, &self.columns.options(), printer)?;
+        let recorded = as_recorded(input, model, &log)?;
+        print_recorded(&recorded).into_iter().for_each(|line| printer.line(line));
         Ok((recorded.input, Some(recorded.readback)))
     }
 
@@ -354,6 +331,11 @@ impl Compensate {
             "warnings": print::warnings(input.part(), outcome),
         })
     }
+}
+
+/// Whether precomp itself plans what the control will command.
+fn is_planned(input: &Input) -> bool {
+    input.part().is_some_and(|part| !part.is_recorded)
 }
 
 /// Reports where the program keeps its feeds because timed points would lengthen the cycle too much.

@@ -28,7 +28,7 @@ const PLATEAU_S: f64 = 0.1;
 /// control that accelerates less than the machine file states.
 const CORNER_LENGTHS: f64 = 1.4;
 /// Times at the speed of rapids, s. The longer one leaves room for rapids that are faster than the
-/// machine file states.
+/// machine file states; it is at the full speed, whatever the share: no other move shows how fast an axis is.
 const RAPID_PLATEAUS_S: [f64; 2] = [0.1, 0.25];
 /// Radii of full circles and of arcs from standstill, as shares of the radius at which the feed
 /// meets the centripetal limit.
@@ -54,8 +54,9 @@ const REDUCTIONS: usize = 40;
 /// Smallest angle between two lines and its multiples up to 165°, degrees; the second one with less content.
 const CORNER_STEPS_DEG: [f64; 2] = [15.0, 30.0];
 
-/// Title of the group of corners.
+/// Titles of the groups of corners and of rapids.
 const CORNERS: &str = "corners";
+const RAPIDS: &str = "rapids";
 
 /// Settings of a control test.
 #[derive(Clone, Copy)]
@@ -92,12 +93,12 @@ impl ControlTest<'_> {
             ("circles and arcs", self.arcs(&bounds, &mut rng)),
             ("lines and arcs with common tangents", self.tangent_arcs(&bounds, &mut rng)),
             ("short lines", self.short_lines(&bounds, &mut rng)),
-            ("rapids", self.rapids(&bounds, &mut rng)),
+            (RAPIDS, self.rapids(&bounds, &mut rng)),
             ("rotary axes", self.rotary_axes(&bounds, &mut rng)),
         ];
         let joined = |(title, figures): (&'static str, Vec<Vec<Block>>)| {
-            // Every polyline of corners has another feed or plane: it has fewer corners instead.
-            let is_kept = |k: &usize| !self.is_short || title == CORNERS || k % 2 == 1;
+            // Every polyline of corners has another feed or plane: it has fewer corners instead. Rapids take little time.
+            let is_kept = |k: &usize| !self.is_short || [CORNERS, RAPIDS].contains(&title) || k % 2 == 1;
             let mut figures: Vec<Vec<Block>> = (0..figures.len()).filter(is_kept).map(|k| figures[k].clone()).collect();
             figures.shuffle(&mut rng);
             Group { title, blocks: figures.concat() }
@@ -210,21 +211,24 @@ impl ControlTest<'_> {
     /// Rapids of one axis and of two axes with equal and unequal distances.
     fn rapids(&self, bounds: &Bounds, rng: &mut ChaCha8Rng) -> Vec<Vec<Block>> {
         let slots = bounds.linear();
-        let lengths = |along: &Coordinates, plateaus_s: &[f64]| {
+        let whole = Bounds::of(self.axes, self.limits, 1.0);
+        let at_speed = |along: &Coordinates, time_s: f64, bounds: &Bounds| {
             let [distance, speed] = bounds.along(along).distance_to_reach(1.0);
-            let short = std::iter::once(SHORT[1] * distance);
-            short.chain(plateaus_s.iter().map(|time_s| distance + time_s * speed)).collect::<Vec<f64>>()
+            distance + time_s * speed
         };
         let mut out = Vec::new();
         for slot in &slots {
             let along = direction(&[(*slot, 1.0)]);
-            out.extend(self.there_and_back(&along, &lengths(&along, &RAPID_PLATEAUS_S), None, bounds, rng));
+            let short = SHORT[1] * bounds.along(&along).distance_to_reach(1.0)[0];
+            let [less, more] = RAPID_PLATEAUS_S;
+            let lengths = [short, at_speed(&along, less, bounds), at_speed(&along, more, &whole)];
+            out.extend(self.there_and_back(&along, &lengths, None, bounds, rng));
         }
         let pairs = pairs(&slots);
         // Unequal distances tell a straight path from axes that move each at its own speed.
         for ([a, b], ratio) in pairs.iter().map(|pair| (pair, 0.4)).chain(pairs.first().map(|pair| (pair, 1.0))) {
             let along = direction(&[(*a, 1.0), (*b, ratio * sign(rng))]);
-            out.extend(self.there_and_back(&along, &lengths(&along, &RAPID_PLATEAUS_S[..1])[1..], None, bounds, rng));
+            out.extend(self.there_and_back(&along, &[at_speed(&along, RAPID_PLATEAUS_S[0], bounds)], None, bounds, rng));
         }
         out
     }

@@ -1,6 +1,9 @@
 //! Path position of a run with different timing: a replanned, compensated or recorded program.
 
+use std::ops::Range;
+
 use crate::contour::spline::hermite;
+use crate::contour::turns::{nearest, turns};
 use crate::{MotionError, Pose, Vec3};
 
 /// Largest correction of a position towards the foot of the perpendicular, as a fraction of its
@@ -46,6 +49,59 @@ pub fn follow(run: &[Vec3], desired: &[Vec3]) -> Result<Vec<f64>, MotionError> {
     for position in &mut positions {
         top = top.max(*position);
         *position = top;
+    }
+    Ok(positions)
+}
+
+/// Way along the path within which a turn of the run is one of the path, mm, and how far its tool axes at start and end may be from those, rad.
+const SAME_PLACE_MM: f64 = 0.5;
+const SAME_TOOL_RAD: f64 = 0.02;
+/// Turns by less are not followed, rad.
+const LEAST_TURN_RAD: f64 = 1e-3;
+
+/// Same as [`follow`], of poses: where the tool turns about a tip that hardly moves, positions are found by its axis.
+///
+/// # Errors
+/// As [`follow`].
+pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionError> {
+    let tips = |poses: &[Pose]| poses.iter().map(|pose| pose.tip).collect::<Vec<Vec3>>();
+    let path = tips(desired);
+    let mut positions = follow(&tips(run), &path)?;
+    let mut there = turns(desired).into_iter().peekable();
+    if there.peek().is_none() {
+        return Ok(positions);
+    }
+    let mut ways_mm = vec![0.0; path.len()];
+    (1..path.len()).for_each(|k| ways_mm[k] = ways_mm[k - 1] + (path[k] - path[k - 1]).norm());
+    let way_mm = |position: f64| ways_mm[(position as usize).min(ways_mm.len() - 1)];
+    let apart = |a: &Pose, b: &Pose| (a.tool - b.tool).norm();
+    for own in turns(run) {
+        let (first, last) = (&run[own.start], &run[own.end - 1]);
+        if apart(first, last) < LEAST_TURN_RAD {
+            continue;
+        }
+        let at_mm = way_mm(positions[own.start + own.len() / 2]);
+        let is_same = |turn: &Range<usize>| {
+            (ways_mm[turn.start] - at_mm).abs() <= SAME_PLACE_MM
+                && apart(first, &desired[turn.start]) <= SAME_TOOL_RAD
+                && apart(last, &desired[turn.end - 1]) <= SAME_TOOL_RAD
+        };
+        while there.peek().is_some_and(|turn| ways_mm[turn.start] < at_mm + SAME_PLACE_MM && !is_same(turn)) {
+            there.next();
+        }
+        let Some(turn) = there.next_if(|turn| is_same(turn)) else { continue };
+        for k in own.clone() {
+            let guess = turn.start + (k - own.start) * turn.len() / own.len();
+            if let Some((_, position)) = nearest(desired, &turn, guess, &run[k]) {
+                positions[k] = position;
+            }
+        }
+        for k in own.start + 1..own.end {
+            positions[k] = positions[k].max(positions[k - 1]);
+        }
+        let (begins, ends) = (positions[own.start], positions[own.end - 1]);
+        positions[..own.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
+        positions[own.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
     }
     Ok(positions)
 }

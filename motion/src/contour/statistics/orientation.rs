@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::contour::ContourError;
 use crate::contour::spline::hermite;
+use crate::contour::turns::{apart_mm, nearest, turn_at, turns, with_rests};
 use crate::{Pose, SHARE, Vec3};
 
 /// The orientation error of one sample.
@@ -20,6 +21,9 @@ pub struct OrientationError {
 /// refers to the tool axis of `to` at the foot point, `O_c ∝ O_j + λ (O_{j+1} − O_j)` (Paper C, eq.
 /// 3, with the sign that interpolates), here on the cubic through four tool axes.
 ///
+/// Where `to` turns about a tip that hardly moves, the foot point of the tip says nothing of the direction: there the nearest pose of the turn counts, tip and tool axis
+/// together, if it is nearer. It is sought from the sample's own instant on, so that poses of `from` and `to` belong together one by one.
+///
 /// One per entry of `errors`. Empty if `to` is empty.
 #[must_use]
 pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -> Vec<OrientationError> {
@@ -27,13 +31,20 @@ pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -
         return Vec::new();
     }
     let tools: Vec<Vec3> = to.iter().map(|pose| pose.tool).collect();
-    let of = |(error, pose): (&ContourError, &Pose)| {
+    let turns = with_rests(&turns(to), to);
+    let of = |(k, (error, pose)): (usize, (&ContourError, &Pose))| {
         let segment = error.location.segment.min(tools.len() - 1);
         let foot = hermite(&tools, segment, error.location.fraction).0;
         let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
-        OrientationError { vector: pose.tool - foot.tool, angle_rad: pose.angle_to(&foot) }
+        let near = [segment, k]
+            .into_iter()
+            .filter_map(|sample| turn_at(&turns, sample))
+            .filter_map(|turn| Some(nearest(to, turn, k, pose)?.0));
+        let nearest =
+            near.fold(foot, |best, pose_of| if apart_mm(pose, &pose_of) < apart_mm(pose, &best) { pose_of } else { best });
+        OrientationError { vector: pose.tool - nearest.tool, angle_rad: pose.angle_to(&nearest) }
     };
-    errors.par_iter().zip(from).with_min_len(SHARE).map(of).collect()
+    errors.par_iter().zip(from).enumerate().with_min_len(SHARE).map(of).collect()
 }
 
 #[cfg(test)]
@@ -54,6 +65,37 @@ mod tests {
 
     fn tips(poses: &[Pose]) -> Vec<Vec3> {
         poses.iter().map(|pose| pose.tip).collect()
+    }
+
+    /// A line, a turn of 0.3 rad about its end while the tip moves by `tip_mm`, a line; `lag` samples late, the tip off by `off_mm`.
+    fn turned(tip_mm: f64, lag: f64, off_mm: f64) -> Vec<Pose> {
+        let ramp = |t: f64| t.clamp(0.0, 1.0);
+        let pose = |k: u32| {
+            let t = f64::from(k) - lag;
+            let x = 10.0 * ramp(t / 200.0) + tip_mm * ramp((t - 200.0) / 200.0);
+            let (sin, cos) = (0.3 * ramp((t - 200.0) / 200.0)).sin_cos();
+            Pose {
+                tip: Vec3::new(x + off_mm * (0.1 * f64::from(k)).sin(), 10.0 * ramp((t - 400.0) / 200.0), off_mm),
+                tool: Vec3::new(sin, 0.0, cos),
+            }
+        };
+        (0..600).map(pose).collect()
+    }
+
+    #[test]
+    fn a_late_turn_about_a_tip_that_hardly_moves_has_no_orientation_error() {
+        for (tip_mm, behind_mm) in [(0.0, 0.0), (0.05, 0.0), (0.0, 0.03)] {
+            let (desired, mut actual) = (turned(tip_mm, 0.0, 0.0), turned(tip_mm, 2.5, 0.005));
+            actual.iter_mut().for_each(|pose| pose.tip.x -= behind_mm);
+            let errors = Exact::default().estimate(&tips(&actual), &tips(&desired)).unwrap();
+            let found = orientation_errors(&errors, &actual, &desired);
+            assert!(found.iter().all(|error| error.angle_rad < 5e-5), "{tip_mm} {behind_mm}");
+            // Across the turn the direction counts as before.
+            let leant: Vec<Pose> =
+                actual.iter().map(|pose| Pose { tool: (pose.tool + Vec3::new(0.0, 1e-3, 0.0)).normalize(), ..*pose }).collect();
+            let found = orientation_errors(&errors, &leant, &desired);
+            assert!(found.iter().all(|error| (error.angle_rad - 1e-3).abs() < 5e-5), "{tip_mm}");
+        }
     }
 
     #[test]
