@@ -103,9 +103,10 @@ impl OutputSettings {
         self.points.unwrap_or_else(|| RefitSettings::of(self.format.encoding(), self.decimals, self.spacing_ms, self.controller))
     }
 
-    /// Sets [`Part::states_path`]: whether compensated segments state a path mode of their own, as on LinuxCNC.
+    /// Sets [`Part::states_path`], whether compensated segments state a path mode of their own, as on LinuxCNC, and [`Part::states_line_times`].
     pub fn prepare(&self, part: &mut Part) {
         part.states_path = self.states_path() && part.has_path_tolerance();
+        part.states_line_times = self.program().is_some_and(|settings| settings.encoding == TimeEncoding::G93);
     }
 
     /// Whether segments state a path mode where the program's dialect has one.

@@ -176,6 +176,40 @@ fn steps_keep_the_limits(program: &str, tip: bool) {
     assert!(lines > 300, "{lines}");
 }
 
+/// A square with turns about its corners, then a hole and a slot at an indexed position with the rotary axes clamped.
+const TURNS: &str = "G21 G90 G94\nG43.4 H1\nG0 X15 Y-15 Z0 B15 C0\nG4 P0.3\nG1 Y15 F1500\nC-20 F2400\nX-15 F1500\nX-15 C-40 F2400\nY-15 F1500\n\
+    M11\nG0 B30 C-40\nM10\nG4 P0.3\nG1 X-12 Y-12 F1000\nX-2\nY-4\nG4 P0.3\nM5\nM30\n";
+
+#[test]
+fn turns_about_a_standing_tip_keep_their_feed_and_clamped_axes_are_left_alone() {
+    let folder = Folder::new();
+    folder.train_on("bc", "40", "linear");
+    std::fs::write(folder.path("part.nc"), TURNS).unwrap();
+    let measured = |program: &str| {
+        folder.figures(&["simulate", program, "--machine", "bc", "-o", "run.csv"]);
+        folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--machine", "bc"])
+    };
+    let raw = measured("part.nc");
+    // The tool leads and lags in a turn; that is no error of its direction.
+    assert!(raw["orientation_urad"]["max"].as_f64().unwrap() < 1000.0, "{raw}");
+
+    let made = folder.figures(&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc", "--work-offset", "0,0,0"]);
+    let out = folder.read("out.nc");
+    // With words of linear axes F would be theirs.
+    assert!(out.contains("\nC-20 F2400\n") || out.contains("\nG1C-20 F2400\n"), "{out}");
+    let clamped = out.split("M10").nth(1).unwrap();
+    assert!(clamped.contains("X-2") && !clamped.contains('B') && !clamped.contains('C'), "{clamped}");
+    let cut = measured("out.nc");
+    println!("{raw} → {cut}, {made}");
+    assert!(figure(&cut, "contour_um") < figure(&raw, "contour_um"), "{cut} against {raw}");
+
+    let timed = ["compensate", "part.nc", "-m", "machine.model", "-o", "timed.nc", "--work-offset", "0,0,0", "--format", "g93"];
+    let made = folder.figures(&timed);
+    let cut = measured("timed.nc");
+    println!("{cut}, {made}");
+    assert!(figure(&cut, "contour_um") < 0.3 * figure(&raw, "contour_um"), "{cut} against {raw}");
+}
+
 #[test]
 fn what_the_machine_cannot_reach_is_refused_with_its_line() {
     let folder = Folder::new();

@@ -7,7 +7,7 @@ use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, FeedMode, Units};
-use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE};
+use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
 use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 use crate::toolpath::Feed;
 use crate::word::Span;
@@ -145,7 +145,7 @@ impl Interpreter<'_> {
     }
 
     /// The feed of the present block's move.
-    pub fn feed_of(&mut self, words: &Gathered, at: usize) -> Option<Feed> {
+    pub fn feed_of(&mut self, words: &Gathered, (start, end): (&Position, &Position), motion: Motion, at: usize) -> Option<Feed> {
         let span = self.span(at);
         let (raw, mm) = match self.feed {
             FeedWord::Value { written, mm } if written > 0.0 => (written, mm),
@@ -163,7 +163,12 @@ impl Interpreter<'_> {
                 return None;
             }
         };
-        let rotary_only = !words.has(b'X') && !words.has(b'Y') && !words.has(b'Z') && words.any(b"ABC").is_some();
+        // A linear word that restates the position is no motion, but in an arc.
+        let stays = |axis: usize| {
+            motion == Motion::Line && start.knows(axis) && end.knows(axis) && start.nominal[axis] == end.nominal[axis]
+        };
+        let linear = (0..3).any(|axis| words.has(AXIS_LETTERS[axis]) && !stays(axis));
+        let rotary_only = !linear && words.any(b"ABC").is_some();
         let per_second = match self.modal.feed_mode {
             FeedMode::InverseTime => {
                 if !words.has(b'F') {

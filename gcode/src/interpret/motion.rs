@@ -195,7 +195,7 @@ impl Interpreter<'_> {
             Motion::Line => Some(MoveKind::Line),
             _ => self.arc(words, motion == Motion::ArcCounterClockwise, end, at).map(MoveKind::Arc),
         };
-        let feed = if sound { self.feed_of(words, at) } else { None };
+        let feed = if sound { self.feed_of(words, (&start, &end), motion, at) } else { None };
         self.position = end;
         if is_lost {
             self.lose_named(words, start);

@@ -24,6 +24,11 @@ fn units_distances_and_feeds() {
     let turning = read("G20 G0 X0 Y0 Z0 A0\nG1 A90 F180\n");
     assert!(matches!(last(&turning).feed, Some(Feed::Angular { rad_s }) if (rad_s - TAU / 120.0).abs() < 1e-12));
     assert!((last(&turning).end.rotary_rad()[0].expect("known") - FRAC_PI_2).abs() < 1e-12);
+    // A linear word that restates the position is no motion.
+    for (words, angular) in [("X0 A90", true), ("X0 Y0. Z0 A90", true), ("X1 A90", false)] {
+        let found = last(&read(&format!("G21 G90 G0 X0 Y0 Z0 A0\nG1 {words} F180\n"))).feed;
+        assert_eq!(matches!(found, Some(Feed::Angular { .. })), angular, "{words}: {found:?}");
+    }
 }
 
 #[test]

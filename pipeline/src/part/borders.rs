@@ -55,7 +55,8 @@ impl Part {
         let path = self.plan.desired.trajectory();
         let (axes, segments) = (path.axes().iter().zip(path.columns()), self.segments());
         let resting = |(axis, column): (&Axis, &Vec<f64>)| {
-            let rests = |samples: &Range<usize>| column[samples.clone()].iter().all(|at| (at - column[samples.start]).abs() < STILL_RAD);
+            let rests =
+                |samples: &Range<usize>| column[samples.clone()].iter().all(|at| (at - column[samples.start]).abs() < STILL_RAD);
             let all = segments.iter().map(|segment| segment.samples.clone());
             if axis.kind == AxisKind::Rotary { all.filter(rests).collect() } else { Vec::new() }
         };

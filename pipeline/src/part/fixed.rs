@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use gcode::{Diagnostic, Fixed, Move, MoveKind, Severity, Shiftable};
 
-use super::Part;
 use super::faults::render;
+use super::{Part, turns_at_feed};
 use crate::error::{Error, Result};
 
 /// Moves that are left alone for one reason. As JSON it is their number.
@@ -50,6 +50,9 @@ impl Part {
         let reason = |of: &Move| match (of.shiftable, of.kind) {
             (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
                 Some("arcs at whose points the control would stop (G9, G61, G64 P0)")
+            }
+            (Shiftable::Yes, _) if turns_at_feed(of) => {
+                Some("whose feed is that of rotary axes alone (--format g93 states times instead)")
             }
             _ => why_fixed(of),
         };

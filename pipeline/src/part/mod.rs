@@ -18,7 +18,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gcode::{
-    Dialect, Edits, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PathMode, Program, Shiftable, ToolLength, Toolpath,
+    Dialect, Edits, Feed, FeedMode, Files, Fixed, Language, Move, MoveKind, Options, PathMode, Program, Shiftable, ToolLength,
+    Toolpath,
 };
 use machine::ProgramWords;
 use motion::{Limits, MotionError, Plan, PlanSettings, ToolPath, Trajectory, Vec6};
@@ -73,6 +74,8 @@ pub struct Part {
     pub plan: Plan,
     /// Whether compensated segments state a path mode of their own, in which the control does not stop at added points.
     pub states_path: bool,
+    /// Whether the lines of compensated segments state their times (G93).
+    pub states_line_times: bool,
     /// Command of the control, one sample for each sample of the plan, where it is not the plan itself: that of a recorded run, or the
     /// filtered plan.
     pub command: Option<Trajectory>,
@@ -87,6 +90,11 @@ struct Read {
     options: Options,
     toolpath: Toolpath,
     placement: Placement,
+}
+
+/// Whether the feed of a move is that of the rotary axes.
+pub(crate) fn turns_at_feed(of: &Move) -> bool {
+    matches!(of.feed, Some(Feed::Angular { .. }))
 }
 
 fn named_axes(program: &Program) -> [bool; 6] {
@@ -213,6 +221,7 @@ impl Part {
             command: plan.command.take(),
             plan,
             states_path: false,
+            states_line_times: false,
             is_recorded: false,
         })
     }
@@ -307,7 +316,8 @@ impl Part {
     }
 
     /// Whether a move may be compensated: a feed move of known geometry. A move of rotary axes also needs a machine
-    /// whose kinematics include them.
+    /// whose kinematics include them. A move whose feed is that of the rotary axes is none, unless its lines state their times: shifted by a micrometre along a linear axis, its feed would be that of the linear axes, and the rotary
+    /// axes would turn as fast as they can.
     #[must_use]
     pub fn is_shiftable(&self, of: &Move) -> bool {
         let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();
@@ -315,7 +325,7 @@ impl Part {
         // effect.
         let tip = self.toolpath.modal(of).tool_length == ToolLength::TipControl;
         let stops_within = self.stops_exactly(of) && matches!(of.kind, MoveKind::Arc(_));
-        let known = of.shiftable == Shiftable::Yes && !stops_within;
+        let known = of.shiftable == Shiftable::Yes && !stops_within && (self.states_line_times || !turns_at_feed(of));
         known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().has_rotary_axes())
     }
 

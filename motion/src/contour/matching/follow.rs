@@ -212,6 +212,32 @@ mod tests {
         assert!(positions.last().unwrap() > &3990.0);
     }
 
+    /// A line of 10 mm, a rest, a turn of 0.3 rad about its end within `turn` samples, a rest and a line; the tip off by up to `off_mm`.
+    fn turned(turn: usize, off_mm: f64) -> Vec<Pose> {
+        let ramp = |k: usize, from: usize, samples: usize| (k.saturating_sub(from) as f64 / samples as f64).min(1.0);
+        let pose = |k: usize| {
+            let (sin, cos) = (0.3 * ramp(k, 300, turn)).sin_cos();
+            let (x, y) = (10.0 * ramp(k, 0, 200), 10.0 * ramp(k, 400 + turn, 200));
+            let off = off_mm * (0.05 * k as f64).sin();
+            Pose { tip: Vec3::new(x + off, y, off), tool: Vec3::new(sin, 0.0, cos) }
+        };
+        (0..600 + turn).map(pose).collect()
+    }
+
+    #[test]
+    fn a_turn_about_a_standing_tip_is_followed_by_its_tool_axis() {
+        let desired = turned(200, 0.0);
+        for turn in [100, 200, 350] {
+            let run = turned(turn, 0.002);
+            let positions = follow_poses(&run, &desired).unwrap();
+            assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
+            for k in 310..290 + turn {
+                let expected = 300.0 + (k - 300) as f64 * 200.0 / turn as f64;
+                assert!((positions[k] - expected).abs() < 1.0, "{turn}: {} for {expected}", positions[k]);
+            }
+        }
+    }
+
     #[test]
     fn another_path_and_half_a_path_are_refused() {
         let desired = out_and_back(4000, 0.0);

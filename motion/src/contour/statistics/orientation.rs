@@ -89,12 +89,13 @@ mod tests {
             actual.iter_mut().for_each(|pose| pose.tip.x -= behind_mm);
             let errors = Exact::default().estimate(&tips(&actual), &tips(&desired)).unwrap();
             let found = orientation_errors(&errors, &actual, &desired);
-            assert!(found.iter().all(|error| error.angle_rad < 5e-5), "{tip_mm} {behind_mm}");
+            let most = found.iter().map(|error| error.angle_rad).fold(0.0, f64::max);
+            assert!(most < 1.5e-4, "{tip_mm} {behind_mm}: {most}");
             // Across the turn the direction counts as before.
             let leant: Vec<Pose> =
                 actual.iter().map(|pose| Pose { tool: (pose.tool + Vec3::new(0.0, 1e-3, 0.0)).normalize(), ..*pose }).collect();
             let found = orientation_errors(&errors, &leant, &desired);
-            assert!(found.iter().all(|error| (error.angle_rad - 1e-3).abs() < 5e-5), "{tip_mm}");
+            assert!(found.iter().all(|error| (error.angle_rad - 1e-3).abs() < 1e-4), "{tip_mm}");
         }
     }
 
