@@ -49,7 +49,7 @@ fn a_motion_code_beside_a_code_with_axis_words_stays_in_force() {
 
 #[test]
 fn ordinary_codes_keep_their_moves() {
-    for code in ["G17", "G21", "G40", "G49", "G54", "G90", "G94", "G61", "G64", "G98", "G80", "G9", "G91.1 G1"] {
+    for code in ["G17", "G21", "G40", "G54", "G90", "G94", "G61", "G64", "G98", "G80", "G9", "G91.1 G1"] {
         let path = read(Dialect::Fanuc, &format!("{code} X30.\n"));
         assert_eq!(path.moves.last().and_then(|step| step.end.xyz_mm()), Some([30.0, 20.0, 4.0]), "{code}");
     }

@@ -59,6 +59,7 @@ impl Interpreter<'_> {
             *shift = value.unwrap_or(*shift);
         }
         self.shifts.saved = self.shifts.position;
+        self.stated.position_shift = true;
         self.update_shift();
     }
 
@@ -90,6 +91,9 @@ impl Interpreter<'_> {
             self.shifts.saved = [0.0; 6];
         }
         self.shifts.position = [0.0; 6];
+        if !std::mem::replace(&mut self.stated.position_shift, true) {
+            self.forget_all();
+        }
         for axis in 0..6 {
             if std::mem::take(&mut self.shifts.relaid[axis]) {
                 self.position.forget(axis);
@@ -103,6 +107,7 @@ impl Interpreter<'_> {
     pub fn restore_position_shift(&mut self) {
         self.shifts.position = self.shifts.saved;
         self.shifts.relaid = [true; 6];
+        self.stated.position_shift = true;
         self.forget_all();
         self.update_shift();
     }

@@ -63,7 +63,13 @@ impl Interpreter<'_> {
             }
             return;
         }
-        let Some(first) = axes else { return };
+        let Some(first) = axes else {
+            // Alone it takes the tool length off on Okuma, and the offsets until G54 on NUM.
+            if machine.is_some() {
+                self.forget_all();
+            }
+            return;
+        };
         // G1 is the reset state of most SINUMERIK controls, but machine data decide.
         let Some(motion) = self.motion.or(self.is_sinumerik().then_some(Motion::Curve)) else {
             return self.move_without_code(words, first, machine.is_some());

@@ -6,7 +6,7 @@ use super::assumed_centres;
 use super::codes::Motion;
 use super::gather::Gathered;
 use super::shifts::Shifts;
-use super::state::{FeedWord, Interpreter, Whole};
+use super::state::{FeedWord, Interpreter, StatedFrame, Whole};
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Options;
 use crate::error::GcodeError;
@@ -28,6 +28,7 @@ pub struct Resume {
     feed: FeedWord,
     units_stated: bool,
     arc_distance_stated: bool,
+    stated: StatedFrame,
     tool_offset_stated: bool,
     content_seen: bool,
 }
@@ -153,6 +154,7 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
         feed: at.feed,
         units_stated: at.units_stated,
         arc_distance_stated: at.arc_distance_stated,
+        stated: at.stated,
         tool_offset_stated: at.tool_offset_stated,
         content_seen: at.content_seen,
     }
@@ -172,6 +174,7 @@ pub fn interpret_part(program: &Program, blocks: Range<usize>, options: &Options
     interpreter.feed = from.feed;
     interpreter.units_stated = from.units_stated;
     interpreter.arc_distance_stated = from.arc_distance_stated;
+    interpreter.stated = from.stated;
     interpreter.tool_offset_stated = from.tool_offset_stated;
     interpreter.content_seen = from.content_seen;
     interpreter.block = blocks.start;

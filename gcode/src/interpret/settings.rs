@@ -161,7 +161,8 @@ impl Interpreter<'_> {
     }
 
     fn set_tool_length(&mut self, length: ToolLength) {
-        let unchanged = length == ToolLength::Off && self.modal.tool_length == ToolLength::Off;
+        let first = !std::mem::replace(&mut self.stated.tool_length, true);
+        let unchanged = !first && length == ToolLength::Off && self.modal.tool_length == ToolLength::Off;
         let tip = ToolLength::TipControl;
         // Between axis and tip programming the same position has different coordinates.
         if (length == tip) != (self.modal.tool_length == tip) {
@@ -214,7 +215,8 @@ impl Interpreter<'_> {
     }
 
     fn set_work_offset(&mut self, offset: WorkOffset) {
-        if offset != self.modal.work_offset || offset == WorkOffset::Unpredictable {
+        let first = !std::mem::replace(&mut self.stated.work_offset, true);
+        if first || offset != self.modal.work_offset || offset == WorkOffset::Unpredictable {
             self.modal.work_offset = offset;
             self.forget_all();
         }

@@ -60,6 +60,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_since_code: bool,
     /// The block of the last move that runs in any case.
     pub last_certain: usize,
+    /// What of the frame the program has stated so far.
+    pub stated: StatedFrame,
     /// Whether G43.1 or G43.2 stated the tool offset.
     pub tool_offset_stated: bool,
     /// Whether G10 with L began an input of data, which G11 ends.
@@ -78,6 +80,15 @@ pub(super) struct Interpreter<'a> {
     pub ended: bool,
     pub moves: Vec<Move>,
     pub modals: Vec<Modal>,
+}
+
+/// What a program has stated of its frame. Before that, the frame is as an earlier program or the machine's settings left it: another offset, a tool length
+/// and a shift may be active, which a code then changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StatedFrame {
+    pub work_offset: bool,
+    pub tool_length: bool,
+    pub position_shift: bool,
 }
 
 /// What only all words of the program show.
@@ -172,6 +183,7 @@ impl<'a> Interpreter<'a> {
             optional_motion: false,
             optional_since_code: false,
             last_certain: 0,
+            stated: StatedFrame::default(),
             tool_offset_stated: false,
             inputs_data: false,
             cutter_before: modal.cutter,

@@ -50,18 +50,28 @@ fn what_makes_a_start_unknown() {
         ("G43 H1", false),
         ("G43 H1 Z0", true),
         ("G43 H1 Z0\nH2", false),
-        ("G49", true),
+        // An earlier program may have left a tool length or a shift.
+        ("G49", false),
+        ("G49\nG0 Z0\nG49", true),
         ("G43 H1 Z0\nG49", false),
         ("G31 Z-1 F10", false),
         ("G4 P100", true),
         ("G68 X0 Y0 R30\nG0 X1\nG69", false),
         ("G54.1 P1", false),
-        ("G92.1", true),
+        ("G92.1", false),
+        ("G92.1\nG0 X0 Y0 Z0\nG92.1", true),
+        ("G53", false),
         ("G80", true),
     ] {
         let path = read(&format!("G21 G90 G54 G0 X0 Y0 Z0\n{between}\nG1 X1 Y1 F100\n"));
         let expected = if known { Shiftable::Yes } else { Shiftable::No(Fixed::UnknownStart) };
         assert_eq!(last(&path).shiftable, expected, "{between}");
+    }
+    // As an earlier program may have left another offset.
+    for (dialect, first) in [(Dialect::Fanuc, "G54"), (Dialect::LinuxCnc, "G54")] {
+        let path = read_as(dialect, &format!("G21 G90 G0 X0 Y0 Z0\n{first}\nG1 X1 Y1 F100\nZ1\n{first}\nX2\n"));
+        let starts: Vec<_> = path.moves.iter().filter(|m| m.is_feed()).map(|m| m.shiftable == Shiftable::Yes).collect();
+        assert_eq!(starts, [false, false, true], "{dialect:?}");
     }
     let linux = read_as(Dialect::LinuxCnc, "G21 G90 G0 X0 Y0 Z0\nG43 H1\nG1 X1 F100\nZ1\nX2\n");
     let starts: Vec<_> = linux.moves[1..].iter().map(|m| m.shiftable == Shiftable::Yes).collect();
