@@ -6,7 +6,7 @@ use crate::dialect::Dialect;
 use crate::edit::Edits;
 use crate::error::GcodeError;
 use crate::program::Program;
-use crate::word::Span;
+use crate::word::{Span, WordKind};
 
 /// Whether the motion of a block may become several lines. Not if some words act before the motion
 /// and some after, or if it is not known when they act.
@@ -25,7 +25,7 @@ impl Edits {
     ///
     /// The block keeps its other words and its comments. One line replaces the motion in the block.
     /// The others become lines of their own: after the block, or before it if the block holds an M
-    /// code that acts after its motion in this dialect.
+    /// code that acts after its motion in this dialect. Behind the slash of an optional block they are optional too.
     ///
     /// # Errors
     /// [`GcodeError::NoSuchBlock`]. [`GcodeError::Unsplittable`] if the block has no motion words,
@@ -51,14 +51,17 @@ impl Edits {
         if lines.len() > 1 && !is_splittable(program, block, dialect) {
             return Err(refuse("some of its words act before its motion and some after, or when is not known"));
         }
+        let slash = program.block_words(block).iter().find(|word| word.kind == WordKind::BlockDelete);
+        let slash = slash.map_or(&[][..], |word| program.text(word.span));
+        let optional = |lines: &[L]| lines.iter().map(|line| [slash, line.as_ref()].concat()).collect::<Vec<Vec<u8>>>();
         let in_place = match lines {
             [] => None,
             [all @ .., last] if acts_after => {
-                self.insert_before(program, block, all)?;
+                self.insert_before(program, block, &optional(all))?;
                 Some(last)
             }
             [first, rest @ ..] => {
-                self.insert_after(program, block, rest)?;
+                self.insert_after(program, block, &optional(rest))?;
                 Some(first)
             }
         };
@@ -107,6 +110,8 @@ mod tests {
         assert_eq!(replaced("%\nN10 G1 X3 Y4 M9\nM2\n", Fanuc, &two), "%\nG1 X1\nN10 X2 M9\nM2\n");
         assert_eq!(replaced("%\nN10 G1 X3 Y4 M9\nM2\n", LinuxCnc, &two), "%\nN10 G1 X1 M9\nX2\nM2\n");
         assert_eq!(replaced("%\nN10 G1 X3 Y4 M0\nM2\n", LinuxCnc, &two), "%\nG1 X1\nN10 X2 M0\nM2\n");
+        assert_eq!(replaced("%\n/G1 X3 Y4\nM2\n", Fanuc, &two), "%\n/G1 X1\n/X2\nM2\n");
+        assert_eq!(replaced("%\n/2N10 X3 Y4\nM2\n", Fanuc, &two), "%\n/2N10 G1 X1\n/2X2\nM2\n");
         assert_eq!(replaced("%\nG2 M62 P1 X3 Y4 I1", LinuxCnc, &two), "%\nG1 X1 M62 P1 \nX2");
         assert_eq!(replaced("%\nG2 X3 Y4 I1 P2 M5", LinuxCnc, &["X2"]), "%\nX2 P2 M5");
         assert_eq!(replaced("%\nG2 X3 Y4 I1 P2", LinuxCnc, &["G1 X2"]), "%\nG1 X2");

@@ -299,6 +299,12 @@ fn names_of_modes_that_leave_the_path_alone_open_nothing() {
     let feeds: Vec<_> = grouped.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable == Shiftable::Yes).collect();
     assert_eq!(feeds, [false, true, false, true, true]);
     assert!(grouped.warnings.iter().any(|warning| warning.message.contains("`FGROUP(X,Y)`")), "{:?}", grouped.warnings);
+    // Under a feed profile F holds at the end of its block.
+    for profile in ["FLIN", "FCUB"] {
+        let of = read(&format!("{START}G1 X1 F500\n{profile}\nX2 F3000\nY2\nFNORM\nG0 X0 Y0 Z0\nG1 X1\nX2"));
+        let of: Vec<_> = of.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable == Shiftable::Yes).collect();
+        assert_eq!(of, [true, false, false, true, true], "{profile}");
+    }
 }
 
 #[test]

@@ -26,6 +26,9 @@ pub(crate) enum Section {
     Iso,
     /// FGROUP with other axes than X, Y and Z; ended by FGROUP() ("Feedrate").
     FeedGroup,
+    /// FLIN, FCUB: F is reached at the end of its block, so that the parts of a split block would not run at the feeds of the whole; ended by FNORM ("Non-modal feedrate, feed
+    /// profiles").
+    FeedProfile,
 }
 
 /// What a word names besides its letter.
@@ -103,7 +106,7 @@ impl Name {
 
 /// Names without effect on path and frame: messages, dynamics, feedforward, exact-stop and compensation behaviour, coordination of channels and
 /// spindles, display, orientation modes (they act in a transformation only), blank and protection zones.
-const SILENT: [&str; 91] = [
+const SILENT: [&str; 88] = [
     "ACTBLOCNO",
     "ADIS",
     "ADISPOS",
@@ -134,14 +137,11 @@ const SILENT: [&str; 91] = [
     "EXTERN",
     "FA",
     "FAD",
-    "FCUB",
     "FENDNORM",
     "FFWOF",
     "FFWON",
     "FGREF",
     "FL",
-    "FLIN",
-    "FNORM",
     "FPR",
     "FRCM",
     "GROUP_ADDEND",
@@ -266,6 +266,8 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         // Feed along all axes of the path is the default; other groups than X, Y and Z change what F refers to.
         "FGROUP" if has_arguments => Name::Opens(FeedGroup),
         "FGROUP" => Name::Closes(FeedGroup),
+        "FLIN" | "FCUB" => Name::Opens(FeedProfile),
+        "FNORM" => Name::Closes(FeedProfile),
         "SPOS" => Name::Holds,
         "FZ" => Name::ToothFeed,
         // Without arguments it ends.

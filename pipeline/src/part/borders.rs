@@ -15,6 +15,8 @@ const NEUTRAL_G: [f64; 43] = [
     93.0, 94.0, 95.0, 96.0, 97.0, 98.0, 99.0, 5.1, 60.0, 601.0, 602.0, 603.0, 641.0, 642.0, 643.0, 644.0, 645.0, 450.0, 451.0,
     700.0, 710.0,
 ];
+/// M codes of stops.
+const STOPS: [f64; 3] = [0.0, 1.0, 60.0];
 /// M codes of spindle, coolant, overrides and outputs. Those of stops are none of them: the tool waits at the place that the program states. Nor is M68, an output of LinuxCNC: it
 /// clamps an axis on other controls.
 const NEUTRAL_M: [f64; 18] =
@@ -102,7 +104,10 @@ impl Part {
         let (first, last) = (moves[before].block as usize, moves[after].block as usize);
         // Of the words of the first block, the M codes may act after its motion.
         let own = self.program.block_words(first).iter().filter(|word| word.is(b'M'));
-        let others = (first + 1..=last).flat_map(|block| self.program.block_words(block));
+        // A stop in the last block comes behind its motion.
+        let others = (first + 1..=last).flat_map(|block| self.program.block_words(block).iter().map(move |word| (block, word)));
+        let others =
+            others.filter(|(block, word)| *block < last || !(word.is(b'M') && STOPS.contains(&word.value))).map(|(_, word)| word);
         let neutral = |word: &Word| is_neutral(word, self.program.text(word.span));
         alike && stays && !self.is_interrupted(before, after) && own.chain(others).all(neutral)
     }

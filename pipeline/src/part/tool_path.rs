@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gcode::{Feed, Move, MoveKind, PathMode, Position, ToolLength, Toolpath};
+use gcode::{Feed, Move, MoveKind, PathMode, Position, Program, ToolLength, Toolpath, Word};
 use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
 use motion::{Curve, Kinematics, MM_PER_RAD, Piece, RotaryPath, ToolPath, Turning, Vec3, Vec6};
@@ -28,6 +28,7 @@ pub fn coordinates(of: &Position) -> Vec6 {
 /// Path pieces in machine coordinates, with the index of the move of each piece. The machine comes from `before`, machine coordinates in mm
 /// and rad, where that is given.
 pub(super) fn pieces(
+    program: &Program,
     toolpath: &Toolpath,
     placement: &Placement,
     feed_factors: &[f64],
@@ -38,7 +39,13 @@ pub(super) fn pieces(
     let count = toolpath.moves.len();
     let (path, owners) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut builder = Builder { path, owners, at: before, words: usual, kinematics };
+    let mut block = toolpath.moves.first().map_or(0, |first| first.block as usize);
     for (index, step) in toolpath.moves.iter().enumerate() {
+        let until = step.block as usize;
+        if (block..until).any(|block| stops(program, block)) {
+            builder.stop();
+        }
+        block = until;
         let offset = offset_of(placement, toolpath, step);
         builder.set_words(words_of(toolpath, step, usual))?;
         let start = coordinates(&step.start) + offset;
@@ -77,6 +84,12 @@ pub(super) fn pieces(
         }
     }
     Ok((builder.path.into(), builder.owners))
+}
+
+/// Whether the program stops in a block, behind its motion: M0, M60 and STOP. Whether it stops at M1 is the operator's choice.
+fn stops(program: &Program, block: usize) -> bool {
+    let is_stop = |word: &Word| word.is(b'M') && [0.0, 60.0].contains(&word.value);
+    program.block_words(block).iter().any(|word| is_stop(word) || program.text(word.span) == b"STOP")
 }
 
 /// Machine minus program coordinates of a move, mm and rad.
@@ -194,4 +207,26 @@ fn circular(arc: &gcode::Arc, start: Vec3, end: Vec3, offset: &Vec3) -> Result<C
     center[second] = arc.centre_mm[1] + offset[second];
     let axis = Vec3::from_fn(|i, _| f64::from(u8::from(i == normal)));
     Ok(CircularArc::new(start, center, axis, arc.sweep, arc.radius_end_mm, end[normal] - start[normal])?)
+}
+
+#[cfg(test)]
+mod tests {
+    use machine::MachineSpec;
+
+    use crate::part::{Part, ReadSettings};
+    use crate::setup::Setup;
+
+    #[test]
+    fn the_tool_waits_where_the_program_states_it() {
+        let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
+        for (stop, plans_it) in [("M0", true), ("M60", true), ("M1", false), ("M3", false)] {
+            for text in [format!("Y10 {stop}\nX0\n"), format!("Y10\n{stop}\nX0\n")] {
+                let program = format!("G21 G90 G54\nG0 X0 Y0 Z0\nG1 X10 F600\n{text}Y0\n");
+                let part = Part::read("p.nc", program, &setup, &ReadSettings { at_zero: true, ..Default::default() }).unwrap();
+                let [first, second] = [0, 1].map(|piece| (part.path.pieces()[piece].stop_after, part.borders()[piece]));
+                assert_eq!(first, (false, false), "{text}");
+                assert_eq!(second, (plans_it, stop != "M3"), "{text}");
+            }
+        }
+    }
 }
