@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn the_tool_waits_where_the_program_states_it() {
         let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
-        for (stop, plans_it) in [("M0", true), ("M60", true), ("M1", false), ("M3", false)] {
+        for (stop, plans_it) in [("M0", true), ("M1", false), ("M3", false)] {
             for text in [format!("Y10 {stop}\nX0\n"), format!("Y10\n{stop}\nX0\n")] {
                 let program = format!("G21 G90 G54\nG0 X0 Y0 Z0\nG1 X10 F600\n{text}Y0\n");
                 let part = Part::read("p.nc", program, &setup, &ReadSettings { at_zero: true, ..Default::default() }).unwrap();
