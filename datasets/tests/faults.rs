@@ -312,6 +312,24 @@ fn columns_that_do_not_belong_together_are_named() {
 }
 
 #[test]
+fn an_axis_that_moves_less_than_its_noise_is_measured_and_not_trained_on() {
+    let mut seed = 1_u64;
+    let mut noise = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let shaken = hurt(|reference, actual| {
+        for (k, (r, x)) in reference[1].iter_mut().zip(&mut actual[1]).enumerate() {
+            *r = 3.0 + 2e-3 * (0.02 * k as f64).sin();
+            *x = *r + 4e-3 * noise();
+        }
+    });
+    assert_found(&training(&shaken), Refuse, Check::Pairing, "the command moves less than the actual position's noise");
+    let measured = assess(&shaken, Purpose::Measuring);
+    assert!(!measured.is_refused(), "{measured}");
+}
+
+#[test]
 fn a_command_with_the_noise_of_a_sensor_is_the_actual_position() {
     let mut state = 1_u64;
     let mut random = move || {
