@@ -106,9 +106,14 @@ pub fn change(text: &str) -> Result<f64, String> {
     Ok(0.01 * within(text.strip_suffix('%').unwrap_or(text), -99.0, 1e4)?)
 }
 
-/// Feed in a program, mm/min.
+/// Feed in a program, in mm/min: `2000`, `2000mm`, `80in`, also with `/min`.
 pub fn feed_mm_min(text: &str) -> Result<f64, String> {
-    within(text, 1.0, 1e6)
+    let written = text.strip_suffix("/min").unwrap_or(text);
+    let (number, scale) = match (written.strip_suffix("in"), written.strip_suffix("mm")) {
+        (Some(inches), _) => (inches, 25.4),
+        (None, number) => (number.unwrap_or(written), 1.0),
+    };
+    Ok(scale * within(number, 1.0, 1e6)?)
 }
 
 /// Lines that no program exceeds.
@@ -220,6 +225,11 @@ mod tests {
         assert_eq!((lines("120-480"), lines("7")), (Ok((120, 480)), Ok((7, 7))));
         assert!(lines("0-3").is_err() && lines("9-3").unwrap_err().contains("120-480"));
         assert!(count("0").is_err() && count("1.5").is_err() && iterations("18446744073709551616").is_err());
+        assert_eq!(
+            ["2000", "2000mm", "80in", "80in/min"].map(|feed| feed_mm_min(feed).unwrap()),
+            [2000.0, 2000.0, 2032.0, 2032.0]
+        );
+        assert!(feed_mm_min("80um").is_err() && feed_mm_min("0").is_err());
         assert!(length_mm("1e300um").is_err() && length_mm("2").unwrap_err().contains("unit"));
     }
 }

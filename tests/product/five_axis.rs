@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
-use crate::common::Folder;
+use crate::common::{Folder, csv_files};
 
 fn figure(figures: &Value, kind: &str) -> f64 {
     figures[kind]["rms"].as_f64().unwrap()
@@ -184,6 +184,13 @@ const TURNS: &str = "G21 G90 G94\nG43.4 H1\nG0 X15 Y-15 Z0 B15 C0\nG4 P0.3\nG1 Y
 fn turns_about_a_standing_tip_keep_their_feed_and_clamped_axes_are_left_alone() {
     let folder = Folder::new();
     folder.train_on("bc", "40", "linear");
+    // Limits in another unit than the logs.
+    let slow = include_str!("../../machine/machines/bc.toml").replace("velocity_rad_s = 2.0", "velocity_rad_s = 0.035");
+    folder.write("slow.toml", slow);
+    let logs = csv_files(&folder.path("")).into_iter().map(|log| log.to_string_lossy().into_owned()).collect::<Vec<_>>();
+    let words: Vec<&str> = logs.iter().map(String::as_str).filter(|log| log.contains("log-")).collect();
+    let refused = folder.fails(1, &[&["train"], &words[..], &["--machine", "slow.toml", "-o", "no.model"]].concat());
+    assert!(refused.contains("axis b: the logs move it at up to") && refused.contains("b:deg"), "{refused}");
     std::fs::write(folder.path("part.nc"), TURNS).unwrap();
     let measured = |program: &str| {
         folder.figures(&["simulate", program, "--machine", "bc", "-o", "run.csv"]);

@@ -224,8 +224,10 @@ const COMPRESSORS: [&str; 5] = ["COMPCAD", "COMPCURV", "COMPON", "COMPSURF", "CY
 const REPLACING: [&str; 5] = ["CROTS", "MIRROR", "ROT", "ROTS", "SCALE"];
 const ADDING: [&str; 4] = ["AMIRROR", "AROT", "AROTS", "ASCALE"];
 const CURVES: [&str; 6] = ["ASPLINE", "BSPLINE", "CSPLINE", "INVCCW", "INVCW", "POLY"];
-const POSITIONS: [&str; 16] =
-    ["ANG", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA", "PW"];
+const POSITIONS: [&str; 17] = [
+    "ANG", "AR", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA",
+    "PW",
+];
 const TRANSFORMATIONS: [&str; 6] = ["TRAANG", "TRACON", "TRACYL", "TRAFOON", "TRANSMIT", "TRAORI"];
 const TOOL_FRAMES: [&str; 8] = ["TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROT", "TOROTX", "TOROTY", "TOROTZ"];
 /// Cycles of drilling, milling and turning ("Programming technology functions (cycles)"). Measuring cycles (961 and above) may change offsets.

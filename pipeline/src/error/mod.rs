@@ -321,6 +321,21 @@ pub enum Error {
         /// Period of the machine file, ms.
         file_ms: f64,
     },
+    /// The logs move an axis many times as fast as the machine file allows.
+    #[error(
+        "axis {axis}: the logs move it at up to {reached:.4} {unit}, the machine file allows {allowed}: one of the two is in another unit, as degrees for radians or mm for inches \
+         (--columns {axis}:deg, {axis}:inch), or of another machine"
+    )]
+    OtherSpeed {
+        /// The axis.
+        axis: String,
+        /// Largest speed in the logs, mm/s or rad/s.
+        reached: f64,
+        /// Largest speed by the machine file, the same unit.
+        allowed: f64,
+        /// The unit.
+        unit: &'static str,
+    },
     /// The curve for tuning ILC cannot be planned on the machine.
     #[error("the curve on which ILC is tuned does not fit the machine; give its gain and cut-off with --gain and --low-pass")]
     TuningCurve(#[source] Box<Error>),

@@ -25,6 +25,12 @@ fn acceleration(run: &[f64], period_s: f64) -> f64 {
     (2 * span..run.len()).map(change).fold(0.0, f64::max) / (time_s * time_s)
 }
 
+/// Largest speed of an axis over a run, over the same time, mm/s or rad/s.
+pub(super) fn speed(run: &[f64], period_s: f64) -> f64 {
+    let span = span(period_s);
+    run.windows(span + 1).map(|over| (over[span] - over[0]).abs()).fold(0.0, f64::max) / (span as f64 * period_s)
+}
+
 fn span(period_s: f64) -> usize {
     (SPAN_S / period_s).round().max(1.0) as usize
 }

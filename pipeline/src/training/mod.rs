@@ -182,6 +182,25 @@ fn check_period(limits: &Limits<'_>, period_s: f64) -> Result<()> {
     if (log_ms / file_ms - 1.0).abs() <= SAME_PERIOD { Ok(()) } else { Err(Error::OtherPeriod { log_ms, file_ms }) }
 }
 
+/// Ratio of the speed in logs to the limit of the machine file from which on they are not of one unit, or not of one machine: 25.4 and 57.3 for inches and
+/// degrees; a file that states the half of an axis's speed is still used.
+const OTHER_UNIT: f64 = 10.0;
+
+/// Refuses logs that are far faster than the machine file allows.
+fn check_speeds(limits: &Limits<'_>, logs: &[Log]) -> Result<()> {
+    let Limits::Given(spec) = limits else { return Ok(()) };
+    for axis in &spec.axes {
+        let (name, allowed) = (axis.name(), axis.limits().velocity);
+        let columns = logs.iter().filter_map(|log| Some((log.reference.column(name)?, log.period_s())));
+        let reached = columns.map(|(column, period_s)| limits_from_log::speed(column, period_s)).fold(0.0, f64::max);
+        if reached > OTHER_UNIT * allowed {
+            let unit = if axis.axis().kind == AxisKind::Linear { "mm/s" } else { "rad/s" };
+            return Err(Error::OtherSpeed { axis: name.to_owned(), reached, allowed, unit });
+        }
+    }
+    Ok(())
+}
+
 /// Trains on the samples `rows` of `logs`.
 fn fit(
     logs: &[Log],
@@ -196,6 +215,7 @@ fn fit(
     let Some(first) = logs.first() else { return Err(Error::NoLog) };
     let (axes, period_s) = (first.axes().to_vec(), first.period_s());
     check_period(&limits, period_s)?;
+    check_speeds(&limits, logs)?;
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| logs.iter().any(|log| moving_axes(log).contains(axis))).collect();
     let samples: usize = rows.iter().map(ExactSizeIterator::len).sum();
     let most = (FOLD_SAMPLES / samples.max(1)).clamp(1, MOST_FOLDS);

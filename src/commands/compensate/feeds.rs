@@ -38,8 +38,8 @@ pub struct FeedArgs {
     /// Feeds may exceed the programmed ones by this, percent. When left out: not at all, with --keep-time by 100
     #[arg(long, value_name = "PERCENT", value_parser = numbers::percent)]
     may_exceed_feed: Option<f64>,
-    /// Largest feed of all, mm/min
-    #[arg(long, value_name = "MM/MIN", value_parser = numbers::feed_mm_min)]
+    /// Largest feed of all, mm/min, or inches a minute as 80in
+    #[arg(long, value_name = "FEED", value_parser = numbers::feed_mm_min)]
     max_feed: Option<f64>,
     /// Change only feeds in these lines of the program: 120-480,900-950
     #[arg(long, value_name = "A-B", value_parser = numbers::lines, value_delimiter = ',')]

@@ -14,9 +14,9 @@ use crate::output::{Refusal, read_file};
 use crate::read;
 
 /// Distance of a command from the nearest program, as a share of that from its own, below which it is a run of that one, and the least
-/// difference of the two, mm: compensated programs of one part differ by micrometres.
+/// difference of the two, mm: compensated programs of one part differ by tenths of a micrometre and more.
 const NEARER: f64 = 0.5;
-const LEAST_APART_MM: f64 = 1e-3;
+const LEAST_APART_MM: f64 = 2e-4;
 
 impl Refine {
     /// Refuses logs that are not of the programs of --ran. Without --ran nothing is said of the programs.
