@@ -231,9 +231,9 @@ mod tests {
             let run = turned(turn, 0.002);
             let positions = follow_poses(&run, &desired).unwrap();
             assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
-            for k in 310..290 + turn {
+            for (k, position) in positions.iter().enumerate().take(290 + turn).skip(310) {
                 let expected = 300.0 + (k - 300) as f64 * 200.0 / turn as f64;
-                assert!((positions[k] - expected).abs() < 1.0, "{turn}: {} for {expected}", positions[k]);
+                assert!((position - expected).abs() < 1.0, "{turn}: {position} for {expected}");
             }
         }
     }
