@@ -241,6 +241,7 @@ impl Interpreter<'_> {
                 explicit_motion: true,
                 shiftable,
                 after_shared: false,
+                after_stop: false,
             },
             needs,
         );

@@ -172,6 +172,7 @@ impl Interpreter<'_> {
             explicit_motion: true,
             shiftable,
             after_shared: false,
+            after_stop: false,
         };
         self.push(step, [None; 2]);
     }

@@ -59,7 +59,6 @@ impl Interpreter<'_> {
             *shift = value.unwrap_or(*shift);
         }
         self.shifts.saved = self.shifts.position;
-        self.stated.position_shift = true;
         self.update_shift();
     }
 
@@ -82,6 +81,7 @@ impl Interpreter<'_> {
             }
         }
         self.shifts.saved = self.shifts.position;
+        self.stated.position_shift = true;
         self.update_shift();
     }
 
@@ -239,6 +239,7 @@ impl Interpreter<'_> {
             explicit_motion: false,
             shiftable,
             after_shared: self.take_shared(),
+            after_stop: std::mem::take(&mut self.stopped),
         };
         self.modal.rotation.map_or(step, |rotation| step.in_work(&rotation))
     }

@@ -202,6 +202,8 @@ impl Interpreter<'_> {
             self.apply_motion(words);
             self.modal.path = path;
         }
+        // Behind the motion of its block; whether it stops at M1 is the operator's choice.
+        self.stopped |= self.ran == Ran::Once && !words.optional && words.has_m(self.program, &[0.0, 60.0]);
         self.note_parallel_axes(words);
         self.note_foreign_geometry(words, axes_taken);
         self.note_exponent(words);

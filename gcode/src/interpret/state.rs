@@ -60,6 +60,8 @@ pub(super) struct Interpreter<'a> {
     pub optional_since_code: bool,
     /// The block of the last move that runs in any case.
     pub last_certain: usize,
+    /// Whether the program stopped since the last move.
+    pub stopped: bool,
     /// What of the frame the program has stated so far.
     pub stated: StatedFrame,
     /// Whether G43.1 or G43.2 stated the tool offset.
@@ -183,6 +185,7 @@ impl<'a> Interpreter<'a> {
             optional_motion: false,
             optional_since_code: false,
             last_certain: 0,
+            stopped: false,
             stated: StatedFrame::default(),
             tool_offset_stated: false,
             inputs_data: false,

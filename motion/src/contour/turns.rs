@@ -8,6 +8,8 @@ use crate::Pose;
 const LEVER_MM: f64 = 20.0;
 /// A tip that moves less than this share of the turn's way hardly moves.
 const HARDLY: f64 = 0.2;
+/// A tip that moves less than this share of it stands.
+const STANDS: f64 = 0.05;
 /// Share with which the distance of tips counts when the nearest pose is sought: it only tells a turn from the moves before and after it.
 const TIP_SHARE: f64 = 0.1;
 /// Way of a tip that stands in one place, mm: more than the noise of a run.
@@ -16,25 +18,44 @@ const STANDS_MM: f64 = 0.01;
 const SPAN: usize = 4;
 /// Samples without a nearer pose after which the search for it ends.
 const PATIENCE: usize = 8;
+/// Distances that differ by less are the same, mm.
+const SAME_MM: f64 = 1e-9;
 /// Samples by which a run may be late or early.
 const LATE: usize = 100;
 
-/// The samples of turns about tips that hardly move, with the samples before and after them.
-#[must_use]
-pub fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
-    let mut turns: Vec<Range<usize>> = Vec::new();
-    for from in 0..poses.len().saturating_sub(1) {
+/// Short spans of samples in which the tool turns about a tip that hardly moves, with the ratio of the tip's way to that of the turn.
+fn turning(poses: &[Pose]) -> impl Iterator<Item = (Range<usize>, f64)> + '_ {
+    (0..poses.len().saturating_sub(1)).filter_map(|from| {
         let to = (from + SPAN).min(poses.len() - 1);
         let (a, b) = (&poses[from], &poses[to]);
         let way_mm = LEVER_MM * (b.tool - a.tool).norm();
-        if way_mm > 0.0 && (b.tip - a.tip).norm() <= HARDLY * way_mm {
-            match turns.last_mut() {
-                Some(last) if from < last.end => last.end = to + 1,
-                _ => turns.push(from..to + 1),
-            }
+        let ratio = (b.tip - a.tip).norm() / way_mm;
+        (way_mm > 0.0 && ratio <= HARDLY).then_some((from..to + 1, ratio))
+    })
+}
+
+/// The samples of turns about tips that hardly move, with the samples before and after them.
+pub(super) fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
+    let mut turns: Vec<Range<usize>> = Vec::new();
+    for (span, _) in turning(poses) {
+        match turns.last_mut() {
+            Some(last) if span.start < last.end => last.end = span.end,
+            _ => turns.push(span),
         }
     }
     turns
+}
+
+/// For every sample how much of its error is that of a standing tip, 0 to 1: 1 where the tool turns about a tip that stands, 0 where the tip moves by a fifth of the
+/// turn's way or more.
+#[must_use]
+pub fn standing_shares(poses: &[Pose]) -> Vec<f64> {
+    let mut shares = vec![0.0_f64; poses.len()];
+    for (span, ratio) in turning(poses) {
+        let share = ((HARDLY - ratio) / (HARDLY - STANDS)).clamp(0.0, 1.0);
+        shares[span].iter_mut().for_each(|of| *of = of.max(share));
+    }
+    shares
 }
 
 /// The turns with the samples before and after them at which the tip stands in the same place.
@@ -42,12 +63,15 @@ pub(super) fn with_rests(turns: &[Range<usize>], poses: &[Pose]) -> Vec<Range<us
     let stays = |at: usize| move |pose: &&Pose| (pose.tip - poses[at].tip).norm() <= STANDS_MM;
     let mut out: Vec<Range<usize>> = Vec::with_capacity(turns.len());
     for turn in turns {
-        let before = poses[..turn.start].iter().rev().take_while(stays(turn.start)).count();
-        let after = poses[turn.end..].iter().take_while(stays(turn.end - 1)).count();
-        let rests = turn.start - before..turn.end + after;
+        // What is already known to be one place is not looked at again.
+        let known = out.last().map_or(0, |last| last.end);
+        let from = known.min(turn.start);
+        let before = poses[from..turn.start].iter().rev().take_while(stays(turn.start)).count();
+        let end = turn.end.max(known);
+        let after = poses[end..].iter().take_while(stays(turn.end - 1)).count();
         match out.last_mut() {
-            Some(last) if rests.start < last.end => last.end = rests.end,
-            _ => out.push(rests),
+            Some(last) if turn.start - before <= last.end => last.end = end + after,
+            _ => out.push(turn.start - before..end + after),
         }
     }
     out
@@ -83,10 +107,12 @@ pub(super) fn nearest(path: &[Pose], turn: &Range<usize>, start: usize, pose: &P
     let mut seek = |segments: &mut dyn Iterator<Item = usize>| {
         let mut idle = 0;
         for found in segments.map(on) {
-            idle = if apart_mm(pose, &found.0) < apart_mm(pose, &best.0) { 0 } else { idle + 1 };
-            if idle == 0 {
+            // Over a rest all are as near.
+            let [found_mm, best_mm] = [&found, &best].map(|of| apart_mm(pose, &of.0));
+            if found_mm < best_mm {
                 best = found;
             }
+            idle = if found_mm <= best_mm + SAME_MM { 0 } else { idle + 1 };
             if idle > PATIENCE {
                 break;
             }

@@ -19,7 +19,7 @@ const FAR_MM: f64 = 1.0;
 /// Turns from which on a corner is a reversal, rad.
 const REVERSAL_RAD: f64 = 2.9;
 /// Share of its largest speed that a rapid keeps over so many spans of 10 ms where that is the limit.
-const KEPT_SHARE: f64 = 0.998;
+const KEPT_SHARE: f64 = 0.99;
 const KEPT_SPANS: usize = 4;
 /// Share of the corners at which the control keeps what is taken for its limit: others may be misread.
 const MOST_CORNERS: f64 = 0.9;

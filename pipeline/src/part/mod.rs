@@ -182,7 +182,7 @@ impl Part {
         let feed_factors = vec![1.0; toolpath.moves.len()];
         let (kinematics, words) = (&setup.kinematics, setup.words);
         let before = section.as_ref().and_then(|section| section.before);
-        let (path, owners) = pieces(&program, &toolpath, &placement, &feed_factors, kinematics.as_ref(), words, before)?;
+        let (path, owners) = pieces(&toolpath, &placement, &feed_factors, kinematics.as_ref(), words, before)?;
         if !toolpath.moves.iter().any(Move::is_feed) {
             return Err(Error::NoFeedMove { name: name.to_owned() });
         }
@@ -285,8 +285,7 @@ impl Part {
     pub fn with_feeds(self, factors: Vec<f64>) -> Result<Self> {
         let kinematics = self.plan.desired.kinematics();
         let before = self.section.as_ref().and_then(|section| section.before);
-        let (path, owners) =
-            pieces(&self.program, &self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words, before)?;
+        let (path, owners) = pieces(&self.toolpath, &self.placement, &factors, kinematics.as_ref(), self.words, before)?;
         let mut plan = motion::plan(&path, kinematics, &self.limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
         let command = plan.command.take();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gcode::{Feed, Move, MoveKind, PathMode, Position, Program, ToolLength, Toolpath, Word};
+use gcode::{Feed, Move, MoveKind, PathMode, Position, ToolLength, Toolpath};
 use machine::ProgramWords;
 use motion::curves::{Arc as CircularArc, Line};
 use motion::{Curve, Kinematics, MM_PER_RAD, Piece, RotaryPath, ToolPath, Turning, Vec3, Vec6};
@@ -28,7 +28,6 @@ pub fn coordinates(of: &Position) -> Vec6 {
 /// Path pieces in machine coordinates, with the index of the move of each piece. The machine comes from `before`, machine coordinates in mm
 /// and rad, where that is given.
 pub(super) fn pieces(
-    program: &Program,
     toolpath: &Toolpath,
     placement: &Placement,
     feed_factors: &[f64],
@@ -39,13 +38,10 @@ pub(super) fn pieces(
     let count = toolpath.moves.len();
     let (path, owners) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut builder = Builder { path, owners, at: before, words: usual, kinematics };
-    let mut block = toolpath.moves.first().map_or(0, |first| first.block as usize);
     for (index, step) in toolpath.moves.iter().enumerate() {
-        let until = step.block as usize;
-        if (block..until).any(|block| stops(program, block)) {
+        if step.after_stop {
             builder.stop();
         }
-        block = until;
         let offset = offset_of(placement, toolpath, step);
         builder.set_words(words_of(toolpath, step, usual))?;
         let start = coordinates(&step.start) + offset;
@@ -84,12 +80,6 @@ pub(super) fn pieces(
         }
     }
     Ok((builder.path.into(), builder.owners))
-}
-
-/// Whether the program stops in a block, behind its motion: M0, M60 and STOP. Whether it stops at M1 is the operator's choice.
-fn stops(program: &Program, block: usize) -> bool {
-    let is_stop = |word: &Word| word.is(b'M') && [0.0, 60.0].contains(&word.value);
-    program.block_words(block).iter().any(|word| is_stop(word) || program.text(word.span) == b"STOP")
 }
 
 /// Machine minus program coordinates of a move, mm and rad.
@@ -219,6 +209,20 @@ mod tests {
     #[test]
     fn the_tool_waits_where_the_program_states_it() {
         let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
+        // Nor one that does not run, or may not.
+        let plan = |text: &str, block_delete: Option<bool>| {
+            let program = format!("G21 G90 G54\nG0 X0 Y0 Z0\nG1 X10 F600\nY10\n{text}X0\nY0\n");
+            let settings = ReadSettings { at_zero: true, block_delete, ..Default::default() };
+            Part::read("p.nc", program, &setup, &settings).unwrap().path.pieces()[1].stop_after
+        };
+        for (text, block_delete, stops) in [
+            ("/M0\n", Some(true), false),
+            ("/M0\n", Some(false), true),
+            ("/M0\n", None, false),
+            ("GOTO 10\nM0\nN10 ", None, false),
+        ] {
+            assert_eq!(plan(text, block_delete), stops, "{text} {block_delete:?}");
+        }
         for (stop, plans_it) in [("M0", true), ("M1", false), ("M3", false)] {
             for text in [format!("Y10 {stop}\nX0\n"), format!("Y10\n{stop}\nX0\n")] {
                 let program = format!("G21 G90 G54\nG0 X0 Y0 Z0\nG1 X10 F600\n{text}Y0\n");
