@@ -1,6 +1,6 @@
 //! Compensation laws: the update of a reference after a run.
 
-use motion::contour::{ContourError, ContourEstimator, orientation_errors, standing_shares};
+use motion::contour::{ContourError, ContourEstimator, orientation_errors, turns};
 use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
 use rayon::prelude::*;
 
@@ -77,10 +77,9 @@ pub fn pose_errors(
         for (shift, error) in shifts.iter_mut().zip(orientation_errors(&contour, desired.poses(), &actual)) {
             shift.tool = error.vector;
         }
-        for ((shift, share), (wanted, actual)) in
-            shifts.iter_mut().zip(standing_shares(desired.poses())).zip(desired.poses().iter().zip(&actual))
-        {
-            shift.tip = shift.tip.lerp(&(wanted.tip - actual.tip), share);
+        // By degrees, from a twentieth of the turn's way on, less was learned: 0.56 for 0.23 µm on a surface with one turn.
+        for k in turns(desired.poses()).into_iter().flatten() {
+            shifts[k].tip = desired.poses()[k].tip - actual[k].tip;
         }
     }
     Ok(PoseErrors { contour, shifts, actual })

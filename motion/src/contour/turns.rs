@@ -8,8 +8,6 @@ use crate::Pose;
 const LEVER_MM: f64 = 20.0;
 /// A tip that moves less than this share of the turn's way hardly moves.
 const HARDLY: f64 = 0.2;
-/// A tip that moves less than this share of it stands.
-const STANDS: f64 = 0.05;
 /// Share with which the distance of tips counts when the nearest pose is sought: it only tells a turn from the moves before and after it.
 const TIP_SHARE: f64 = 0.1;
 /// Way of a tip that stands in one place, mm: more than the noise of a run.
@@ -23,39 +21,22 @@ const SAME_MM: f64 = 1e-9;
 /// Samples by which a run may be late or early.
 const LATE: usize = 100;
 
-/// Short spans of samples in which the tool turns about a tip that hardly moves, with the ratio of the tip's way to that of the turn.
-fn turning(poses: &[Pose]) -> impl Iterator<Item = (Range<usize>, f64)> + '_ {
-    (0..poses.len().saturating_sub(1)).filter_map(|from| {
+/// The samples of turns about tips that hardly move, with the samples before and after them.
+#[must_use]
+pub fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
+    let mut turns: Vec<Range<usize>> = Vec::new();
+    for from in 0..poses.len().saturating_sub(1) {
         let to = (from + SPAN).min(poses.len() - 1);
         let (a, b) = (&poses[from], &poses[to]);
         let way_mm = LEVER_MM * (b.tool - a.tool).norm();
-        let ratio = (b.tip - a.tip).norm() / way_mm;
-        (way_mm > 0.0 && ratio <= HARDLY).then_some((from..to + 1, ratio))
-    })
-}
-
-/// The samples of turns about tips that hardly move, with the samples before and after them.
-pub(super) fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
-    let mut turns: Vec<Range<usize>> = Vec::new();
-    for (span, _) in turning(poses) {
-        match turns.last_mut() {
-            Some(last) if span.start < last.end => last.end = span.end,
-            _ => turns.push(span),
+        if way_mm > 0.0 && (b.tip - a.tip).norm() <= HARDLY * way_mm {
+            match turns.last_mut() {
+                Some(last) if from < last.end => last.end = to + 1,
+                _ => turns.push(from..to + 1),
+            }
         }
     }
     turns
-}
-
-/// For every sample how much of its error is that of a standing tip, 0 to 1: 1 where the tool turns about a tip that stands, 0 where the tip moves by a fifth of the
-/// turn's way or more.
-#[must_use]
-pub fn standing_shares(poses: &[Pose]) -> Vec<f64> {
-    let mut shares = vec![0.0_f64; poses.len()];
-    for (span, ratio) in turning(poses) {
-        let share = ((HARDLY - ratio) / (HARDLY - STANDS)).clamp(0.0, 1.0);
-        shares[span].iter_mut().for_each(|of| *of = of.max(share));
-    }
-    shares
 }
 
 /// The turns with the samples before and after them at which the tip stands in the same place.
