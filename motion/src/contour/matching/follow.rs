@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::contour::spline::hermite;
-use crate::contour::turns::{nearest, turns, with_rests};
+use crate::contour::turns::{nearest, turns};
 use crate::{MotionError, Pose, Vec3};
 
 /// Largest correction of a position towards the foot of the perpendicular, as a fraction of its
@@ -96,50 +96,14 @@ pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionEr
                 positions[k] = position;
             }
         }
-        // Beside the turn the run rests where the path does. How far into the turn such a sample was placed is chance.
-        let [there, here] =
-            [(&turn, desired), (&own, run)].map(|(of, poses)| with_rests(std::slice::from_ref(of), poses).swap_remove(0));
-        // A correction shifts the whole rest.
-        let shift = path[turn.start] - run[own.start].tip;
-        let mut at = there.start;
-        for k in here.start..own.start {
-            positions[k] = nearest_ahead(&path[..=turn.start], &mut at, &(run[k].tip + shift), -SAME_TIP_MM);
-        }
-        let shift = path[turn.end - 1] - run[own.end - 1].tip;
-        let mut at = turn.end - 1;
-        for k in own.end..here.end {
-            positions[k] = nearest_ahead(&path[..there.end], &mut at, &(run[k].tip + shift), SAME_TIP_MM);
-        }
-        for k in here.start + 1..here.end {
+        for k in own.start + 1..own.end {
             positions[k] = positions[k].max(positions[k - 1]);
         }
-        let [begins, ends] = [here.start, here.end - 1].map(|k| positions[k]);
-        positions[..here.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
-        positions[here.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
+        let (begins, ends) = (positions[own.start], positions[own.end - 1]);
+        positions[..own.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
+        positions[own.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
     }
     Ok(positions)
-}
-
-/// Distances of tips that differ by less are the same, mm.
-const SAME_TIP_MM: f64 = 1e-9;
-
-/// Position of the point nearest to `tip` on the path from sample `at` on, which goes on as long as the next one is nearer, or with `slack` as near.
-fn nearest_ahead(path: &[Vec3], at: &mut usize, tip: &Vec3, slack: f64) -> f64 {
-    let off = |k: usize| (path[k] - tip).norm();
-    while *at + 1 < path.len() && off(*at + 1) < off(*at) + slack {
-        *at += 1;
-    }
-    let along = |from: usize| {
-        let step = path[from + 1] - path[from];
-        if step.norm_squared() > 0.0 { ((tip - path[from]).dot(&step) / step.norm_squared()).clamp(0.0, 1.0) } else { 0.0 }
-    };
-    let ahead = if *at + 1 < path.len() { along(*at) } else { 0.0 };
-    match at.checked_sub(1) {
-        Some(before) if ahead == 0.0 && slack < 0.0 => {
-            before as f64 + along(before).max(f64::from(u8::from(path[before] == path[*at])))
-        }
-        _ => *at as f64 + ahead,
-    }
 }
 
 /// The desired path at these positions: the target of the run with the timing of the run.
@@ -271,24 +235,6 @@ mod tests {
                 let expected = 300.0 + (k - 300) as f64 * 200.0 / turn as f64;
                 assert!((position - expected).abs() < 1.0, "{turn}: {position} for {expected}");
             }
-        }
-    }
-
-    #[test]
-    fn rests_beside_a_turn_are_followed_where_they_are() {
-        // Slowing down to the rest before the turn, and speeding up behind the one after it.
-        let mut desired = turned(200, 0.0);
-        for k in 0..=200 {
-            let left = 1.0 - k as f64 / 200.0;
-            desired[k].tip.x = 10.0 * (1.0 - left * left);
-        }
-        for k in 600..800 {
-            let gone = (k - 600) as f64 / 200.0;
-            desired[k].tip.y = 10.0 * gone * gone;
-        }
-        let positions = follow_poses(&desired, &desired).unwrap();
-        for (k, position) in positions.iter().enumerate().filter(|(k, _)| *k < 199 || (*k > 300 && *k < 500) || *k > 602) {
-            assert!((position - k as f64).abs() < 1.01, "{k}: {position}");
         }
     }
 
