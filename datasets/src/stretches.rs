@@ -45,7 +45,8 @@ struct Piece {
 ///
 /// Chosen one by one, each time the stretch that adds most to the sum of ln(1 + seconds) over classes of position, speed and
 /// acceleration of every axis, so that rare motion comes before more of the same. Before them come stretches that show both ends of the
-/// travel, the largest speed and the largest acceleration of every axis, as far as half of the samples hold them: where a model has seen less than the log shows, corrections fade.
+/// travel, the largest speed and the largest acceleration of every axis, as far as half of the samples hold them: where a model has seen less than
+/// the log shows, corrections fade.
 ///
 /// # Errors
 /// When a file cannot be read.
