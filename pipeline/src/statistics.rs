@@ -1,7 +1,7 @@
 //! Error figures of a run: RMS, MAX and 95th percentile of contour and orientation error.
 
 use motion::contour::{
-    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, at_places, follow_poses, orientation_errors,
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, LEVER_MM, at_places, follow_poses, orientation_errors,
     poses_at_places, summary, summary_of,
 };
 use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
@@ -92,9 +92,6 @@ impl Figures {
         Some(mean)
     }
 }
-
-/// Lever at which an orientation error counts as a tip error, mm: the depth of cut of a side mill.
-const LEVER_MM: f64 = 20.0;
 
 impl Figures {
     /// Cost of a run, mm: root sum of squares of the tip's RMS error and the direction's RMS error at a lever of 20 mm.

@@ -78,7 +78,7 @@ impl CorrectionLimits {
         let mut corrections: Vec<Vec<f64>> =
             corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
         if has_rotary_axes {
-            self.rest(desired, &mut corrections)?;
+            self.rest(desired, &mut corrections);
             self.bound_poses(desired, &mut corrections);
         } else {
             self.bound_axes(path, &mut corrections);
@@ -117,8 +117,9 @@ impl CorrectionLimits {
         Ok(path.with_columns(columns.map(|(c, d)| c.iter().zip(d).map(|(c, d)| c + d).collect()).collect())?)
     }
 
-    /// Takes the correction off axes that rest, and gives it to the others, so that the tip stays where it is.
-    fn rest(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) -> Result<(), CompensationError> {
+    /// Takes the correction off axes that rest, and gives it to the others, so that the tip stays where it is; takes all of it off where their travel
+    /// does not reach that far.
+    fn rest(&self, desired: &DesiredPath, corrections: &mut [Vec<f64>]) {
         let (path, kinematics) = (desired.trajectory(), desired.kinematics());
         let rests = |axis: usize, k: usize| {
             let next = self.resting[axis].partition_point(|samples| samples.end <= k);
@@ -140,12 +141,11 @@ impl CorrectionLimits {
                     rotary[slot] = *joint;
                 }
             }
-            kinematics.place_at(&tip, &rotary, &mut joints)?;
+            let is_placed = kinematics.place_at(&tip, &rotary, &mut joints).is_ok();
             for (correction, (joint, target)) in corrections.iter_mut().zip(joints.iter().zip(path.at(k))) {
-                correction[k] = joint - target;
+                correction[k] = if is_placed { joint - target } else { 0.0 };
             }
         }
-        Ok(())
     }
 
     /// Scales the correction of the linear axes where their vector is too long, and clamps that of

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::Pose;
 
-/// Lever at which a turn counts as a way, mm: the depth of cut of a side mill.
-const LEVER_MM: f64 = 20.0;
+/// Lever at which a turn of the tool counts as a way of its tip, mm: the depth of cut of a side mill.
+pub const LEVER_MM: f64 = 20.0;
 /// A tip that moves less than this share of the turn's way hardly moves.
 const HARDLY: f64 = 0.2;
 /// Share with which the distance of tips counts when the nearest pose is sought: it only tells a turn from the moves before and after it.
@@ -16,8 +16,6 @@ const STANDS_MM: f64 = 0.01;
 const SPAN: usize = 4;
 /// Samples without a nearer pose after which the search for it ends.
 const PATIENCE: usize = 8;
-/// Distances that differ by less are the same, mm.
-const SAME_MM: f64 = 1e-9;
 /// Samples by which a run may be late or early.
 const LATE: usize = 100;
 
@@ -39,30 +37,33 @@ pub fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
     turns
 }
 
-/// The turns with the samples before and after them at which the tip stands in the same place.
-pub(super) fn with_rests(turns: &[Range<usize>], poses: &[Pose]) -> Vec<Range<usize>> {
-    let stays = |at: usize| move |pose: &&Pose| (pose.tip - poses[at].tip).norm() <= STANDS_MM;
-    let mut out: Vec<Range<usize>> = Vec::with_capacity(turns.len());
-    for turn in turns {
-        // What is already known to be one place is not looked at again.
-        let known = out.last().map_or(0, |last| last.end);
-        let from = known.min(turn.start);
-        let before = poses[from..turn.start].iter().rev().take_while(stays(turn.start)).count();
-        let end = turn.end.max(known);
-        let after = poses[end..].iter().take_while(stays(turn.end - 1)).count();
-        match out.last_mut() {
-            Some(last) if turn.start - before <= last.end => last.end = end + after,
-            _ => out.push(turn.start - before..end + after),
-        }
-    }
-    out
+/// A turn, and the samples before and after it at which the tip stands in the same place: there every pose is that of an end of the turn.
+pub(super) struct Turn {
+    pub samples: Range<usize>,
+    rests: Range<usize>,
+}
+
+/// The turns of a path with their rests.
+pub(super) fn with_rests(poses: &[Pose]) -> Vec<Turn> {
+    let turns = turns(poses);
+    let starts = turns.iter().skip(1).map(|next| next.start).chain([poses.len()]);
+    let mut before = 0;
+    let rests = |(turn, next): (&Range<usize>, usize)| {
+        let stays = |at: usize| move |pose: &&Pose| (pose.tip - poses[at].tip).norm() <= STANDS_MM;
+        let waits = poses[before..turn.start].iter().rev().take_while(stays(turn.start)).count();
+        let stands = poses[turn.end..next.max(turn.end)].iter().take_while(stays(turn.end - 1)).count();
+        before = turn.end;
+        Turn { samples: turn.clone(), rests: turn.start - waits..turn.end + stands }
+    };
+    turns.iter().zip(starts).map(rests).collect()
 }
 
 /// The turn at a sample, or near it.
-pub(super) fn turn_at(turns: &[Range<usize>], sample: usize) -> Option<&Range<usize>> {
-    let next = turns.partition_point(|turn| turn.end <= sample);
-    let away = |turn: &&Range<usize>| turn.start.saturating_sub(sample).max((sample + 1).saturating_sub(turn.end));
-    turns[next.saturating_sub(1)..(next + 1).min(turns.len())].iter().min_by_key(away).filter(|turn| away(turn) <= LATE)
+pub(super) fn turn_at(turns: &[Turn], sample: usize) -> Option<&Range<usize>> {
+    let next = turns.partition_point(|turn| turn.samples.end <= sample);
+    let away = |turn: &&Turn| turn.rests.start.saturating_sub(sample).max((sample + 1).saturating_sub(turn.rests.end));
+    let near = turns[next.saturating_sub(1)..(next + 1).min(turns.len())].iter().min_by_key(away)?;
+    (away(&near) <= LATE).then_some(&near.samples)
 }
 
 /// Distance of two poses, mm: a share of that of the tips, and that of the tool axes at the lever.
@@ -88,12 +89,10 @@ pub(super) fn nearest(path: &[Pose], turn: &Range<usize>, start: usize, pose: &P
     let mut seek = |segments: &mut dyn Iterator<Item = usize>| {
         let mut idle = 0;
         for found in segments.map(on) {
-            // Over a rest all are as near.
-            let [found_mm, best_mm] = [&found, &best].map(|of| apart_mm(pose, &of.0));
-            if found_mm < best_mm {
+            idle = if apart_mm(pose, &found.0) < apart_mm(pose, &best.0) { 0 } else { idle + 1 };
+            if idle == 0 {
                 best = found;
             }
-            idle = if found_mm <= best_mm + SAME_MM { 0 } else { idle + 1 };
             if idle > PATIENCE {
                 break;
             }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::contour::ContourError;
 use crate::contour::spline::hermite;
-use crate::contour::turns::{apart_mm, nearest, turn_at, turns, with_rests};
+use crate::contour::turns::{apart_mm, nearest, turn_at, with_rests};
 use crate::{Pose, SHARE, Vec3};
 
 /// The orientation error of one sample.
@@ -21,8 +21,9 @@ pub struct OrientationError {
 /// refers to the tool axis of `to` at the foot point, `O_c ∝ O_j + λ (O_{j+1} − O_j)` (Paper C, eq.
 /// 3, with the sign that interpolates), here on the cubic through four tool axes.
 ///
-/// Where `to` turns about a tip that hardly moves, the foot point of the tip says nothing of the direction: there the nearest pose of the turn counts, tip and tool axis
-/// together, if it is nearer. It is sought from the sample's own instant on, so that poses of `from` and `to` belong together one by one.
+/// Where `to` turns about a tip that hardly moves, the foot point of the tip says nothing of the direction: there the nearest pose of the turn
+/// counts, tip and tool axis together, if it is nearer. It is sought from the sample's own instant on, so that poses of `from` and `to` belong
+/// together one by one.
 ///
 /// One per entry of `errors`. Empty if `to` is empty.
 #[must_use]
@@ -31,15 +32,14 @@ pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -
         return Vec::new();
     }
     let tools: Vec<Vec3> = to.iter().map(|pose| pose.tool).collect();
-    let turns = with_rests(&turns(to), to);
+    let turns = with_rests(to);
     let of = |(k, (error, pose)): (usize, (&ContourError, &Pose))| {
         let segment = error.location.segment.min(tools.len() - 1);
         let foot = hermite(&tools, segment, error.location.fraction).0;
         let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
-        let near = [segment, k]
-            .into_iter()
-            .filter_map(|sample| turn_at(&turns, sample))
-            .filter_map(|turn| Some(nearest(to, turn, k, pose)?.0));
+        let [at_foot, at_instant] = [segment, k].map(|sample| turn_at(&turns, sample));
+        let near = at_foot.into_iter().chain(at_instant.filter(|turn| Some(*turn) != at_foot));
+        let near = near.filter_map(|turn| Some(nearest(to, turn, k, pose)?.0));
         let nearest =
             near.fold(foot, |best, pose_of| if apart_mm(pose, &pose_of) < apart_mm(pose, &best) { pose_of } else { best });
         OrientationError { vector: pose.tool - nearest.tool, angle_rad: pose.angle_to(&nearest) }
@@ -91,6 +91,11 @@ mod tests {
             let found = orientation_errors(&errors, &actual, &desired);
             let most = found.iter().map(|error| error.angle_rad).fold(0.0, f64::max);
             assert!(most < 1.5e-4, "{tip_mm} {behind_mm}: {most}");
+            // However late.
+            let late = turned(tip_mm, 60.0, 0.0);
+            let errors = Exact::default().estimate(&tips(&late), &tips(&desired)).unwrap();
+            let found = orientation_errors(&errors, &late, &desired);
+            assert!(found.iter().all(|error| error.angle_rad < 1e-6), "{tip_mm}");
             // Across the turn the direction counts as before.
             let leant: Vec<Pose> =
                 actual.iter().map(|pose| Pose { tool: (pose.tool + Vec3::new(0.0, 1e-3, 0.0)).normalize(), ..*pose }).collect();
