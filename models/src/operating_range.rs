@@ -216,6 +216,8 @@ mod tests {
         let from = |k: usize| OperatingRange::of(std::iter::once(&whole[k..]), 0.002);
         let (largest, part) = (from(0), from(3));
         assert!(part.acceleration <= largest.acceleration && part.jerk <= largest.jerk, "{part:?}");
+        // 10·(2π)² mm/s².
+        assert!((largest.acceleration / 394.8 - 1.0).abs() < 0.01, "{largest:?}");
         assert_eq!(part.starts, 0);
         assert!(largest.weights(&whole[3..], 0.002, false).iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
     }

@@ -43,8 +43,8 @@ pub struct Recorded {
 /// takes the work offset from the log.
 ///
 /// # Errors
-/// [`Error::NoProgram`] for a path without a program; [`Error::CompensatedRecord`] for a run that `model` knows by its shifts as one of a compensated program; when the log is
-/// not of a complete run of the program.
+/// [`Error::NoProgram`] for a path without a program; [`Error::CompensatedRecord`] for a run that `model` knows by its shifts as one of a compensated
+/// program; when the log is not of a complete run of the program.
 pub fn as_recorded(input: Input, model: &Bundle, log: &Log) -> Result<Recorded> {
     if input.part().is_none() {
         return Err(Error::NoProgram);

@@ -26,8 +26,8 @@ pub(crate) enum Section {
     Iso,
     /// FGROUP with other axes than X, Y and Z; ended by FGROUP() ("Feedrate").
     FeedGroup,
-    /// FLIN, FCUB: F is reached at the end of its block, so that the parts of a split block would not run at the feeds of the whole; ended by FNORM ("Non-modal feedrate, feed
-    /// profiles").
+    /// FLIN, FCUB: F is reached at the end of its block, so that the parts of a split block would not run at the feeds of the whole; ended by FNORM
+    /// ("Non-modal feedrate, feed profiles").
     FeedProfile,
 }
 

@@ -181,8 +181,8 @@ pub enum Error {
     },
     /// Rotary axes of a recorded command deviate from the program at the same tip position.
     #[error(
-        "axis {axis} of the recorded command is up to {:.3}° from where the program has it while the tip is there; moves that turn \
-         the tool about a resting tip have no place on a recorded path: compensate from the plan, without --reference",
+        "axis {axis} of the recorded command is up to {:.3}° from where the program has it while the tip is there: compensate from \
+         the plan, without --reference",
         off_rad.to_degrees()
     )]
     CommandTurnsElsewhere {
@@ -323,8 +323,8 @@ pub enum Error {
     },
     /// The logs move an axis many times as fast as the machine file allows.
     #[error(
-        "axis {axis}: the logs move it at up to {reached:.4} {unit}, the machine file allows {allowed}: one of the two is in another unit, as degrees for radians or mm for inches \
-         (--columns {axis}:deg, {axis}:inch), or of another machine"
+        "axis {axis}: the logs move it at up to {reached:.4} {unit}, the machine file allows {allowed}: one of the two is in another unit, as \
+         degrees for radians or mm for inches (--columns {axis}:deg, {axis}:inch), or of another machine"
     )]
     OtherSpeed {
         /// The axis.

@@ -17,8 +17,8 @@ const NEUTRAL_G: [f64; 43] = [
 ];
 /// M codes of stops.
 const STOPS: [f64; 3] = [0.0, 1.0, 60.0];
-/// M codes of spindle, coolant, overrides and outputs. Those of stops are none of them: the tool waits at the place that the program states. Nor is M68, an output of LinuxCNC: it
-/// clamps an axis on other controls.
+/// M codes of spindle, coolant, overrides and outputs. Those of stops are none of them: the tool waits at the place that the program states. Nor is
+/// M68, an output of LinuxCNC: it clamps an axis on other controls.
 const NEUTRAL_M: [f64; 18] =
     [3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 13.0, 14.0, 48.0, 49.0, 50.0, 51.0, 52.0, 53.0, 62.0, 63.0, 64.0, 65.0];
 

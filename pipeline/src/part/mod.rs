@@ -316,8 +316,8 @@ impl Part {
     }
 
     /// Whether a move may be compensated: a feed move of known geometry. A move of rotary axes also needs a machine
-    /// whose kinematics include them. A move whose feed is that of the rotary axes is none, unless its lines state their times: shifted by a micrometre along a linear axis, its feed would be that of the linear axes, and the rotary
-    /// axes would turn as fast as they can.
+    /// whose kinematics include them. A move whose feed is that of the rotary axes is none, unless its lines state their times: shifted by a
+    /// micrometre along a linear axis, its feed would be that of the linear axes, and the rotary axes would turn as fast as they can.
     #[must_use]
     pub fn is_shiftable(&self, of: &Move) -> bool {
         let turned = of.start.nominal_rotary_rad() != of.end.nominal_rotary_rad();

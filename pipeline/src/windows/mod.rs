@@ -98,8 +98,7 @@ impl LongProgram {
         let placement = self.whole.placement(self.cuts.systems(), &self.setup, &self.read);
         let sections: Vec<Section> = self.cuts.sections(&self.whole, &placement, &self.setup);
         let window = |section: &Section, settings: &Settings| {
-            let states_path = format.states_path();
-            Window { section, placement: &placement, setup: &self.setup, model, settings, states_path }.compensate()
+            Window { section, placement: &placement, setup: &self.setup, model, settings, format }.compensate()
         };
         let mut settings = Settings { written: format.program(), ..*settings };
         let mut joined = Joined::new(&self.whole, placement.known());

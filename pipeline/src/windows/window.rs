@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::expectation::ExpectationSum;
 use crate::input::Input;
 use crate::model_based_ilc::{Outcome, Settings, WithoutGain, model_based_ilc};
+use crate::output::OutputSettings;
 use crate::part::{FixedMoves, Part, Placement, Section};
 use crate::progress::SILENT;
 use crate::refit::{RefitSettings, WrittenSection, write_section};
@@ -24,7 +25,7 @@ pub(super) struct Window<'a, 'b> {
     pub setup: &'b Setup,
     pub model: &'a Bundle,
     pub settings: &'b Settings,
-    pub states_path: bool,
+    pub format: &'b OutputSettings,
 }
 
 /// A compensated window. All figures are those of its core.
@@ -69,7 +70,7 @@ pub struct OutsideLines {
 impl<'a> Window<'a, '_> {
     pub(super) fn compensate(&self) -> Result<Done<'a>> {
         let mut part = self.section.clone().part(self.placement, self.setup)?;
-        part.states_path = self.states_path && part.has_path_tolerance();
+        self.format.prepare(&mut part);
         let input = Input::from(part);
         travel::check(&input, self.setup)?;
         let outcome = model_based_ilc(&input, self.model, self.settings, SILENT)?;
