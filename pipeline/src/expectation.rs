@@ -74,7 +74,7 @@ impl<'a> ExpectationSum<'a> {
         forecast: &Trajectory,
         range: Range<usize>,
     ) -> Result<Self> {
-        let (desired, part) = (input.desired(), input.part());
+        let (desired, part) = (input.program_path(), input.part());
         let Some(axes) = axis_errors(bundle, desired.trajectory(), reference) else { return Ok(Self::default()) };
         let counted: Vec<usize> = range.filter(|k| counts(part, *k)).collect();
         if counted.is_empty() || axes.is_empty() {

@@ -162,6 +162,21 @@ impl Input {
         statistics::figures(self.desired(), self.part(), actual)
     }
 
+    /// Path of the program itself, in the input's time. It is [`Input::desired`] but for the corners that the control of a recorded run rounds
+    /// off.
+    #[must_use]
+    pub fn program_path(&self) -> &DesiredPath {
+        self.part().and_then(|part| part.recording.as_ref()).map_or(self.desired(), |recording| &recording.desired)
+    }
+
+    /// Same as [`Input::figures`], against the [path of the program](Self::program_path).
+    ///
+    /// # Errors
+    /// As [`Input::figures`].
+    pub fn figures_of_program(&self, actual: &Trajectory) -> Result<Figures> {
+        statistics::figures(self.program_path(), self.part(), actual)
+    }
+
     /// Limits of corrections of this input: shift of the tool tip, mm, rotation of the tool, rad, share of the correction that each sample
     /// takes (all of it where empty), and the limits of the machine.
     #[must_use]

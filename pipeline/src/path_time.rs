@@ -70,7 +70,7 @@ fn places(desired: &DesiredPath) -> Vec<Option<usize>> {
 }
 
 /// Instants, in samples of the run, at which a run with path positions `path_positions` passes every sample of the path.
-fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
+pub(crate) fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
     let mut k = 0;
     let mut passes = |sample: usize| {
         let wanted = sample as f64;

@@ -10,7 +10,7 @@ use motion::{AxisKind, DesiredPath, PathSample, Piece, Plan, Pose, Trajectory, V
 use crate::error::{Error, Result};
 use crate::input::Input;
 use crate::measure::{Match, Readback, readback, without_approach};
-use crate::part::{Part, Placement, TAPER_S, taper};
+use crate::part::{Part, Placement, Recording, TAPER_S, taper};
 use crate::refine::is_compensated;
 
 /// Largest distance of a command from the path, mm. Beyond it the command is of another program, or its positions no
@@ -66,14 +66,19 @@ pub fn as_recorded(input: Input, model: &Bundle, log: &Log) -> Result<Recorded> 
     }
     let Input::Program(part) = input else { return Err(Error::NoProgram) };
     let is_as_planned = found.is_as_planned();
-    let part = if is_as_planned { placed(*part, &matched)? } else { on_command(*part, log.reference, &matched)? };
+    let part = placed(*part, &matched)?;
+    let part = if is_as_planned { part } else { on_command(part, log.reference, &matched)? };
     Ok(Recorded { input: part.into(), is_as_planned, readback: found, resampled })
 }
 
 /// The part as planned, at the place of the run.
 fn placed(part: Part, matched: &Match) -> Result<Part> {
+    let part = Part { placement: placement(&part, matched), ..part };
+    if matched.offset.norm() == 0.0 {
+        return Ok(part);
+    }
     let factors = part.feed_factors.clone();
-    Part { placement: placement(&part, matched), ..part }.with_feeds(factors)
+    part.with_feeds(factors)
 }
 
 /// Where the part lies by the log, which is in machine coordinates. On a machine with rotary axes its offset is not searched for.
@@ -105,10 +110,8 @@ fn check_reach(path: &Input, log: &Log, matched: &Match) -> Result<()> {
 /// error.
 fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> {
     let desired = &part.plan.desired;
-    let columns = desired.trajectory().columns().iter().zip(matched.offsets(command.axes()));
-    let at_positions =
-        |(column, offset): (&Vec<f64>, f64)| matched.path_positions.iter().map(|at| cubic(column, *at).0 + offset).collect();
-    let in_time = command.with_columns(columns.map(at_positions).collect())?;
+    let at_positions = |column: &Vec<f64>| matched.path_positions.iter().map(|at| cubic(column, *at).0).collect();
+    let in_time = command.with_columns(desired.trajectory().columns().iter().map(at_positions).collect())?;
     check_turned(&in_time, &command)?;
     let samples = located(&part.plan, &command, matched);
     let away: Vec<Option<()>> = away_from_corners(&part, &samples).iter().map(|away| away.then_some(())).collect();
@@ -117,13 +120,17 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
         let between = command.iter().zip(path).zip(&kept);
         between.map(|((command, path), kept)| command + (path - command) * kept).collect()
     });
+    let kinematics = desired.kinematics();
     let plan = Plan {
         samples,
-        desired: DesiredPath::new(command.with_columns(wanted.collect())?, Arc::clone(desired.kinematics()))?,
+        desired: DesiredPath::new(command.with_columns(wanted.collect())?, Arc::clone(kinematics))?,
         piece_ends_mm: part.plan.piece_ends_mm.clone(),
         command: None,
     };
-    Ok(Part { placement: placement(&part, matched), plan, command: Some(command), is_recorded: true, ..part })
+    let desired = DesiredPath::new(in_time, Arc::clone(kinematics))?;
+    let path_positions = matched.path_positions.clone();
+    let recording = Recording { plan: part.plan, command: part.command, desired, path_positions };
+    Ok(Part { plan, command: Some(command), recording: Some(Box::new(recording)), ..part })
 }
 
 /// Path position of every sample of `command`.

@@ -10,6 +10,7 @@ use pipeline::model_based_ilc::{BesideUnchanged, Outcome, WithoutGain};
 use pipeline::part::FixedMoves;
 use pipeline::refit::{RefitSettings, SlowStop};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
+use pipeline::statistics::Figures;
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
 use serde_json::{Map, Value, json};
@@ -77,6 +78,13 @@ pub fn control_fidelity(control: &ControlFidelity) -> String {
         );
     }
     known
+}
+
+/// The control of --machine, in place of the one that was learned.
+pub fn control_unused(machine: &str) -> String {
+    format!(
+        "note: planned with limits and control of {machine}; the control as learned with the model is not used (without --machine it is)"
+    )
 }
 
 /// Warnings of a program that are printed without `--verbose`.
@@ -150,7 +158,16 @@ fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
     let over = if input.part().is_some() { " over feed moves" } else { "" };
     let how =
         format!("{} updates on the model{}", outcome.updates, outcome.ended.map_or(String::new(), |ended| format!("; {ended}")));
-    printer.line(forecast(over, &outcome.before.tip, &outcome.after.tip, &how));
+    let [before, after] = outcome.figures();
+    printer.line(forecast(over, &before.tip, &after.tip, &how));
+    if outcome.of_program.is_some() {
+        let without = |of: &Figures| format!("{} µm RMS, {} µm MAX", um(of.tip.rms_mm), um(of.tip.max_mm));
+        printer.line(format!(
+            "corners that the control rounds off stay so; beside them {} → {}",
+            without(&outcome.before),
+            without(&outcome.after)
+        ));
+    }
 }
 
 /// The forecast without and with compensation.
@@ -180,7 +197,7 @@ pub fn show_expectation(printer: &Printer, expected: &Expectation) {
 }
 
 fn show_orientation(printer: &Printer, outcome: &Outcome) {
-    let (Some(before), Some(after)) = (&outcome.before.orientation, &outcome.after.orientation) else { return };
+    let [Some(before), Some(after)] = outcome.figures().map(|figures| figures.orientation) else { return };
     let urad = |rad: f64| format!("{:.2}", rad * 1e6);
     printer.line(format!(
         "predicted error of the tool's direction: {} → {} µrad RMS, {} → {} µrad MAX",

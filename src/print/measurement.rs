@@ -30,16 +30,10 @@ pub fn recorded(found: &Recorded) -> Vec<String> {
         return lines;
     }
     lines.push(
-        "warning: the forecast is that of the recorded times. A control that plans the compensated points anew keeps other ones, and may leave more \
-         error than without --reference: measure the first run with `measure --desired`"
+        "warning: the control does not do as is planned. The forecast is of its recorded run, changed as the compensated points change the plan: \
+         measure the first run with `measure --desired`, and `--programs` of `train` learns the control"
             .into(),
     );
-    if !found.readback.is_faithful()[0] {
-        lines.push(
-            "corners that the control rounds off stay so; where else it leaves the path is corrected with the servo's error"
-                .into(),
-        );
-    }
     lines
 }
 

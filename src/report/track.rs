@@ -29,7 +29,7 @@ impl<'a> Track<'a> {
     /// The path of an input, for runs in its own time.
     #[must_use]
     pub fn of(input: &'a Input) -> Self {
-        Self::in_own_time(input.desired(), input.part())
+        Self::in_own_time(input.program_path(), input.part())
     }
 
     /// A path that no program states, for runs in its own time.

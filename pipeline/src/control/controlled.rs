@@ -69,8 +69,7 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
     }
 
     /// Switches to a control that reads and replans the program, written with these settings. Returns `false` without
-    /// effect where there is no program, where a recorded run gives the command, or where the program states the times
-    /// of its lines.
+    /// effect where there is no program, or where the program states the times of its lines.
     pub fn replans(&mut self, written: RefitSettings) -> bool {
         let replans = self.can_replan(written);
         if replans {
@@ -79,11 +78,14 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
         replans
     }
 
-    /// Whether the control would plan the program, written with these settings, again.
+    /// Whether the control would plan the program, written with these settings, again. Lines that state the times of a recorded run keep them.
     #[must_use]
     pub fn can_replan(&self, written: RefitSettings) -> bool {
-        let timed = |part: &Part| written.encoding == TimeEncoding::Keep && part.states_times();
-        self.part.is_some_and(|part| !part.is_recorded && !timed(part))
+        let timed = |part: &Part| match written.encoding {
+            TimeEncoding::Keep => part.states_times(),
+            TimeEncoding::G93 | TimeEncoding::G94 => part.recording.is_some(),
+        };
+        self.part.is_some_and(|part| !timed(part))
     }
 
     /// Duration of every replanned program, s.

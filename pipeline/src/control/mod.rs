@@ -6,6 +6,7 @@
 mod controlled;
 mod programs;
 mod replanned;
+mod rerun;
 mod short_lines;
 
 pub use controlled::{CommandedRun, ControlledMachine, Pairing, in_step, plus};

@@ -3,12 +3,13 @@
 use motion::contour::follow_poses;
 use motion::{MotionError, Trajectory};
 
+use super::rerun::rerun;
 use crate::error::Result;
 use crate::part::Part;
 use crate::path_time::in_time_of;
 use crate::refit::{RefitSettings, refit};
 
-/// A program with moved points, planned as the control reads it.
+/// A program with moved points, planned as the control reads it; of a recorded run with what the control did otherwise.
 #[derive(Debug)]
 pub struct Replanned<'a> {
     original: &'a Part,
@@ -26,6 +27,10 @@ impl<'a> Replanned<'a> {
     /// When the program cannot be written or planned, or leaves the path.
     pub fn new(part: &'a Part, reference: &Trajectory, written: &RefitSettings) -> Result<Self> {
         let planned = part.replanned(part.edited(&refit(part, reference, written)?.edits)?)?;
+        if let (Some(recording), Some(recorded)) = (&part.recording, &part.command) {
+            let (command, path_positions) = rerun(recorded, recording, &planned)?;
+            return Ok(Self { original: part, command, path_positions });
+        }
         let path_positions = follow_poses(planned.plan.desired.poses(), part.plan.desired.poses())?;
         let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
         Ok(Self { original: part, command, path_positions })
@@ -38,15 +43,10 @@ impl<'a> Replanned<'a> {
     /// As [`Trajectory::new`].
     pub fn path(&self) -> Result<Trajectory, MotionError> {
         let path = self.original.plan.desired.trajectory();
-        let at = |column: &Vec<f64>, position: f64| {
-            let before = (position as usize).min(column.len() - 1);
-            let after = (before + 1).min(column.len() - 1);
-            column[before] + (column[after] - column[before]) * (position - before as f64)
-        };
         let columns = path
             .columns()
             .iter()
-            .map(|column| self.path_positions.iter().map(|position| at(column, *position)).collect())
+            .map(|column| self.path_positions.iter().map(|position| linear(column, *position)).collect())
             .collect();
         Trajectory::new(path.period_s(), path.axes().to_vec(), columns)
     }
@@ -58,4 +58,11 @@ impl<'a> Replanned<'a> {
     pub fn in_path_time(&self, actual: &Trajectory) -> Result<Trajectory, MotionError> {
         in_time_of(self.original.plan.desired.trajectory(), actual, &self.path_positions)
     }
+}
+
+/// Value at a sample index with fraction, between its neighbours on a line.
+pub(super) fn linear(column: &[f64], position: f64) -> f64 {
+    let before = (position as usize).min(column.len() - 1);
+    let after = (before + 1).min(column.len() - 1);
+    column[before] + (column[after] - column[before]) * (position - before as f64)
 }

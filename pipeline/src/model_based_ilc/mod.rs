@@ -261,6 +261,10 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
     let cycle_s = chosen.cycle_s.filter(|_| gained);
     let uncompensated = first.actual.clone();
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
+    let of_program = match input.part().and_then(|part| part.recording.as_ref()) {
+        Some(_) => Some([input.figures_of_program(&uncompensated)?, input.figures_of_program(&forecast)?]),
+        None => None,
+    };
     let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
     let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {
@@ -270,6 +274,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         max_shift,
         before,
         after,
+        of_program,
         updates,
         ended,
         gained,

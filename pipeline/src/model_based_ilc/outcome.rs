@@ -24,10 +24,12 @@ pub struct Outcome {
     pub uncompensated: Trajectory,
     /// Bound of the correction of the tool tip, mm.
     pub max_shift: f64,
-    /// Predicted figures without compensation.
+    /// Predicted figures without compensation, against the path that the program is compensated for.
     pub before: Figures,
-    /// Predicted figures with `reference`.
+    /// Predicted figures with `reference`, against the same.
     pub after: Figures,
+    /// Both figures against the path of the program itself, where corners that the control rounds off are to stay so.
+    pub of_program: Option<[Figures; 2]>,
     /// Number of updates.
     pub updates: usize,
     /// Reason why the iteration on the reference ended; `None` for the papers' laws and where no Gauss–Newton steps are
@@ -66,6 +68,12 @@ pub struct BesideUnchanged {
 }
 
 impl Outcome {
+    /// Predicted figures without and with compensation, against the path of the program itself.
+    #[must_use]
+    pub fn figures(&self) -> [Figures; 2] {
+        self.of_program.unwrap_or([self.before, self.after])
+    }
+
     /// Writes the reference for the `input` that it was computed for: refits, edits and verifies the program, marks it so that
     /// [`Input::check_original`] recognises it, and takes the points of [`Outcome::written`].
     ///

@@ -8,6 +8,7 @@ mod faults;
 mod fixed;
 mod missing;
 mod offsets;
+mod recording;
 mod section;
 mod settings;
 mod subprograms;
@@ -36,6 +37,7 @@ pub use borders::PathSegment;
 pub use faults::render;
 pub use fixed::FixedMoves;
 pub use offsets::{GivenOffset, Placement, WorkOffsets};
+pub use recording::Recording;
 pub use section::{Section, Whole};
 pub use settings::ReadSettings;
 pub use subprograms::Subprograms;
@@ -79,8 +81,8 @@ pub struct Part {
     /// Command of the control, one sample for each sample of the plan, where it is not the plan itself: that of a recorded run, or the
     /// filtered plan.
     pub command: Option<Trajectory>,
-    /// Whether the command is that of a recorded run. The control then does not plan anew.
-    pub is_recorded: bool,
+    /// The plan, where `plan` and `command` are those of a recorded run.
+    pub recording: Option<Box<Recording>>,
 }
 
 /// What was read of a program, before it is planned.
@@ -222,7 +224,7 @@ impl Part {
             plan,
             states_path: false,
             states_line_times: false,
-            is_recorded: false,
+            recording: None,
         })
     }
 
@@ -289,7 +291,7 @@ impl Part {
         let mut plan = motion::plan(&path, kinematics, &self.limits, &self.settings)
             .map_err(|error| on_line(error, &owners, &self.toolpath, &self.program, &self.name))?;
         let command = plan.command.take();
-        Ok(Self { path, owners, plan, feed_factors: factors, command, is_recorded: false, ..self })
+        Ok(Self { path, owners, plan, feed_factors: factors, command, recording: None, ..self })
     }
 
     /// Command of the control for `reference`. Where the control commands something else than its plan, that difference is added.

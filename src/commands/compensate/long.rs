@@ -37,12 +37,7 @@ impl Compensate {
         if self.program.dialect.is_none() && setup.dialect.is_none() {
             print::show_dialect(printer, &whole.program, &whole.options);
         }
-        if model.manifest.limits_from_log && self.machine.is_none() {
-            printer.line(print::LIMITS_FROM_LOG);
-        }
-        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none()) {
-            printer.line(print::control_fidelity(control));
-        }
+        self.show_control(model, true, printer);
         let shown = self.common.shown();
         let joined = long.compensate(model, &self.settings(), format, &|event| shown.event(event))?;
         drop(shown);

@@ -173,12 +173,7 @@ impl Compensate {
         let forecasts = Forecasts::default();
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &forecasts, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
-        if model.manifest.limits_from_log {
-            printer.line(print::LIMITS_FROM_LOG);
-        }
-        if let Some(control) = model.manifest.control.as_ref().filter(|_| self.machine.is_none() && is_planned(&input)) {
-            printer.line(print::control_fidelity(control));
-        }
+        self.show_control(&model, is_planned(&input), &printer);
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
 
@@ -214,6 +209,19 @@ impl Compensate {
             Some(machine) => read::machine(machine),
             None => Ok(pipeline::machine_of(model)?),
         }
+    }
+
+    /// What is known of the control that plans.
+    fn show_control(&self, model: &Bundle, is_planned: bool, printer: &Printer) {
+        let learned = model.manifest.control.as_ref().filter(|_| is_planned);
+        if let Some(machine) = &self.machine {
+            learned.iter().for_each(|_| printer.line(print::control_unused(machine)));
+            return;
+        }
+        if model.manifest.limits_from_log {
+            printer.line(print::LIMITS_FROM_LOG);
+        }
+        learned.iter().for_each(|control| printer.line(print::control_fidelity(control)));
     }
 
     /// The input as it is to be written; with --reference as the control ran it.
@@ -303,6 +311,7 @@ impl Compensate {
     fn json(&self, input: &Input, outcome: &Outcome, output: &Output, expected: Option<&Expectation>) -> Value {
         let format = output.format.filter(|_| outcome.gained || output.setpoints.is_some());
         let setpoints = output.setpoints.as_ref().map(print::setpoints_json);
+        let [before, after] = outcome.figures();
         json!({
             "changed": outcome.gained,
             "law": pipeline::model_based_ilc::LawName::from(self.law),
@@ -310,12 +319,12 @@ impl Compensate {
             "ended": outcome.ended.map(|ended| ended.to_string()),
             "largest_shift_um": output.largest_shift_mm * 1e3,
             "predicted_contour_um": {
-                "before": contour_json(&outcome.before.tip),
-                "after": contour_json(&outcome.after.tip),
+                "before": contour_json(&before.tip),
+                "after": contour_json(&after.tip),
             },
             "predicted_orientation_urad": {
-                "before": orientation_json(outcome.before.orientation.as_ref()),
-                "after": orientation_json(outcome.after.orientation.as_ref()),
+                "before": orientation_json(before.orientation.as_ref()),
+                "after": orientation_json(after.orientation.as_ref()),
             },
             "expected_contour_um": expected.map(print::expectation_json),
             "beside_unchanged": outcome.beside_unchanged.map(|beside| json!({
@@ -335,7 +344,7 @@ impl Compensate {
 
 /// Whether precomp itself plans what the control will command.
 fn is_planned(input: &Input) -> bool {
-    input.part().is_some_and(|part| !part.is_recorded)
+    input.part().is_some_and(|part| part.recording.is_none())
 }
 
 /// Reports where the program keeps its feeds because timed points would lengthen the cycle too much.
