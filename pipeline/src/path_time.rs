@@ -90,6 +90,13 @@ pub(crate) fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
     instants
 }
 
+/// Value at a sample index with fraction, between its neighbours on a line.
+pub(crate) fn linear(column: &[f64], position: f64) -> f64 {
+    let before = (position as usize).min(column.len() - 1);
+    let after = (before + 1).min(column.len() - 1);
+    column[before] + (column[after] - column[before]) * (position - before as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;

@@ -6,7 +6,7 @@ use motion::{MotionError, Trajectory};
 use super::rerun::rerun;
 use crate::error::Result;
 use crate::part::Part;
-use crate::path_time::in_time_of;
+use crate::path_time::{in_time_of, linear};
 use crate::refit::{RefitSettings, refit};
 
 /// A program with moved points, planned as the control reads it; of a recorded run with what the control did otherwise.
@@ -58,11 +58,4 @@ impl<'a> Replanned<'a> {
     pub fn in_path_time(&self, actual: &Trajectory) -> Result<Trajectory, MotionError> {
         in_time_of(self.original.plan.desired.trajectory(), actual, &self.path_positions)
     }
-}
-
-/// Value at a sample index with fraction, between its neighbours on a line.
-pub(super) fn linear(column: &[f64], position: f64) -> f64 {
-    let before = (position as usize).min(column.len() - 1);
-    let after = (before + 1).min(column.len() - 1);
-    column[before] + (column[after] - column[before]) * (position - before as f64)
 }

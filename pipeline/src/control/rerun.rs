@@ -3,10 +3,9 @@
 use motion::contour::follow_poses;
 use motion::{MotionError, Trajectory, cubic};
 
-use super::replanned::linear;
 use crate::error::Result;
 use crate::part::{Part, Recording, TAPER_S};
-use crate::path_time::instants;
+use crate::path_time::{instants, linear};
 
 /// Least advance of the run by a sample of the recorded one, samples: where the plan of the version is faster by more than the recorded run has, the
 /// time stays increasing.
