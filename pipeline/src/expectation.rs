@@ -38,7 +38,8 @@ impl Expectation {
     /// Expected figures of a run of `reference` with the model's `forecast`; of a program over feed moves. Before compensation `reference` is
     /// [`Input::command`] and `forecast` a run of it by [`machine_for`](crate::machine_for), after it those of the
     /// [`Outcome`](crate::model_based_ilc::Outcome). `None` where
-    /// the model has no error distribution, or no sample counts.
+    /// the model has no error distribution, no sample counts, or the control did otherwise than planned in the recorded run of `input`: the error of the
+    /// plan is then the larger one, and is not known.
     ///
     /// The error of an axis counts perpendicular to the path: with the direction of motion `t` and the tip displacement
     /// `J` per unit of the axis, `|J − t(t·J)|`. Errors of axes are assumed independent, so that their squares add. They are added to the
@@ -47,6 +48,9 @@ impl Expectation {
     /// # Errors
     /// When the samples of forecast and path do not match.
     pub fn of(bundle: &Bundle, input: &Input, reference: &Trajectory, forecast: &Trajectory) -> Result<Option<Self>> {
+        if input.part().is_some_and(|part| part.recording.is_some()) {
+            return Ok(None);
+        }
         Ok(ExpectationSum::of(bundle, input, reference, forecast, 0..reference.len())?.expectation())
     }
 }
@@ -74,7 +78,7 @@ impl<'a> ExpectationSum<'a> {
         forecast: &Trajectory,
         range: Range<usize>,
     ) -> Result<Self> {
-        let (desired, part) = (input.program_path(), input.part());
+        let (desired, part) = (input.desired(), input.part());
         let Some(axes) = axis_errors(bundle, desired.trajectory(), reference) else { return Ok(Self::default()) };
         let counted: Vec<usize> = range.filter(|k| counts(part, *k)).collect();
         if counted.is_empty() || axes.is_empty() {

@@ -8,6 +8,7 @@ use motion::{Cartesian, DesiredPath, Kinematics, Limits, Trajectory, plan_curve_
 
 use crate::error::{Error, Result};
 use crate::part::Part;
+use crate::path_time;
 use crate::refit::marked_line;
 use crate::setup::Setup;
 use crate::statistics::{self, Figures};
@@ -162,19 +163,26 @@ impl Input {
         statistics::figures(self.desired(), self.part(), actual)
     }
 
-    /// Path of the program itself, in the input's time. It is [`Input::desired`] but for the corners that the control of a recorded run rounds
-    /// off.
+    /// Planned path of the program, in the input's time. It is [`Input::desired`] but for the corners of a recorded run, which are to stay as they
+    /// were recorded.
     #[must_use]
     pub fn program_path(&self) -> &DesiredPath {
         self.part().and_then(|part| part.recording.as_ref()).map_or(self.desired(), |recording| &recording.desired)
     }
 
-    /// Same as [`Input::figures`], against the [path of the program](Self::program_path).
+    /// Same as [`Input::figures`], against the [planned path](Self::program_path). Of a recorded run every sample of the planned path counts once,
+    /// as when a log is measured.
     ///
     /// # Errors
     /// As [`Input::figures`].
     pub fn figures_of_program(&self, actual: &Trajectory) -> Result<Figures> {
-        statistics::figures(self.program_path(), self.part(), actual)
+        match self.part().and_then(|part| Some((part, part.recording.as_ref()?))) {
+            Some((part, recording)) => {
+                let weights = path_time::weights(&recording.plan.desired, &recording.path_positions);
+                statistics::weighted_figures(&recording.desired, part, &weights, actual)
+            }
+            None => self.figures(actual),
+        }
     }
 
     /// Limits of corrections of this input: shift of the tool tip, mm, rotation of the tool, rad, share of the correction that each sample

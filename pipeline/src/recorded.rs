@@ -9,7 +9,7 @@ use motion::{AxisKind, DesiredPath, PathSample, Piece, Plan, Pose, Trajectory, V
 
 use crate::error::{Error, Result};
 use crate::input::Input;
-use crate::measure::{Match, Readback, readback, without_approach};
+use crate::measure::{Match, Readback, readback, without_approach, without_rests};
 use crate::part::{Part, Placement, Recording, TAPER_S, taper};
 use crate::refine::is_compensated;
 
@@ -67,7 +67,12 @@ pub fn as_recorded(input: Input, model: &Bundle, log: &Log) -> Result<Recorded> 
     let Input::Program(part) = input else { return Err(Error::NoProgram) };
     let is_as_planned = found.is_as_planned();
     let part = placed(*part, &matched)?;
-    let part = if is_as_planned { part } else { on_command(part, log.reference, &matched)? };
+    let part = if is_as_planned {
+        part
+    } else {
+        let (log, matched) = without_rests(log, matched)?;
+        on_command(part, log.reference, &matched)?
+    };
     Ok(Recorded { input: part.into(), is_as_planned, readback: found, resampled })
 }
 
@@ -129,7 +134,7 @@ fn on_command(part: Part, command: Trajectory, matched: &Match) -> Result<Part> 
     };
     let desired = DesiredPath::new(in_time, Arc::clone(kinematics))?;
     let path_positions = matched.path_positions.clone();
-    let recording = Recording { plan: part.plan, command: part.command, desired, path_positions };
+    let recording = Recording { plan: part.plan, command: part.command, desired, away: kept, path_positions };
     Ok(Part { plan, command: Some(command), recording: Some(Box::new(recording)), ..part })
 }
 

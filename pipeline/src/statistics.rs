@@ -109,6 +109,18 @@ pub fn figures(desired: &DesiredPath, part: Option<&Part>, actual: &Trajectory) 
     SampleErrors::of(desired, actual)?.figures(|k| counts(part, *k))
 }
 
+/// Same as [`figures`] of a program, with a weight for every sample.
+///
+/// # Errors
+/// As [`contour_errors`].
+pub fn weighted_figures(desired: &DesiredPath, part: &Part, weights: &[f64], actual: &Trajectory) -> Result<Figures> {
+    let errors = contour_errors(desired, actual)?;
+    let weights: Vec<Option<f64>> =
+        weights.iter().enumerate().map(|(k, weight)| counts(Some(part), k).then_some(*weight)).collect();
+    let orientation = orientation(desired, &errors, desired.poses(), actual, &weights)?;
+    Ok(Figures { tip: weighted(&errors, &weights)?, orientation })
+}
+
 /// Errors of every sample of a run in the path's time.
 pub(crate) struct SampleErrors {
     tip: Vec<ContourError>,

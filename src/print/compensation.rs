@@ -10,7 +10,6 @@ use pipeline::model_based_ilc::{BesideUnchanged, Outcome, WithoutGain};
 use pipeline::part::FixedMoves;
 use pipeline::refit::{RefitSettings, SlowStop};
 use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
-use pipeline::statistics::Figures;
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
 use serde_json::{Map, Value, json};
@@ -154,18 +153,22 @@ fn beside_unchanged(beside: &BesideUnchanged) -> String {
     )
 }
 
+/// Difference that recorded corners make to MAX from which on they are told of, mm.
+const CORNERS_MM: f64 = 1e-4;
+
 fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
     let over = if input.part().is_some() { " over feed moves" } else { "" };
     let how =
         format!("{} updates on the model{}", outcome.updates, outcome.ended.map_or(String::new(), |ended| format!("; {ended}")));
     let [before, after] = outcome.figures();
     printer.line(forecast(over, &before.tip, &after.tip, &how));
-    if outcome.of_program.is_some() {
-        let without = |of: &Figures| format!("{} µm RMS, {} µm MAX", um(of.tip.rms_mm), um(of.tip.max_mm));
+    if (before.tip.max_mm - outcome.before.tip.max_mm).abs() > CORNERS_MM {
         printer.line(format!(
-            "corners that the control rounds off stay so; beside them {} → {}",
-            without(&outcome.before),
-            without(&outcome.after)
+            "the run leaves the planned path at corners, which are not corrected: with them as recorded {} → {} µm RMS, {} → {} µm MAX",
+            um(outcome.before.tip.rms_mm),
+            um(outcome.after.tip.rms_mm),
+            um(outcome.before.tip.max_mm),
+            um(outcome.after.tip.max_mm)
         ));
     }
 }
@@ -427,7 +430,19 @@ pub fn warnings(part: Option<&Part>, outcome: &Outcome) -> Vec<String> {
             };
             outside(&place, &range.axis, range.reason, range.samples, range.fades)
         })
+        .chain(outcome.of_program.as_ref().and_then(|[before, after]| grows(&before.tip, &after.tip)))
         .collect()
+}
+
+/// A largest error that grows where the program is not corrected.
+fn grows(before: &ContourSummary, after: &ContourSummary) -> Option<String> {
+    (after.max_mm > before.max_mm + CORNERS_MM).then(|| {
+        format!(
+            "at a corner, which is not corrected, the largest error is predicted to grow: {} → {} µm",
+            um(before.max_mm),
+            um(after.max_mm)
+        )
+    })
 }
 
 /// A place outside of what the model was trained on.

@@ -21,20 +21,40 @@ pub fn readback(found: &Readback) -> String {
     )
 }
 
-/// What a recorded run says of the plan, and what follows for the forecast.
+/// What a recorded run says of the plan.
 pub fn recorded(found: &Recorded) -> Vec<String> {
     let mut lines: Vec<String> = found.resampled.iter().map(ToString::to_string).collect();
     lines.push(readback(&found.readback));
     if found.is_as_planned {
         lines.push("the control does as is planned: the program is compensated from the plan, which also tells what the control makes of the compensated points".into());
-        return lines;
     }
-    lines.push(
-        "warning: the control does not do as is planned. The forecast is of its recorded run, changed as the compensated points change the plan: \
-         measure the first run with `measure --desired`, and `--programs` of `train` learns the control"
-            .into(),
-    );
     lines
+}
+
+/// Time of a run, as a multiple of that planned, from which on the plan says little of what added points cost.
+const SLOW: f64 = 1.1;
+
+/// How far the forecast for a recorded run holds, where the control does not do as is planned; `replans` says whether it is of the points as they change the
+/// plan.
+pub fn recorded_warning(found: &Recorded, replans: bool) -> Option<String> {
+    if found.is_as_planned {
+        return None;
+    }
+    let readback = &found.readback;
+    let slower = readback.commanded_s / readback.intended_s;
+    let of = match replans {
+        false => {
+            "The forecast is of the recorded times; a control that plans the compensated points anew keeps other ones".to_owned()
+        }
+        true if slower > SLOW => format!(
+            "The forecast is of its recorded run, changed as the compensated points change the plan. The run took {slower:.1} times as long as planned: \
+             what points cost on this control is not known, and the cycle may take longer than is said"
+        ),
+        true => "The forecast is of its recorded run, changed as the compensated points change the plan".to_owned(),
+    };
+    Some(format!(
+        "the control does not do as is planned. {of}. Measure the first run with `measure --desired`; `train --programs` learns the control"
+    ))
 }
 
 /// A readback as JSON.

@@ -72,10 +72,11 @@ fn a_program_compensated_from_its_recorded_command_runs_closer_than_one_from_the
         let [raw, own, recorded] = ["recorded.nc", "own.nc", "by-record.nc"].map(|program| control.error_um(&folder, program));
         println!("smoothed over {}: {raw:.2} µm raw, {own:.2} by our plan, {recorded:.2} by the record", control.smoothed);
         assert!(recorded < 0.85 * own && recorded < 0.4 * raw, "{raw} {own} {recorded}");
-        // The forecast is of what the control makes of the compensated points, its rounded corners included.
-        let told = told["predicted_contour_um"]["after"]["rms"].as_f64().unwrap();
-        println!("told {told:.2} µm");
-        assert!(told < 1.6 * recorded && told > 0.6 * recorded, "{told} {recorded}");
+        // The forecast is of what the control makes of the compensated points, its rounded corners included. With short lines it rounds them less.
+        let [before, told] = ["before", "after"].map(|key| told["predicted_contour_um"][key]["rms"].as_f64().unwrap());
+        println!("told {before:.2} -> {told:.2} µm");
+        assert!((before / raw - 1.0).abs() < 0.15, "{before} {raw}");
+        assert!(told < 2.2 * recorded && told > 0.7 * recorded, "{told} {recorded}");
     }
 }
 

@@ -28,7 +28,8 @@ impl<'a> Replanned<'a> {
     pub fn new(part: &'a Part, reference: &Trajectory, written: &RefitSettings) -> Result<Self> {
         let planned = part.replanned(part.edited(&refit(part, reference, written)?.edits)?)?;
         if let (Some(recording), Some(recorded)) = (&part.recording, &part.command) {
-            let (command, path_positions) = rerun(recorded, recording, &planned)?;
+            let shifts = reference.tracking_error(part.plan.desired.trajectory())?;
+            let (command, path_positions) = rerun(recorded, recording, &planned, &shifts)?;
             return Ok(Self { original: part, command, path_positions });
         }
         let path_positions = follow_poses(planned.plan.desired.poses(), part.plan.desired.poses())?;

@@ -7,19 +7,25 @@ use crate::error::Result;
 use crate::part::{Part, Recording, TAPER_S};
 use crate::path_time::{instants, linear};
 
-/// Least advance of the run by a sample of the recorded one, samples: where the plan of the version is faster by more than the recorded run has, the
-/// time stays increasing.
-const LEAST_STEP: f64 = 0.2;
+/// Least advance of the run by a sample of the recorded one, samples: where the plan slowed down and the control did not, a faster plan saves nothing.
+const LEAST_STEP: f64 = 0.8;
 
 /// Command for `version` by a control that commanded `recorded` for the program, and the position of every of its samples in the recorded
 /// run, as a sample index with fraction.
 ///
 /// At every place of the path the command differs from the recorded one as the plan of `version` from that of the program, and so does the time at
 /// which it is there; differences of time are averaged over [`TAPER_S`], for the two plans and the run need not slow down at the same micrometre.
+/// Next to a corner it differs by `shifts`, those of the correction, one column an axis: plan and control may round a corner otherwise, and a shifted
+/// one is rounded as the recorded one.
 ///
 /// # Errors
 /// When the version leaves the path.
-pub(super) fn rerun(recorded: &Trajectory, recording: &Recording, version: &Part) -> Result<(Trajectory, Vec<f64>)> {
+pub(super) fn rerun(
+    recorded: &Trajectory,
+    recording: &Recording,
+    version: &Part,
+    shifts: &[Vec<f64>],
+) -> Result<(Trajectory, Vec<f64>)> {
     let plan = &recording.plan.desired;
     let follows = follow_poses(version.plan.desired.poses(), plan.poses())?;
     // For every sample of the plan the instant at which the version is there, in samples.
@@ -28,11 +34,12 @@ pub(super) fn rerun(recorded: &Trajectory, recording: &Recording, version: &Part
     let later = there.iter().zip(&recording.path_positions).map(|(there, at)| there - at).collect();
     let times = increasing(&averaged(later, TAPER_S / recorded.period_s()));
     let commands = version.command.as_ref().unwrap_or(version.plan.desired.trajectory());
-    let shifted = recorded.columns().iter().zip(recording.command().columns().iter().zip(commands.columns()));
-    let shifted = shifted.map(|(run, (planned, commanded))| {
+    let axes = recorded.columns().iter().zip(shifts).zip(recording.command().columns().iter().zip(commands.columns()));
+    let shifted = axes.map(|((run, shifts), (planned, commanded))| {
         let places = there.iter().zip(&recording.path_positions);
-        let shifts = places.map(|(there, at)| cubic(commanded, *there).0 - cubic(planned, *at).0);
-        run.iter().zip(shifts).map(|(at, shift)| at + shift).collect::<Vec<f64>>()
+        let of_plans = places.map(|(there, at)| cubic(commanded, *there).0 - cubic(planned, *at).0);
+        let of_both = of_plans.zip(shifts).zip(&recording.away).map(|((of_plan, shift), away)| shift + away * (of_plan - shift));
+        run.iter().zip(of_both).map(|(at, shift)| at + shift).collect::<Vec<f64>>()
     });
     in_new_time(recorded, shifted.collect(), &times).map_err(Into::into)
 }
@@ -102,14 +109,20 @@ mod tests {
     fn recorded() -> (Trajectory, Recording) {
         let (run, part) = (planned(PART, 150.0).plan.desired, planned(PART, 800.0));
         let path_positions = follow_poses(run.poses(), part.plan.desired.poses()).unwrap();
-        let recording = Recording { desired: run.clone(), plan: part.plan, command: None, path_positions };
+        let away = vec![1.0; path_positions.len()];
+        let recording = Recording { desired: run.clone(), plan: part.plan, command: None, away, path_positions };
         (run.trajectory().clone(), recording)
+    }
+
+    /// No shift of any axis.
+    fn none(run: &Trajectory) -> Vec<Vec<f64>> {
+        vec![vec![0.0; run.len()]; run.columns().len()]
     }
 
     #[test]
     fn the_same_program_is_commanded_as_recorded() {
         let (run, recording) = recorded();
-        let (command, positions) = rerun(&run, &recording, &planned(PART, 800.0)).unwrap();
+        let (command, positions) = rerun(&run, &recording, &planned(PART, 800.0), &none(&run)).unwrap();
         assert_eq!(command.len(), run.len());
         assert!(positions.iter().enumerate().all(|(sample, at)| (at - sample as f64).abs() < 1e-6));
         for (column, wanted) in command.columns().iter().zip(run.columns()) {
@@ -122,7 +135,7 @@ mod tests {
         let (run, recording) = recorded();
         let shifted = PART.replace("X10. Y0. F1200\nG1 X40. Y0.", "X10. Y0.01 F1200\nG1 X40. Y0.01");
         let version = planned(&shifted, 800.0);
-        let (command, _) = rerun(&run, &recording, &version).unwrap();
+        let (command, _) = rerun(&run, &recording, &version, &none(&run)).unwrap();
         // The nearly straight corner at X10 is rounded over a long way.
         let at = |of: &Trajectory, x: f64| {
             let sample = of.columns()[0].iter().position(|at| *at >= x).unwrap();
@@ -141,9 +154,22 @@ mod tests {
         let slower = PART.replace("G1 X40. Y0.", "G1 X40. Y0. F600");
         let version = planned(&slower, 800.0);
         let later_s = version.plan.desired.trajectory().duration_s() - recording.plan.desired.trajectory().duration_s();
-        let (command, _) = rerun(&run, &recording, &version).unwrap();
+        let (command, _) = rerun(&run, &recording, &version, &none(&run)).unwrap();
         assert!(later_s > 1.0 && (command.duration_s() - run.duration_s() - later_s).abs() < 0.01, "{later_s}");
         let speeds = command.columns()[0].windows(2).map(|pair| (pair[1] - pair[0]).abs() / command.period_s());
         assert!(speeds.fold(0.0, f64::max) < 20.5);
+    }
+
+    #[test]
+    fn next_to_a_corner_the_correction_counts() {
+        let (run, mut recording) = recorded();
+        recording.away.fill(0.0);
+        let shifts: Vec<Vec<f64>> = run.columns().iter().map(|column| vec![0.01; column.len()]).collect();
+        // The plan of the version would be half a millimetre off.
+        let version = planned(&PART.replace("X40. Y0.", "X40. Y0.5"), 800.0);
+        let (command, positions) = rerun(&run, &recording, &version, &shifts).unwrap();
+        for (sample, at) in positions.iter().enumerate() {
+            assert!((command.columns()[1][sample] - cubic(&run.columns()[1], *at).0 - 0.01).abs() < 1e-6);
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Alignment of a recorded run with the desired path in space and time.
 
+use std::ops::Range;
+
 use datasets::Log;
 use motion::contour::{AlignSettings, align, at_places, follow_poses};
 use motion::{Axis, DesiredPath, Trajectory, Vec3, poses_of};
@@ -54,12 +56,31 @@ pub fn without_approach(log: &Log, desired: &DesiredPath) -> Result<(Log, [f64; 
     // The start of a closed path is its end: the remaining log must still be a run.
     let length = |points: &[Vec3]| points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
     let samples = if length(&commanded[samples.clone()]) < 0.5 * length(&path) { 0..log.len() } else { samples };
+    let cut_s = [samples.start, log.len() - samples.end].map(|count| count as f64 * log.period_s());
+    Ok((within(log, samples)?, cut_s))
+}
+
+/// The log and its alignment without the standstills of the command at both ends, but for a short time.
+///
+/// # Errors
+/// None that a log causes.
+pub fn without_rests(log: Log, matched: Match) -> Result<(Log, Match)> {
+    let kept = (BEFORE_S / log.period_s()) as usize;
+    let moves = |k: &usize| log.reference.columns().iter().any(|column| column[*k] != column[*k - 1]);
+    let (Some(first), Some(last)) = ((1..log.len()).find(moves), (1..log.len()).rev().find(moves)) else {
+        return Ok((log, matched));
+    };
+    let samples = first.saturating_sub(1 + kept)..(last + 1 + kept).min(log.len());
+    let (path_positions, path) = (matched.path_positions[samples.clone()].to_vec(), matched.path[samples.clone()].to_vec());
+    Ok((within(&log, samples)?, Match { path_positions, path, ..matched }))
+}
+
+fn within(log: &Log, samples: Range<usize>) -> Result<Log> {
     let part = |trajectory: &Trajectory| {
         let columns = trajectory.columns().iter().map(|column| column[samples.clone()].to_vec()).collect();
         Trajectory::new(trajectory.period_s(), trajectory.axes().to_vec(), columns)
     };
-    let cut_s = [samples.start, log.len() - samples.end].map(|count| count as f64 * log.period_s());
-    Ok((Log::new(log.name.clone(), part(&log.reference)?, part(&log.actual)?)?, cut_s))
+    Ok(Log::new(log.name.clone(), part(&log.reference)?, part(&log.actual)?)?)
 }
 
 /// Alignment of a run with the path.

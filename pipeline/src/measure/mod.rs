@@ -29,7 +29,7 @@ use crate::statistics::{self, rms_max};
 use measurement::{APART_S, WORST};
 
 pub use long::LongLog;
-pub use matching::{Match, match_by_position, match_run, without_approach, without_offset};
+pub use matching::{Match, match_by_position, match_run, without_approach, without_offset, without_rests};
 pub use measurement::{Measurement, Segment, WorstPoint};
 pub use model_check::{Fit, fits};
 pub use readback::{Readback, readback};

@@ -257,14 +257,17 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         .map(overall)
         .transpose()?
         .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + SAME_MAX_MM);
+    let of_program = |actual: &Trajectory| input.figures_of_program(actual);
+    let is_recorded = input.part().is_some_and(|part| part.recording.is_some());
+    let kept = match kept {
+        Some((_, run)) if is_recorded && of_program(&run.actual)?.cost_mm() > of_program(&first.actual)?.cost_mm() => None,
+        kept => kept,
+    };
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
     let uncompensated = first.actual.clone();
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
-    let of_program = match input.part().and_then(|part| part.recording.as_ref()) {
-        Some(_) => Some([input.figures_of_program(&uncompensated)?, input.figures_of_program(&forecast)?]),
-        None => None,
-    };
+    let of_program = if is_recorded { Some([of_program(&uncompensated)?, of_program(&forecast)?]) } else { None };
     let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
     let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {

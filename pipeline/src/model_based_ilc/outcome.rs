@@ -28,7 +28,7 @@ pub struct Outcome {
     pub before: Figures,
     /// Predicted figures with `reference`, against the same.
     pub after: Figures,
-    /// Both figures against the path of the program itself, where corners that the control rounds off are to stay so.
+    /// Both figures against the planned path of the program, where corners are to stay as they were recorded.
     pub of_program: Option<[Figures; 2]>,
     /// Number of updates.
     pub updates: usize,
@@ -68,7 +68,7 @@ pub struct BesideUnchanged {
 }
 
 impl Outcome {
-    /// Predicted figures without and with compensation, against the path of the program itself.
+    /// Predicted figures without and with compensation, against the planned path of the program.
     #[must_use]
     pub fn figures(&self) -> [Figures; 2] {
         self.of_program.unwrap_or([self.before, self.after])

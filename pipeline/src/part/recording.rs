@@ -9,8 +9,10 @@ pub struct Recording {
     pub plan: Plan,
     /// Command by that plan, where it is not the plan itself.
     pub command: Option<Trajectory>,
-    /// Path of the program in the time of the run. The path that the part is compensated for keeps the corners that the control rounds off.
+    /// Planned path in the time of the run. The path that the part is compensated for keeps the corners as they were recorded.
     pub desired: DesiredPath,
+    /// For every sample of the run how far it is from corners: 0 next to one, 1 away from all.
+    pub away: Vec<f64>,
     /// Position in the plan of every sample of the run, as a sample index with fraction.
     pub path_positions: Vec<f64>,
 }

@@ -13,6 +13,7 @@ use models::Bundle;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
+use pipeline::refit::{RefitSettings, TimeEncoding};
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
@@ -25,7 +26,7 @@ use crate::output_format;
 use crate::plot::PlotArgs;
 use crate::print::compensation::{self as print, Shares};
 use crate::print::figures::{contour_json, orientation_json};
-use crate::print::measurement::{readback_json, recorded as print_recorded};
+use crate::print::measurement::{readback_json, recorded as print_recorded, recorded_warning};
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
@@ -86,8 +87,8 @@ pub struct Compensate {
     /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
-    /// Log of an uncompensated run of INPUT: its command replaces the plan where the control plans differently from precomp, and gives the work
-    /// offset
+    /// Log of an uncompensated run of INPUT: its command, changed as the compensated points change the plan, takes the place of the plan where the
+    /// control does otherwise, and gives the work offset
     #[arg(long, value_name = "LOG", conflicts_with_all = ["tolerance", "max_time", "pareto"])]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -163,7 +164,7 @@ impl Compensate {
         if let Some(part) = input.part().filter(|_| self.strict) {
             part.check_understood()?;
         }
-        let (input, readback) = self.recorded(input, &model, &format, &printer)?;
+        let (input, record) = self.recorded(input, &model, &format, &printer)?;
         if let Some(part) = input.part().filter(|_| self.program.dialect.is_none() && setup.dialect.is_none()) {
             print::show_dialect(&printer, &part.program, &part.options);
         }
@@ -186,7 +187,12 @@ impl Compensate {
             printer.line(print::summary(&shares(part, &outcome), points, slow_stop, lines));
         }
         let mut outputs = Outputs::default();
-        let figures = self.json(&input, &outcome, &output, expected.as_ref());
+        let mut figures = self.json(&input, &outcome, &output, expected.as_ref());
+        if let (Some(warning), Some(warnings)) =
+            (record.as_ref().and_then(|record| record.warning.as_ref()), figures["warnings"].as_array_mut())
+        {
+            warnings.push(json!(warning));
+        }
         outputs.add(&self.out, output.content);
         if self.plot.plot {
             let track = Track::of(&input);
@@ -197,7 +203,7 @@ impl Compensate {
         let beside = json!({
             "feeds": feeds,
             "left_out": terms.as_ref().map(print::position_terms_json),
-            "reference": readback.as_ref().map(readback_json),
+            "reference": record.as_ref().map(|record| readback_json(&record.readback)),
             "program": input.part().zip(lines).map(|(part, lines)| print::summary_json(part, &outcome, lines)),
         });
         outputs.write(self.common.json.as_deref(), &merged(figures, beside))
@@ -231,7 +237,7 @@ impl Compensate {
         model: &Bundle,
         format: &OutputSettings,
         printer: &Printer,
-    ) -> Result<(Input, Option<Readback>)> {
+    ) -> Result<(Input, Option<Record>)> {
         if let Some(part) = input.part_mut() {
             format.prepare(part);
         }
@@ -247,7 +253,11 @@ impl Compensate {
         let log = read::log_to_measure(log, &self.columns.options(), printer)?;
         let recorded = as_recorded(input, model, &log)?;
         print_recorded(&recorded).into_iter().for_each(|line| printer.line(line));
-        Ok((recorded.input, Some(recorded.readback)))
+        let keeps_feeds = |written: RefitSettings| written.encoding == TimeEncoding::Keep;
+        let replans = recorded.input.part().is_some_and(|part| !part.states_times()) && format.program().is_some_and(keeps_feeds);
+        let warning = recorded_warning(&recorded, replans);
+        warning.iter().for_each(|warning| printer.line(format!("warning: {warning}")));
+        Ok((recorded.input, Some(Record { readback: recorded.readback, warning })))
     }
 
     fn settings(&self) -> Settings {
@@ -326,6 +336,10 @@ impl Compensate {
                 "before": orientation_json(before.orientation.as_ref()),
                 "after": orientation_json(after.orientation.as_ref()),
             },
+            "against_recorded_corners_um": outcome.of_program.map(|_| json!({
+                "before": contour_json(&outcome.before.tip),
+                "after": contour_json(&outcome.after.tip),
+            })),
             "expected_contour_um": expected.map(print::expectation_json),
             "beside_unchanged": outcome.beside_unchanged.map(|beside| json!({
                 "line": beside.line, "max_um": beside.max_mm * 1e3, "elsewhere_max_um": beside.elsewhere_mm * 1e3,
@@ -356,6 +370,12 @@ fn show_kept_feeds(outcome: &Outcome, format: &OutputSettings, printer: &Printer
             encoding.name()
         ));
     }
+}
+
+/// What was found of a recorded run.
+struct Record {
+    readback: Readback,
+    warning: Option<String>,
 }
 
 /// A reference, and the input that it was learned for: with its feeds where these were changed.
