@@ -229,6 +229,14 @@ fn compensated_contours_and_computed_corners_are_left_to_the_control() {
     assert_eq!(fixed(&moves("L X+5 RL F600\nL Y+5\nL X+9 Y+9 R0\nL X+20")), [comp, comp, comp, None]);
     assert_eq!(fixed(&moves("L X+5 F600\nL X+10\nRND R2\nL Y+10\nL Y+20")), [None, beside, beside, None]);
     assert_eq!(fixed(&moves("L X+5 F600\nCHF 2 F300\nL Y+10\nL Y+20")), [beside, beside, None]);
+    // Tangential elements take the direction of the move beside them, with and without radius compensation.
+    for block in ["FCT DR- R10", "FLT X+0 Y+0", "DEP LT LEN10", "DEP LN LEN+10"] {
+        assert_eq!(fixed(&moves(&format!("L X+5 R0 F600\nL X+10 Y+1\n{block}")))[..2], [None, beside], "{block}");
+    }
+    for block in ["APPR LT X+10 Y+10 LEN10 R0", "APPR CT X+10 Y+10 CCA90 R+5 R0"] {
+        let found = fixed(&moves(&format!("L X+5 R0 F600\n{block}\nM8\nL Y+12\nL X+20")));
+        assert_eq!(found, [None, beside, beside, None], "{block}");
+    }
     let found = moves("L X-5 F600\nAPPR LT X+0 Y+0 LEN15 RL F300\nL X+10\nDEP LT LEN10 F500\nL X+50 Y+0 Z+5\nL X+60");
     assert_eq!(fixed(&found), [None, beside, comp, beside, Some(Fixed::UnknownStart), None]);
 }

@@ -199,3 +199,24 @@ fn arcs_after_an_unknown_code_say_nothing_about_others() {
     let modal = |block: u32| path.moves.iter().find(|step| step.block == block).map(|step| path.modal(step).arc_distance);
     assert_eq!(modal(2), Some(gcode::Distance::Incremental));
 }
+
+#[test]
+fn a_shift_that_an_earlier_program_left_is_not_known_to_be_none() {
+    for (between, kept) in [
+        ("G92 X10 Y10\nG1 X20.\nY20.\nG92.1", false),
+        ("G52 X10 Y10", false),
+        ("G52 X0 Y0", false),
+        ("G92.1\nG0 X0 Y0 Z5.\nG1 Z-1.\nG92 X10 Y10\nG1 X20.\nY20.\nG92.1", true),
+    ] {
+        let found = feeds(&read(Dialect::LinuxCnc, &format!("{BEFORE}{between}\nG1 X30.\nG0 X0 Y0 Z5.\nG1 Z-1.\nX5.\n")));
+        assert_eq!(found[found.len() - 3] == YES, kept, "{between}");
+        assert_eq!(found[found.len() - 1], YES, "{between}");
+    }
+}
+
+#[test]
+fn a_second_program_number_begins_another_program() {
+    let path = read(Dialect::Fanuc, &format!("O1000\n{BEFORE}X20.\nO1001\nG1 X0.\nY0.\nM99\n"));
+    assert_eq!(path.moves.len(), 4);
+    assert!(path.warnings.iter().any(|warning| warning.message.contains("another program begins here")), "{:?}", path.warnings);
+}

@@ -315,3 +315,17 @@ fn blocks_that_wait_for_the_spindle_and_polynomials_are_left_alone() {
         assert_eq!(of.last().unwrap().1, Shiftable::Yes, "{block}");
     }
 }
+
+#[test]
+fn moves_beside_a_spline_keep_their_direction() {
+    let (yes, beside) = (Shiftable::Yes, Shiftable::No(Fixed::Adjoining));
+    let shiftable = |text: &str| -> Vec<Shiftable> {
+        let of: Vec<Move> = read(&format!("{START}{text}")).moves;
+        of.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect()
+    };
+    for between in ["", "BTAN\n", "BNAT ENAT\n", "MSG(\"a\")\n"] {
+        let found = shiftable(&format!("G1 X5\nX20 Y0.05\n{between}CSPLINE X20 Y10\nX30 Y20\n{between}G1 X30 Y40\nX0\nY0"));
+        assert_eq!(found[..2], [yes, beside], "{between}");
+        assert_eq!(found[found.len() - 3..], [beside, yes, yes], "{between}");
+    }
+}

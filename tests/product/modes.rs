@@ -200,3 +200,28 @@ fn a_move_that_is_left_alone_gets_back_the_motion_code_on_which_it_relies() {
     let last = out.lines().take_while(|line| !line.starts_with("X[")).filter_map(code).last();
     assert!(out.contains("\nG2X[#500") || last == Some("G2"), "{out}");
 }
+
+#[test]
+fn inverse_times_of_fanuc_have_its_range_and_none_is_written_for_an_arc() {
+    // A Fanuc counts F of an arc under G93 by its radius, others by its length.
+    let folder = folder_with(
+        "%\nO1000\nG21 G17 G90 G94 G54\nG0 X0 Y0\nG43 H1 Z5.\nG1 Z-1. F3000.\nG93\nG1 X20. F200.\nY20. F200.\nG2 X20. Y0. J-10. F100.\nG1 X0. F200.\nY10. F200.\nG94\nM30\n%\n",
+    );
+    let (out, figures) = compensate(&folder, &["--dialect", "fanuc", "--work-offset", "0,0,0"]);
+    assert_eq!(figures["changed"], true);
+    assert!(out.contains("\nG2 X20. Y0. J-10. F100.\n"), "{out}");
+    assert!(figures["left_alone"]["moves"].to_string().contains("G93"), "{figures}");
+    folder.write(
+        "modes.ngc",
+        "%\nO1000\nG21 G17 G90 G94 G54\nG0 X0 Y0\nG43 H1 Z0\nG1 X20. F3000.\nG2 X20. Y20. J10.\nG1 X0.\nM30\n%\n",
+    );
+    let (timed, _) =
+        compensate(&folder, &["--dialect", "fanuc", "--format", "g93", "--work-offset", "0,0,0", "--cycle-limit", "30"]);
+    let written = timed.lines().skip_while(|line| !line.contains("G93")).take_while(|line| !line.contains("G94"));
+    assert!(written.clone().count() > 10 && !written.clone().any(|line| line.contains("G2") || line.contains("G3")), "{timed}");
+    for line in written.chain(out.lines().skip_while(|line| !line.contains("G93")).take_while(|line| !line.contains("G94"))) {
+        let Some(feed) = line.rsplit_once('F').map(|(_, feed)| feed.trim()) else { continue };
+        let decimals = feed.split_once('.').map_or("", |(_, decimals)| decimals);
+        assert!(feed.parse::<f64>().unwrap() <= 9999.999 && decimals.len() <= 3, "{line}");
+    }
+}

@@ -19,6 +19,9 @@ impl Interpreter<'_> {
                 let what = "this path function is not interpreted; the block is left alone";
                 self.report.warning(first.span, what, Some("positions are known again where the program states them"));
                 self.keep_feed(block);
+                if matches!(name.as_slice(), b"FLT" | b"FCT") {
+                    self.fix_last();
+                }
                 let is_free = name.starts_with(b"F") && !block.words.iter().any(|word| self.leaves_plane(&block.name(word)));
                 if is_free { self.lose_plane() } else { self.lose_place() }
             }
@@ -44,15 +47,21 @@ impl Interpreter<'_> {
 
     /// The corner between two moves is replaced: both keep their points.
     fn corner(&mut self) {
-        let before = self.last_feed_move();
-        self.fix(before.into_iter().collect());
+        self.fix_last();
         self.start_is_computed = true;
         self.lose_contour();
     }
 
-    /// APPR: the control computes the way to the first point of the contour, which the block states.
+    /// The control computes something from the move before.
+    fn fix_last(&mut self) {
+        let before = self.last_feed_move();
+        self.fix(before.into_iter().collect());
+    }
+
+    /// APPR: the control computes the way to the first point of the contour, which the block states, from the direction of the move behind it.
     fn approach(&mut self, block: &Block<'_>) {
         self.computed(block, |name| name.starts_with(b"P"));
+        self.start_is_computed = true;
         if block.has("RL") {
             self.modal.cutter = CutterCompensation::Left;
         } else if block.has("RR") {
@@ -60,8 +69,9 @@ impl Interpreter<'_> {
         }
     }
 
-    /// DEP: the end is computed, unless the block states it (LCT). Radius compensation ends with it.
+    /// DEP: the end is computed from the direction of the move before, unless the block states it (LCT). Radius compensation ends with it.
     fn depart(&mut self, block: &Block<'_>) {
+        self.fix_last();
         self.computed(block, |name| name != b"LCT");
         self.modal.cutter = CutterCompensation::Off;
     }

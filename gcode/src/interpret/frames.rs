@@ -48,7 +48,10 @@ impl Interpreter<'_> {
         for axis in self.named(words) {
             let value = self.scaled(words, axis);
             // In LinuxCNC's one store the value replaces the offset of G92, which is not known after a G92 at an unknown position.
-            let replaces = self.options.dialect == Dialect::LinuxCnc && std::mem::take(&mut self.shifts.relaid[axis]);
+            let is_shared = self.options.dialect == Dialect::LinuxCnc;
+            let replaces = is_shared
+                && (std::mem::take(&mut self.shifts.relaid[axis])
+                    | !std::mem::replace(&mut self.stated.position_shift[axis], true));
             if value.is_none() || replaces || std::mem::take(&mut self.shifts.absorbed[axis]) {
                 self.position.forget(axis);
             }
@@ -81,7 +84,6 @@ impl Interpreter<'_> {
             }
         }
         self.shifts.saved = self.shifts.position;
-        self.stated.position_shift = true;
         self.update_shift();
     }
 
@@ -91,7 +93,7 @@ impl Interpreter<'_> {
             self.shifts.saved = [0.0; 6];
         }
         self.shifts.position = [0.0; 6];
-        if !std::mem::replace(&mut self.stated.position_shift, true) {
+        if std::mem::replace(&mut self.stated.position_shift, [true; 6]).contains(&false) {
             self.forget_all();
         }
         for axis in 0..6 {
@@ -107,7 +109,7 @@ impl Interpreter<'_> {
     pub fn restore_position_shift(&mut self) {
         self.shifts.position = self.shifts.saved;
         self.shifts.relaid = [true; 6];
-        self.stated.position_shift = true;
+        self.stated.position_shift = [true; 6];
         self.forget_all();
         self.update_shift();
     }

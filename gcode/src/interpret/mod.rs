@@ -44,7 +44,7 @@ use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
 use crate::toolpath::Toolpath;
-use crate::word::Span;
+use crate::word::{Span, Word};
 
 /// Axis and arc letters.
 const GEOMETRY: &[u8] = b"XYZABCIJKUVW";
@@ -129,6 +129,7 @@ impl Interpreter<'_> {
         let Some(step) = self.program.step(index) else { return false };
         // What ran in between stands elsewhere in the file.
         self.shared_since |= (step.block as usize) < self.block;
+        self.follows = step.block as usize == self.block + 1;
         self.block = step.block as usize;
         self.ran = step.ran;
         words.fill(self.program, step.words(), self.options.dialect);
@@ -172,6 +173,12 @@ impl Interpreter<'_> {
             return;
         }
         self.content_seen = true;
+        if words.has(b'O') && self.begins_program() {
+            let message = "another program begins here: it is not read and stays as it is";
+            self.report.warning(self.span_of_block(), message, None);
+            self.ended = true;
+            return;
+        }
         // What evaluation leaves are calls of subprograms that are not found.
         if words.flow.is_some() && self.is_sinumerik() {
             return self.lose_track(words);
@@ -307,6 +314,16 @@ impl Interpreter<'_> {
         if words.has(b'S') {
             self.modal.spindle_rpm = None;
         }
+    }
+
+    /// Whether the program number of the block is that of another program, stored under it. A subprogram is called.
+    fn begins_program(&self) -> bool {
+        let calls = |word: &Word| {
+            let number = word.number().unwrap_or_default();
+            word.is(b'M') && [97.0, 98.0, 198.0].contains(&number) || word.is(b'G') && [65.0, 66.0].contains(&number)
+        };
+        let is_called = || self.program.block_words(self.block - 1).iter().any(calls);
+        self.options.dialect == Dialect::Fanuc && !self.moves.is_empty() && self.follows && !is_called()
     }
 
     fn warn_after_end(&mut self) {

@@ -91,6 +91,8 @@ impl Interpreter<'_> {
             Motion::Curve => {
                 let is_unread = !self.knows_end_of_curve(words);
                 self.curve(words, is_unread, explicit_motion);
+                // A spline leads into the move behind it with that one's direction.
+                self.corner_moves = self.corner_moves.max(u8::from(self.is_sinumerik()));
             }
             Motion::Thread => self.travel(words, MoveKind::Thread, Fixed::Threading, false, explicit_motion),
             // A rigid tap returns to its start.

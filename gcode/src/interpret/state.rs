@@ -80,6 +80,8 @@ pub(super) struct Interpreter<'a> {
     pub compressor_noted: bool,
     pub content_seen: bool,
     pub ended: bool,
+    /// Whether the block stands behind the one that ran before it.
+    pub follows: bool,
     pub moves: Vec<Move>,
     pub modals: Vec<Modal>,
 }
@@ -90,7 +92,8 @@ pub(super) struct Interpreter<'a> {
 pub(super) struct StatedFrame {
     pub work_offset: bool,
     pub tool_length: bool,
-    pub position_shift: bool,
+    /// Of every axis; G92 adds to what was left, so that it states nothing.
+    pub position_shift: [bool; 6],
 }
 
 /// What only all words of the program show.
@@ -198,6 +201,7 @@ impl<'a> Interpreter<'a> {
             compressor_noted: false,
             content_seen: false,
             ended: false,
+            follows: false,
             moves: Vec::new(),
             modals: Vec::new(),
         }

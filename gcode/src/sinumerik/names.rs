@@ -224,10 +224,9 @@ const COMPRESSORS: [&str; 5] = ["COMPCAD", "COMPCURV", "COMPON", "COMPSURF", "CY
 const REPLACING: [&str; 5] = ["CROTS", "MIRROR", "ROT", "ROTS", "SCALE"];
 const ADDING: [&str; 4] = ["AMIRROR", "AROT", "AROTS", "ASCALE"];
 const CURVES: [&str; 6] = ["ASPLINE", "BSPLINE", "CSPLINE", "INVCCW", "INVCW", "POLY"];
-const POSITIONS: [&str; 17] = [
-    "ANG", "AR", "BAUTO", "BNAT", "BTAN", "DISCL", "DISR", "EAUTO", "ENAT", "ETAN", "LEAD", "OFFN", "PL", "PO", "POS", "POSA",
-    "PW",
-];
+const POSITIONS: [&str; 11] = ["ANG", "AR", "DISCL", "DISR", "LEAD", "OFFN", "PL", "PO", "POS", "POSA", "PW"];
+/// How splines begin and end, until another one is stated.
+const SPLINE_ENDS: [&str; 6] = ["BAUTO", "BNAT", "BTAN", "EAUTO", "ENAT", "ETAN"];
 const TRANSFORMATIONS: [&str; 6] = ["TRAANG", "TRACON", "TRACYL", "TRAFOON", "TRANSMIT", "TRAORI"];
 const TOOL_FRAMES: [&str; 8] = ["TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROT", "TOROTX", "TOROTY", "TOROTZ"];
 /// Cycles of drilling, milling and turning ("Programming technology functions (cycles)"). Measuring cycles (961 and above) may change offsets.
@@ -274,7 +273,7 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "FZ" => Name::ToothFeed,
         // Without arguments it ends.
         "CYCLE832" if !has_arguments => Name::Silent,
-        _ if listed(&SILENT) || listed(&SILENT_TOO) => Name::Silent,
+        _ if listed(&SILENT) || listed(&SILENT_TOO) || listed(&SPLINE_ENDS) => Name::Silent,
         _ if listed(&COMPRESSORS) => Name::Compressor,
         _ if listed(&REPLACING) => Name::Replace,
         _ if listed(&ADDING) => Name::Add,

@@ -51,6 +51,9 @@ impl Part {
             (Shiftable::Yes, MoveKind::Arc(_)) if self.stops_exactly(of) => {
                 Some("arcs at whose points the control would stop (G9, G61, G64 P0)")
             }
+            (Shiftable::Yes, _) if self.has_time_of_radius(of) => {
+                Some("arcs under G93, whose F the control may count by their radius or by their length")
+            }
             (Shiftable::Yes, _) if turns_at_feed(of) => {
                 Some("whose feed is that of rotary axes alone (--format g93 states times instead)")
             }

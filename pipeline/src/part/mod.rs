@@ -328,7 +328,23 @@ impl Part {
         let tip = self.toolpath.modal(of).tool_length == ToolLength::TipControl;
         let stops_within = self.stops_exactly(of) && matches!(of.kind, MoveKind::Arc(_));
         let known = of.shiftable == Shiftable::Yes && !stops_within && (self.states_line_times || !turns_at_feed(of));
+        let known = known && !self.has_time_of_radius(of);
         known && of.is_feed() && (!(turned || tip) || self.plan.desired.kinematics().has_rotary_axes())
+    }
+
+    /// Whether the F of a move is an inverse time that may be that of its radius: in an arc under G93, Fanuc's controls move at F times the radius
+    /// (B-62764EN, inverse time feed), others take 1/F minutes.
+    #[must_use]
+    pub fn has_time_of_radius(&self, of: &Move) -> bool {
+        self.counts_by_radius()
+            && matches!(of.kind, MoveKind::Arc(_))
+            && self.toolpath.modal(of).feed_mode == FeedMode::InverseTime
+    }
+
+    /// Whether the control may count the inverse time of arcs by their radius.
+    #[must_use]
+    pub fn counts_by_radius(&self) -> bool {
+        self.options.dialect == Dialect::Fanuc && self.program.language() == Language::Rs274
     }
 
     /// Whether the control stops at the end of every line of a move (G9, G61.1) or passes it exactly (G61, G64 P0).

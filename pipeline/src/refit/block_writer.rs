@@ -24,6 +24,10 @@ pub(super) fn stated_axes(part: &Part) -> Vec<usize> {
 /// Decimals of the least input increment, mm.
 const INCREMENT_DECIMALS: usize = 3;
 
+/// Largest inverse time of Fanuc's controls and its step, 1/min (B-62764EN, G93). A shorter line takes 6 ms.
+const FANUC_INVERSE_TIME: f64 = 9999.999;
+const FANUC_INVERSE_TIME_STEP: f64 = 1e-3;
+
 /// Whether lines state whole increments, without a decimal point, as all coordinates of the program do.
 fn counts_increments(part: &Part) -> bool {
     part.options.decimal_point == DecimalPoint::LeastIncrement
@@ -131,7 +135,7 @@ impl<'a> Writer<'a> {
         let duration_s = target.slow_s.unwrap_or((target.time_s - before_s).max(1e-5) / self.unevenness(before_s, target.time_s));
         let per_minute = || self.length(step, &target.element, &(self.written - start)) / duration_s * 60.0;
         match (self.settings.encoding, target.slow_s) {
-            (TimeEncoding::G93, _) => self.notation.append_feed(&mut text, 60.0 / duration_s)?,
+            (TimeEncoding::G93, _) => self.notation.append_feed(&mut text, self.inverse_time(60.0 / duration_s, 0.0))?,
             (TimeEncoding::G94, None) => self.notation.append_feed(&mut text, per_minute().max(1e-4))?,
             (TimeEncoding::G94 | TimeEncoding::Keep, Some(_)) => {
                 let feed = self.slow_feed(owner, per_minute());
@@ -279,7 +283,8 @@ impl<'a> Writer<'a> {
         // Inverse time applies to one line: the parts of a move share its time.
         if self.mode == FeedMode::InverseTime && share < 1.0 {
             let Some(word) = step.feed_word else { return Err(Error::NoInverseTime { line: step.block as usize + 1 }) };
-            return self.notation.append_feed(text, word * factor / share);
+            let wanted = self.inverse_time(word * factor / share, word);
+            return self.notation.append_feed(text, wanted);
         }
         let wanted = step.feed_word.map(|feed| feed * factor);
         match step.words(&self.part.program).feed {
@@ -296,6 +301,15 @@ impl<'a> Writer<'a> {
         }
         self.feed = wanted;
         Ok(())
+    }
+
+    /// Inverse time as the control takes it, 1/min; not below `own`, that of the program.
+    fn inverse_time(&self, wanted: f64, own: f64) -> f64 {
+        if !self.part.counts_by_radius() {
+            return wanted;
+        }
+        let rounded = (wanted / FANUC_INVERSE_TIME_STEP).round() * FANUC_INVERSE_TIME_STEP;
+        rounded.clamp(FANUC_INVERSE_TIME_STEP, FANUC_INVERSE_TIME.max(own))
     }
 
     /// Line after a segment that restores the program's own feed.

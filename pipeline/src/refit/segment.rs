@@ -253,7 +253,12 @@ impl Segment<'_> {
     fn writes_arcs(&self) -> bool {
         let is_dialogue = self.part.program.language() == Language::Dialogue;
         let is_rounded = self.settings.decimals < LEAST_ARC_DECIMALS;
-        !is_rounded && !is_dialogue && !self.part.states_path && !self.part.plan.desired.kinematics().has_rotary_axes()
+        let is_timed = self.settings.encoding == TimeEncoding::G93 && self.part.counts_by_radius();
+        !is_timed
+            && !is_rounded
+            && !is_dialogue
+            && !self.part.states_path
+            && !self.part.plan.desired.kinematics().has_rotary_axes()
     }
 
     /// The arc of a move that is written as arcs.
