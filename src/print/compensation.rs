@@ -1,48 +1,16 @@
 //! What a compensation came to.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
-use gcode::{Diagnostic, Dialect, Language, Options, Program};
-use models::{ControlFidelity, Outside};
+use models::Outside;
 use motion::contour::ContourSummary;
-use pipeline::model_based_ilc::{BesideUnchanged, Outcome, WithoutGain};
-use pipeline::part::FixedMoves;
-use pipeline::refit::{RefitSettings, SlowStop};
-use pipeline::setpoints::{SetpointsWritten, TOLERANCE_MM};
+use pipeline::model_based_ilc::{BesideUnchanged, Outcome};
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
 use serde_json::{Map, Value, json};
 
 use super::figures::contour_json;
+use super::program::show_warnings;
+use super::written::{counted, left_alone, without_gain};
 use crate::output::Printer;
-
-/// Agreement of a learned control with recorded commands beyond which a recorded run of the program is asked for.
-const TRUSTED_PATH_MM: f64 = 2e-3;
-const TRUSTED_CYCLE: f64 = 0.02;
-
-/// The dialect that was found in the program, where no option and no profile states one.
-pub fn show_dialect(printer: &Printer, program: &Program, options: &Options) {
-    if program.language() == Language::Dialogue {
-        return;
-    }
-    let (name, dialect) = (dialect_name(program, options), options.dialect);
-    printer.line(if dialect.is_certain(program) {
-        format!("dialect: {name}, found in the program or its name")
-    } else {
-        format!("dialect: {name}, a guess, since the program holds no code that decides; --dialect or --controller states it")
-    });
-}
-
-/// The dialect in which a program was read, as `--dialect` calls it.
-pub fn dialect_name(program: &Program, options: &Options) -> &'static str {
-    match (program.language(), options.dialect) {
-        (Language::Dialogue, _) => "heidenhain",
-        (_, Dialect::Fanuc) => "fanuc",
-        (_, Dialect::LinuxCnc) => "linuxcnc",
-        (_, Dialect::Sinumerik) => "sinumerik",
-    }
-}
 
 /// What the forecast of `input` lacks, and what could not be checked.
 pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Option<&PositionTerms>) {
@@ -53,51 +21,6 @@ pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Opti
         printer.line(
             "note: whether the axes stay within their travel was not checked, only that the part is not larger: its work offset is not known",
         );
-    }
-}
-
-/// Whether plans of a control are too poor for a first run.
-pub fn is_poor(path_rms_mm: f64, cycle_share: f64) -> bool {
-    path_rms_mm > TRUSTED_PATH_MM || cycle_share > TRUSTED_CYCLE
-}
-
-/// How far the learned control can be trusted; more on it where the plan is too poor for a first run.
-pub fn control_fidelity(control: &ControlFidelity) -> String {
-    let ControlFidelity { path_rms_mm, path_max_mm, cycle_share, held_out, .. } = control;
-    let known = format!(
-        "the control as learned from {}: plans within {} µm RMS, {} µm MAX and {:.2} % of the cycle time",
-        if *held_out > 0 { "recorded programs" } else { "one recorded program, by that program itself" },
-        um(*path_rms_mm),
-        um(*path_max_mm),
-        100.0 * cycle_share
-    );
-    if is_poor(*path_rms_mm, *cycle_share) {
-        return format!(
-            "warning: {known}; the forecast is no better than that. Run the program once and give its log with --reference"
-        );
-    }
-    known
-}
-
-/// The control of --machine, in place of the one that was learned.
-pub fn control_unused(machine: &str) -> String {
-    format!(
-        "note: planned with limits and control of {machine}; the control as learned with the model is not used (without --machine it is)"
-    )
-}
-
-/// Warnings of a program that are printed without `--verbose`.
-const WARNINGS: usize = 20;
-
-/// The warnings of a program: `all`, or those of the same text in one and at most twenty.
-pub fn show_warnings(printer: &Printer, warnings: &[Diagnostic], (program, name): (&Program, &str), all: bool) {
-    if all {
-        return warnings.iter().for_each(|warning| printer.line(warning.render(program, name)));
-    }
-    let (texts, left_out) = gcode::render_merged(warnings, program, name, WARNINGS);
-    texts.iter().for_each(|text| printer.line(text));
-    if left_out > 0 {
-        printer.line(format!("warning: {left_out} more warnings; --verbose shows all"));
     }
 }
 
@@ -254,150 +177,11 @@ pub fn expectation_json(expected: &Expectation) -> Value {
     json!({ "rms": one(expected.rms), "max": one(expected.max) })
 }
 
-/// The setpoints in words, and what is wrong with it.
-pub fn setpoints(written: &SetpointsWritten) -> Vec<String> {
-    let SetpointsWritten { count, interval_s, off_mm, .. } = written;
-    let within = um(TOLERANCE_MM);
-    let mut lines = vec![format!(
-        "{count} setpoints, one every {:.3} ms; between them an axis is at most {} µm from the compensated path",
-        interval_s * 1e3,
-        um(*off_mm)
-    )];
-    if *off_mm > TOLERANCE_MM {
-        lines.push(match written.finer_s {
-            Some(finer_s) => format!(
-                "warning: that is more than {within} µm: the interval is too coarse for this path; --spacing {:.3} is not",
-                finer_s * 1e3
-            ),
-            None => format!("warning: that is more than {within} µm whatever the interval: write more --decimals"),
-        });
-    }
-    lines
-}
-
-/// The same as JSON.
-pub fn setpoints_json(written: &SetpointsWritten) -> Value {
-    json!({
-        "count": written.count,
-        "interval_ms": written.interval_s * 1e3,
-        "off_um": written.off_mm * 1e3,
-        "tolerance_um": TOLERANCE_MM * 1e3,
-        "finer_interval_ms": written.finer_s.map(|finer_s| finer_s * 1e3),
-    })
-}
-
-/// Moves that stay as they are for one reason, with the line of the first one.
-fn counted(why: &str, fixed: FixedMoves) -> String {
-    let from = if fixed.moves > 1 { "from line" } else { "line" };
-    format!("{} {why} ({from} {})", fixed.moves, fixed.first_line)
-}
-
-/// Which moves of a program stay as they are, if any do.
-pub fn left_alone(fixed: &BTreeMap<&'static str, FixedMoves>, share: f64) -> Option<String> {
-    let fixed: Vec<String> = fixed.iter().map(|(why, fixed)| counted(why, *fixed)).collect();
-    let share = 100.0 * share;
-    (!fixed.is_empty()).then(|| format!("moves left as they are: {}; {share:.1} % of the feed length", fixed.join(", ")))
-}
-
-/// Segments without gain that are named one by one.
-const SEGMENTS_NAMED: usize = 5;
-
-/// Segments that are not changed because the forecast gains nothing by it, the longest ones by their lines.
-pub fn without_gain(left: &[WithoutGain]) -> Option<String> {
-    let mut longest: Vec<&WithoutGain> = left.iter().collect();
-    longest.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
-    let named: Vec<String> = longest.iter().take(SEGMENTS_NAMED).map(|segment| segment_without_gain(segment)).collect();
-    let more = if left.len() > named.len() { format!(" and {} shorter ones", left.len() - named.len()) } else { String::new() };
-    (!left.is_empty())
-        .then(|| format!("segments left as they are, because the forecast gains nothing: {}{more}", named.join(", ")))
-}
-
-fn segment_without_gain(of: &WithoutGain) -> String {
-    let ((first, last), (before, after)) = (of.lines, (of.before_mm, of.after_mm));
-    let lines = if first == last { format!("line {first}") } else { format!("lines {first} to {last}") };
-    format!("{lines} ({} → {} µm RMS, {} → {} µm MAX)", um(before.0), um(after.0), um(before.1), um(after.1))
-}
-
-/// Shares of the feed length of a program, 0…1; the rest is compensated.
-pub struct Shares {
-    pub without_gain: f64,
-    pub left_alone: f64,
-}
-
-/// What became of the feed length of a program, and how it grew. `points` are its finest and coarsest ones.
-pub fn summary(
-    shares: &Shares,
-    points: Option<(RefitSettings, RefitSettings)>,
-    slow_stop: Option<SlowStop>,
-    lines: (usize, usize),
-) -> String {
-    let points = points.filter(|(finest, _)| finest.spacing_s.is_finite()).map_or(String::new(), |(finest, coarsest)| {
-        let both = |a: f64, b: f64| if a == b { a.to_string() } else { format!("{a} to {b}") };
-        let spacing_ms = both(finest.spacing_s * 1e3, coarsest.spacing_s * 1e3);
-        let chord_um = both(finest.chord_tolerance_mm * 1e3, coarsest.chord_tolerance_mm * 1e3);
-        format!(", with points at least {spacing_ms} ms apart and lines within {chord_um} µm of the corrected curve")
-    });
-    let stops = slow_stop.map_or(String::new(), |SlowStop { length_mm, time_s }| {
-        let time_ms = time_s * 1e3;
-        format!("\nstops: the last {length_mm:.3} mm before them take {time_ms:.0} ms, for less error there (--keep-stops: as programmed)")
-    });
-    let share = |share: f64| format!("{:.1} %", 100.0 * share);
-    let Shares { without_gain, left_alone } = shares;
-    format!(
-        "feed length: {} compensated, {} without gain, {} left alone; {} lines in, {} out{points}{stops}",
-        share((1.0 - without_gain - left_alone).max(0.0)),
-        share(*without_gain),
-        share(*left_alone),
-        lines.0,
-        lines.1
-    )
-}
-
-/// The same as JSON.
-pub fn summary_json(part: &Part, outcome: &Outcome, lines: (usize, usize)) -> Value {
-    json!({
-        "dialect": dialect_name(&part.program, &part.options),
-        "lines_in": lines.0,
-        "lines_out": lines.1,
-        "without_gain": without_gain_json(&outcome.without_gain),
-        "without_gain_share": part.share(outcome.without_gain.iter().map(|left| left.length_mm).sum()),
-        "spacing_ms": outcome.written.map(|written| written.spacing_s * 1e3),
-        "chord_tolerance_um": outcome.written.map(|written| written.chord_tolerance_mm * 1e3),
-        "slow_stop": outcome.written.and_then(|written| written.slow_stop).map(slow_stop_json),
-    })
-}
-
-/// A slow zone before stops as JSON.
-pub fn slow_stop_json(SlowStop { length_mm, time_s }: SlowStop) -> Value {
-    json!({ "length_mm": length_mm, "time_ms": time_s * 1e3 })
-}
-
-/// Segments without gain as JSON.
-pub fn without_gain_json(left: &[WithoutGain]) -> Value {
-    let one = |left: &WithoutGain| {
-        json!({
-            "lines": [left.lines.0, left.lines.1],
-            "length_mm": left.length_mm,
-            "before_um": { "rms": left.before_mm.0 * 1e3, "max": left.before_mm.1 * 1e3 },
-            "after_um": { "rms": left.after_mm.0 * 1e3, "max": left.after_mm.1 * 1e3 },
-        })
-    };
-    left.iter().map(one).collect()
-}
-
 pub const NO_GAIN: &str = "the model predicts no gain worth having";
-
-pub const LIMITS_FROM_LOG: &str =
-    "note: the machine's limits were taken from what the training log reached; give --machine to state them";
 
 /// Why nothing is changed where the cycle would take longer by this share whatever the points.
 pub fn too_slow(slowdown: f64) -> String {
     format!("the cycle would take at least {:.2} % longer, which --cycle-limit does not allow", 100.0 * slowdown)
-}
-
-/// What was written.
-pub fn written(largest_shift_mm: f64, out: &Path) -> String {
-    format!("largest shift {} µm; written to {}", um(largest_shift_mm), out.display())
 }
 
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.

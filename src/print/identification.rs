@@ -4,7 +4,7 @@ use pipeline::identification::{Fidelity, Identified, Value};
 use pipeline::units::um;
 use serde_json::json;
 
-use super::compensation::is_poor;
+use super::control::is_poor;
 use crate::output::Printer;
 
 /// An end of an interval beyond which nothing was seen: the factor up to which ends are tried.

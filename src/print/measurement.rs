@@ -1,7 +1,6 @@
 //! What was measured of a run.
 
 use motion::contour::CircularTest;
-use pipeline::Recorded;
 use pipeline::measure::{Fit, Measurement, Readback, Segment};
 use pipeline::units::{ErrorUnit, um};
 use serde_json::{Value, json};
@@ -19,42 +18,6 @@ pub fn readback(found: &Readback) -> String {
         found.commanded_s,
         found.largest_delay_s * 1e3
     )
-}
-
-/// What a recorded run says of the plan.
-pub fn recorded(found: &Recorded) -> Vec<String> {
-    let mut lines: Vec<String> = found.resampled.iter().map(ToString::to_string).collect();
-    lines.push(readback(&found.readback));
-    if found.is_as_planned {
-        lines.push("the control does as is planned: the program is compensated from the plan, which also tells what the control makes of the compensated points".into());
-    }
-    lines
-}
-
-/// Time of a run, as a multiple of that planned, from which on the plan says little of what added points cost.
-const SLOW: f64 = 1.1;
-
-/// How far the forecast for a recorded run holds, where the control does not do as is planned; `replans` says whether it is of the points as they change the
-/// plan.
-pub fn recorded_warning(found: &Recorded, replans: bool) -> Option<String> {
-    if found.is_as_planned {
-        return None;
-    }
-    let readback = &found.readback;
-    let slower = readback.commanded_s / readback.intended_s;
-    let of = match replans {
-        false => {
-            "The forecast is of the recorded times; a control that plans the compensated points anew keeps other ones".to_owned()
-        }
-        true if slower > SLOW => format!(
-            "The forecast is of its recorded run, changed as the compensated points change the plan. The run took {slower:.1} times as long as planned: \
-             what points cost on this control is not known, and the cycle may take longer than is said"
-        ),
-        true => "The forecast is of its recorded run, changed as the compensated points change the plan".to_owned(),
-    };
-    Some(format!(
-        "the control does not do as is planned. {of}. Measure the first run with `measure --desired`; `train --programs` learns the control"
-    ))
 }
 
 /// A readback as JSON.

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod comparison;
 pub mod compensation;
+pub mod control;
 pub mod diagnosis;
 pub mod feeds;
 pub mod figures;
@@ -10,4 +11,6 @@ pub mod figures;
 pub mod fleet;
 pub mod identification;
 pub mod measurement;
+pub mod program;
 pub mod training;
+pub mod written;

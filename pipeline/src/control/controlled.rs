@@ -29,6 +29,15 @@ pub struct CommandedRun {
     pub actual: Trajectory,
 }
 
+/// Whether a control plans `part`, written with these settings, again: not where lines state their times, those of the program or of a recorded run.
+#[must_use]
+pub fn is_replanned(part: &Part, written: RefitSettings) -> bool {
+    match written.encoding {
+        TimeEncoding::Keep => !part.states_times(),
+        TimeEncoding::G93 | TimeEncoding::G94 => part.recording.is_none(),
+    }
+}
+
 /// A machine behind a control. The control commands the reference itself, or the recorded command shifted by the
 /// correction, or the plan of the program into which the reference is written. Runs are returned in the path's time in
 /// all cases.
@@ -78,14 +87,10 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
         replans
     }
 
-    /// Whether the control would plan the program, written with these settings, again. Lines that state the times of a recorded run keep them.
+    /// Whether the control would plan the program, written with these settings, again.
     #[must_use]
     pub fn can_replan(&self, written: RefitSettings) -> bool {
-        let timed = |part: &Part| match written.encoding {
-            TimeEncoding::Keep => part.states_times(),
-            TimeEncoding::G93 | TimeEncoding::G94 => part.recording.is_some(),
-        };
-        self.part.is_some_and(|part| !timed(part))
+        self.part.is_some_and(|part| is_replanned(part, written))
     }
 
     /// Duration of every replanned program, s.

@@ -9,7 +9,7 @@ mod replanned;
 mod rerun;
 mod short_lines;
 
-pub use controlled::{CommandedRun, ControlledMachine, Pairing, in_step, plus};
+pub use controlled::{CommandedRun, ControlledMachine, Pairing, in_step, is_replanned, plus};
 pub use programs::{MOVE_POINTS, ProgramRun, learn_program, run_program};
 pub use replanned::Replanned;
 pub use short_lines::{curve_program, curve_program_in_steps};

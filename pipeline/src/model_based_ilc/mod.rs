@@ -257,17 +257,17 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         .map(overall)
         .transpose()?
         .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + SAME_MAX_MM);
-    let of_program = |actual: &Trajectory| input.figures_of_program(actual);
     let is_recorded = input.part().is_some_and(|part| part.recording.is_some());
-    let kept = match kept {
-        Some((_, run)) if is_recorded && of_program(&run.actual)?.cost_mm() > of_program(&first.actual)?.cost_mm() => None,
-        kept => kept,
-    };
+    let of_program = |run: &Iteration| is_recorded.then(|| input.figures_of_program(&run.actual)).transpose();
+    let first_of_program = of_program(&first)?;
+    let kept_of_program = kept.as_ref().map_or(Ok(None), |(_, run)| of_program(run))?;
+    let grows = first_of_program.zip(kept_of_program).is_some_and(|(first, kept)| kept.cost_mm() > first.cost_mm());
+    let kept = kept.filter(|_| !grows);
     let gained = kept.is_some();
     let cycle_s = chosen.cycle_s.filter(|_| gained);
     let uncompensated = first.actual.clone();
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
-    let of_program = if is_recorded { Some([of_program(&uncompensated)?, of_program(&forecast)?]) } else { None };
+    let of_program = first_of_program.map(|first| [first, kept_of_program.filter(|_| gained).unwrap_or(first)]);
     let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
     let Learned { max_shift, ended, outside, without_gain } = learned;
     Ok(Outcome {

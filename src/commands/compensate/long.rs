@@ -9,8 +9,10 @@ use serde_json::{Value, json};
 
 use super::{AT_BOUND, Compensate, line_count};
 use crate::output::{Outputs, Printer};
-use crate::print::compensation::{self as print, Shares};
+use crate::print::compensation as print;
 use crate::print::figures::contour_json;
+use crate::print::program;
+use crate::print::written::{self, Shares};
 use crate::read::Source;
 
 impl Compensate {
@@ -35,7 +37,7 @@ impl Compensate {
     ) -> Result<()> {
         let whole = long.whole();
         if self.program.dialect.is_none() && setup.dialect.is_none() {
-            print::show_dialect(printer, &whole.program, &whole.options);
+            program::show_dialect(printer, &whole.program, &whole.options);
         }
         self.show_control(model, true, printer);
         let shown = self.common.shown();
@@ -43,7 +45,7 @@ impl Compensate {
         drop(shown);
         self.show_joined(long, &joined, printer)?;
         let lines = (line_count(whole.program.bytes()), line_count(&joined.content));
-        printer.line(print::summary(&shares(&joined), joined.points, joined.slow_stop, lines));
+        printer.line(written::summary(&shares(&joined), joined.points, joined.slow_stop, lines));
         let figures = self.joined_json(long, &joined, lines)?;
         let mut outputs = Outputs::default();
         outputs.add(&self.out, joined.content);
@@ -52,7 +54,7 @@ impl Compensate {
 
     fn show_joined(&self, long: &LongProgram, joined: &Joined<'_>, printer: &Printer) -> Result<()> {
         let whole = long.whole();
-        print::show_warnings(printer, long.warnings(), (&whole.program, &whole.name), self.common.verbose);
+        program::show_warnings(printer, long.warnings(), (&whole.program, &whole.name), self.common.verbose);
         if !joined.is_placed {
             printer.line("note: the work offset is not known: terms that depend on position are left out, and travel is compared with the extent of the part alone. Give --work-offset X,Y,Z");
         }
@@ -65,17 +67,17 @@ impl Compensate {
             print::show_expectation(printer, &expected);
         }
         printer.line(print::cycle(joined.cycle_s));
-        if let Some(left) = print::left_alone(&joined.fixed, share(joined.fixed_mm, joined)) {
+        if let Some(left) = written::left_alone(&joined.fixed, share(joined.fixed_mm, joined)) {
             printer.line(left);
         }
-        if let Some(line) = print::without_gain(&joined.without_gain) {
+        if let Some(line) = written::without_gain(&joined.without_gain) {
             printer.line(line);
         }
         if !joined.gained {
             let why = joined.too_slow.map_or(print::NO_GAIN.to_owned(), print::too_slow);
             printer.line(format!("{why}: what is written is the input, unchanged"));
         }
-        printer.line(print::written(joined.largest_shift_mm, &self.out));
+        printer.line(written::written(joined.largest_shift_mm, &self.out));
         if joined.gained && joined.largest_shift_mm > AT_BOUND * joined.max_shift {
             printer.line(print::cut_off(joined.max_shift));
         }
@@ -97,14 +99,14 @@ impl Compensate {
             "format": joined.points.map(|(finest, _)| finest.encoding),
             "warnings": joined.outside.iter().map(outside).collect::<Vec<String>>(),
             "program": json!({
-                "dialect": print::dialect_name(&whole.program, &whole.options),
+                "dialect": program::dialect_name(&whole.program, &whole.options),
                 "lines_in": lines.0,
                 "lines_out": lines.1,
-                "without_gain": print::without_gain_json(&joined.without_gain),
+                "without_gain": written::without_gain_json(&joined.without_gain),
                 "without_gain_share": shares(joined).without_gain,
                 "spacing_ms": joined.points.map(|(finest, _)| finest.spacing_s * 1e3),
                 "chord_tolerance_um": joined.points.map(|(finest, _)| finest.chord_tolerance_mm * 1e3),
-                "slow_stop": joined.slow_stop.map(print::slow_stop_json),
+                "slow_stop": joined.slow_stop.map(written::slow_stop_json),
             }),
         }))
     }

@@ -10,10 +10,10 @@ use clap::{Args, ValueEnum};
 use compensation::CorrectionLimits;
 use machine::MachineSpec;
 use models::Bundle;
+use pipeline::control::is_replanned;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
-use pipeline::refit::{RefitSettings, TimeEncoding};
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
@@ -24,9 +24,12 @@ use crate::numbers;
 use crate::output::{Outputs, Printer, Usage};
 use crate::output_format;
 use crate::plot::PlotArgs;
-use crate::print::compensation::{self as print, Shares};
+use crate::print::compensation as print;
+use crate::print::control;
 use crate::print::figures::{contour_json, orientation_json};
-use crate::print::measurement::{readback_json, recorded as print_recorded, recorded_warning};
+use crate::print::measurement::readback_json;
+use crate::print::program;
+use crate::print::written::{self, Shares};
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
@@ -166,7 +169,7 @@ impl Compensate {
         }
         let (input, record) = self.recorded(input, &model, &format, &printer)?;
         if let Some(part) = input.part().filter(|_| self.program.dialect.is_none() && setup.dialect.is_none()) {
-            print::show_dialect(&printer, &part.program, &part.options);
+            program::show_dialect(&printer, &part.program, &part.options);
         }
         let terms = PositionTerms::of(&model, &input)?;
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
@@ -184,7 +187,7 @@ impl Compensate {
         if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
             let points = outcome.written.map(|points| (points, points));
             let slow_stop = outcome.written.and_then(|written| written.slow_stop);
-            printer.line(print::summary(&shares(part, &outcome), points, slow_stop, lines));
+            printer.line(written::summary(&shares(part, &outcome), points, slow_stop, lines));
         }
         let mut outputs = Outputs::default();
         let mut figures = self.json(&input, &outcome, &output, expected.as_ref());
@@ -204,7 +207,7 @@ impl Compensate {
             "feeds": feeds,
             "left_out": terms.as_ref().map(print::position_terms_json),
             "reference": record.as_ref().map(|record| readback_json(&record.readback)),
-            "program": input.part().zip(lines).map(|(part, lines)| print::summary_json(part, &outcome, lines)),
+            "program": input.part().zip(lines).map(|(part, lines)| written::summary_json(part, &outcome, lines)),
         });
         outputs.write(self.common.json.as_deref(), &merged(figures, beside))
     }
@@ -221,13 +224,13 @@ impl Compensate {
     fn show_control(&self, model: &Bundle, is_planned: bool, printer: &Printer) {
         let learned = model.manifest.control.as_ref().filter(|_| is_planned);
         if let Some(machine) = &self.machine {
-            learned.iter().for_each(|_| printer.line(print::control_unused(machine)));
+            learned.iter().for_each(|_| printer.line(control::control_unused(machine)));
             return;
         }
         if model.manifest.limits_from_log {
-            printer.line(print::LIMITS_FROM_LOG);
+            printer.line(control::LIMITS_FROM_LOG);
         }
-        learned.iter().for_each(|control| printer.line(print::control_fidelity(control)));
+        learned.iter().for_each(|control| printer.line(control::control_fidelity(control)));
     }
 
     /// The input as it is to be written; with --reference as the control ran it.
@@ -252,10 +255,9 @@ impl Compensate {
         }
         let log = read::log_to_measure(log, &self.columns.options(), printer)?;
         let recorded = as_recorded(input, model, &log)?;
-        print_recorded(&recorded).into_iter().for_each(|line| printer.line(line));
-        let keeps_feeds = |written: RefitSettings| written.encoding == TimeEncoding::Keep;
-        let replans = recorded.input.part().is_some_and(|part| !part.states_times()) && format.program().is_some_and(keeps_feeds);
-        let warning = recorded_warning(&recorded, replans);
+        control::recorded(&recorded).into_iter().for_each(|line| printer.line(line));
+        let replans = recorded.input.part().zip(format.program()).is_some_and(|(part, written)| is_replanned(part, written));
+        let warning = control::recorded_warning(&recorded, replans);
         warning.iter().for_each(|warning| printer.line(format!("warning: {warning}")));
         Ok((recorded.input, Some(Record { readback: recorded.readback, warning })))
     }
@@ -311,16 +313,16 @@ impl Compensate {
     }
 
     fn show_output(&self, output: &Output, outcome: &Outcome, printer: &Printer) {
-        printer.line(print::written(output.largest_shift_mm, &self.out));
+        printer.line(written::written(output.largest_shift_mm, &self.out));
         if outcome.gained && output.largest_shift_mm > AT_BOUND * outcome.max_shift {
             printer.line(print::cut_off(outcome.max_shift));
         }
-        output.setpoints.iter().flat_map(print::setpoints).for_each(|line| printer.line(line));
+        output.setpoints.iter().flat_map(written::setpoints).for_each(|line| printer.line(line));
     }
 
     fn json(&self, input: &Input, outcome: &Outcome, output: &Output, expected: Option<&Expectation>) -> Value {
         let format = output.format.filter(|_| outcome.gained || output.setpoints.is_some());
-        let setpoints = output.setpoints.as_ref().map(print::setpoints_json);
+        let setpoints = output.setpoints.as_ref().map(written::setpoints_json);
         let [before, after] = outcome.figures();
         json!({
             "changed": outcome.gained,

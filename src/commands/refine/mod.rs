@@ -25,8 +25,8 @@ use crate::kind::Kind;
 use crate::numbers;
 use crate::output::{Outputs, Printer, Refusal, Usage, read_file};
 use crate::output_format;
-use crate::print::compensation::{setpoints, setpoints_json};
 use crate::print::figures::{contour_json, orientation_json, text};
+use crate::print::written::{setpoints, setpoints_json};
 use crate::read;
 use crate::report::{Group, Run, Track, over_runs, sections};
 
