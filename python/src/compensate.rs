@@ -13,9 +13,10 @@ use pipeline::windows::{Joined, LongProgram};
 use pipeline::{Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, model_based_ilc};
 use precomp::Chosen;
 use precomp::output::{Printer, Usage};
-use precomp::print::compensation as print;
+use precomp::print::control::{LIMITS_FROM_LOG, control_fidelity, recorded as print_recorded};
 use precomp::print::figures::{contour_json, orientation_json};
-use precomp::print::measurement::{readback_json, recorded as print_recorded};
+use precomp::print::measurement::readback_json;
+use precomp::print::{compensation as print, program, written};
 use precomp::read::Source;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -205,7 +206,7 @@ impl Job<'_> {
         }
         let (input, read_back) = self.in_recorded_time(input, &format, &printer)?;
         if let Some(part) = input.part().filter(|_| self.options.program.dialect.is_none() && self.setup.dialect.is_none()) {
-            print::show_dialect(&printer, &part.program, &part.options);
+            program::show_dialect(&printer, &part.program, &part.options);
         }
         let terms = PositionTerms::of(self.model, &input)?;
         print::show_unknown(&printer, &input, &self.setup, terms.as_ref());
@@ -218,11 +219,11 @@ impl Job<'_> {
             (None, None) => Content::Reference(outcome.reference.clone()),
             _ => Content::Text(output.content),
         };
-        let setpoints = output.setpoints.as_ref().map(print::setpoints_json);
+        let setpoints = output.setpoints.as_ref().map(written::setpoints_json);
         if outcome.gained && output.largest_shift_mm > precomp::AT_BOUND * outcome.max_shift {
             printer.line(print::cut_off(outcome.max_shift));
         }
-        output.setpoints.iter().flat_map(print::setpoints).for_each(|line| printer.line(line));
+        output.setpoints.iter().flat_map(written::setpoints).for_each(|line| printer.line(line));
         let figures = json!({
             "changed": outcome.gained,
             "law": LawName::from(self.options.law),
@@ -243,7 +244,7 @@ impl Job<'_> {
             "feeds": feeds,
             "left_out": terms.as_ref().map(print::position_terms_json),
             "reference": read_back,
-            "program": input.part().zip(lines(&input, &content)).map(|(part, lines)| print::summary_json(part, &outcome, lines)),
+            "program": input.part().zip(lines(&input, &content)).map(|(part, lines)| written::summary_json(part, &outcome, lines)),
         });
         let name = input.name().to_owned();
         let is_changed = outcome.gained;
@@ -270,7 +271,7 @@ impl Job<'_> {
     ) -> Result<Compensated> {
         let whole = long.whole();
         if self.options.program.dialect.is_none() && self.setup.dialect.is_none() {
-            print::show_dialect(&printer, &whole.program, &whole.options);
+            program::show_dialect(&printer, &whole.program, &whole.options);
         }
         self.show_limits(&printer, true);
         let joined = long.compensate(self.model, &self.options.settings(), format, progress)?;
@@ -335,10 +336,10 @@ impl Job<'_> {
 
     fn show_limits(&self, printer: &Printer, is_planned: bool) {
         if self.model.manifest.limits_from_log && self.own_machine {
-            printer.line(print::LIMITS_FROM_LOG);
+            printer.line(LIMITS_FROM_LOG);
         }
         if let Some(control) = self.model.manifest.control.as_ref().filter(|_| self.own_machine && is_planned) {
-            printer.line(print::control_fidelity(control));
+            printer.line(control_fidelity(control));
         }
     }
 }
