@@ -3,32 +3,41 @@
 use std::ops::Range;
 
 use models::{AxisSignal, Bundle, PEAK_S, Spread};
+use motion::contour::turns;
 use motion::{DesiredPath, Trajectory, Vec3};
 use serde::Serialize;
 
 use crate::error::Result;
 use crate::input::Input;
-use crate::statistics::{contour_errors, counts};
+use crate::statistics::{SampleErrors, counts};
 
-/// Expected figure of a run with its 90 % prediction interval, mm.
+/// Expected figure of a run with its 90 % prediction interval; mm of the tip, rad of the direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Expected {
-    /// 5th percentile, mm.
+    /// 5th percentile.
     pub low: f64,
-    /// Median, mm.
+    /// Median.
     pub middle: f64,
-    /// 95th percentile, mm.
+    /// 95th percentile.
     pub high: f64,
 }
 
-/// Expected contour error of the tool tip in a run: the forecast error plus model errors as large as those on held-out
-/// runs of the training.
+/// Expected figures of an error; mm of the tip, rad of the direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedFigures {
+    /// Expected RMS.
+    pub rms: Expected,
+    /// Expected largest error.
+    pub max: Expected,
+}
+
+/// Expected errors in a run: those of the forecast plus model errors as large as those on held-out runs of the training.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
-    /// Expected RMS, mm.
-    pub rms: Expected,
-    /// Expected largest error, mm.
-    pub max: Expected,
+    /// Contour error of the tool tip, mm.
+    pub tip: ExpectedFigures,
+    /// Error of the tool's direction, rad; `None` on a machine without rotary axes.
+    pub direction: Option<ExpectedFigures>,
 }
 
 /// Largest correlation between the forecast error and the model's error in nine runs of ten, and the model's error on a program where it is smallest, as a
@@ -37,7 +46,7 @@ pub struct Expectation {
 const CORRELATION: f64 = 0.25;
 const LEAST_SHARE: f64 = 0.75;
 
-/// Step of an axis for its numerical effect on the tool tip, mm or rad.
+/// Step of an axis for its numerical effect on the tool, mm or rad.
 const STEP: f64 = 1e-4;
 
 impl Expectation {
@@ -48,7 +57,8 @@ impl Expectation {
     /// plan is then the larger one, and is not known.
     ///
     /// The error of an axis counts perpendicular to the path: with the direction of motion `t` and the tip displacement
-    /// `J` per unit of the axis, `|J − t(t·J)|`. Errors of axes are assumed independent, so that their squares add; those of forecast and model may have a
+    /// `J` per unit of the axis, `|J − t(t·J)|`; of the tool axis, which turns by `W` per unit of way, with its turn `G` per unit of the axis,
+    /// `|G − W(t·J)|`, and where it turns about a tip that hardly moves, `G` perpendicular to the turn. Errors of axes are assumed independent, so that their squares add; those of forecast and model may have a
     /// part in common, of either sign.
     ///
     /// # Errors
@@ -64,12 +74,9 @@ impl Expectation {
 /// What [`Expectation`] is computed from, over one or several ranges of samples.
 #[derive(Debug, Default)]
 pub(crate) struct ExpectationSum<'a> {
-    /// Number of samples that count, and the sum of the squares of their forecast errors, mm².
-    samples: usize,
-    forecast_square: f64,
-    /// Sum of the squares of every axis's error perpendicular to the path, mm², and its distribution.
-    axes: Vec<(f64, &'a Spread)>,
-    segments: Vec<Segment>,
+    tip: ErrorSum<'a>,
+    /// Nothing on a machine without rotary axes.
+    direction: ErrorSum<'a>,
 }
 
 impl<'a> ExpectationSum<'a> {
@@ -90,21 +97,54 @@ impl<'a> ExpectationSum<'a> {
         if counted.is_empty() || axes.is_empty() {
             return Ok(Self::default());
         }
-        let errors = contour_errors(desired, forecast)?;
-        let forecast_mm: Vec<f64> = counted.iter().map(|k| errors[*k].magnitude_mm).collect();
-        let across = across(desired, &axes, &counted);
+        let errors = SampleErrors::of(desired, forecast)?;
+        let [tip, direction] = effects(desired, &axes, &counted);
         let samples = (PEAK_S / desired.trajectory().period_s()).round().max(1.0) as usize;
-        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let sum = |of_axes: Vec<Vec<f64>>, errors: &[f64]| {
+            ErrorSum::of(&axes, &of_axes, counted.iter().map(|k| errors[*k]).collect(), samples)
+        };
         Ok(Self {
-            samples: counted.len(),
-            forecast_square: square(&forecast_mm),
-            axes: axes.iter().zip(&across).map(|(axis, across)| (square(across), axis.spread)).collect(),
-            segments: segments(&across, &forecast_mm, samples),
+            tip: sum(tip, &errors.magnitudes_mm().collect::<Vec<f64>>()),
+            direction: errors.direction_rad().map(|errors| sum(direction, errors)).unwrap_or_default(),
         })
     }
 
     /// Adds another range of the same path.
     pub(crate) fn add(&mut self, other: Self) {
+        self.tip.add(other.tip);
+        self.direction.add(other.direction);
+    }
+
+    /// The expected figures; `None` without a sample.
+    pub(crate) fn expectation(&self) -> Option<Expectation> {
+        Some(Expectation { tip: self.tip.figures()?, direction: self.direction.figures() })
+    }
+}
+
+/// The sums of one error: of the tip, mm, or of the direction, rad.
+#[derive(Debug, Default)]
+struct ErrorSum<'a> {
+    /// Number of samples that count, and the sum of the squares of their forecast errors.
+    samples: usize,
+    forecast_square: f64,
+    /// Sum of the squares of what every axis's error does, and its distribution.
+    axes: Vec<(f64, &'a Spread)>,
+    segments: Vec<Segment>,
+}
+
+impl<'a> ErrorSum<'a> {
+    /// The sums of the forecast's errors and of what every axis's error does, in segments of `samples` samples.
+    fn of(axes: &[AxisError<'a>], of_axes: &[Vec<f64>], forecast: Vec<f64>, samples: usize) -> Self {
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        Self {
+            samples: forecast.len(),
+            forecast_square: square(&forecast),
+            axes: axes.iter().zip(of_axes).map(|(axis, of_axis)| (square(of_axis), axis.spread)).collect(),
+            segments: segments(of_axes, &forecast, samples),
+        }
+    }
+
+    fn add(&mut self, other: Self) {
         self.samples += other.samples;
         self.forecast_square += other.forecast_square;
         self.segments.extend(other.segments);
@@ -116,8 +156,8 @@ impl<'a> ExpectationSum<'a> {
     }
 
     /// The expected figures; `None` without a sample.
-    pub(crate) fn expectation(&self) -> Option<Expectation> {
-        (self.samples > 0).then(|| Expectation { rms: self.rms(), max: self.max() })
+    fn figures(&self) -> Option<ExpectedFigures> {
+        (self.samples > 0).then(|| ExpectedFigures { rms: self.rms(), max: self.max() })
     }
 
     /// Expected RMS, from the forecast error and the errors of all axes.
@@ -145,27 +185,27 @@ impl<'a> ExpectationSum<'a> {
         }
     }
 
-    /// Least largest error, mm: that of the model alone, or the largest forecast that its error makes smaller.
+    /// Least largest error: that of the model alone, or the largest forecast that its error makes smaller.
     fn least(&self) -> f64 {
-        let alone = self.quantile(0.05, |max_mm, _| Some(max_mm), |spread| LEAST_SHARE * spread.multiples()[0]);
-        let rms_mm = |segment: &Segment| segment.axes_mm.iter().map(|rms| rms * rms).sum::<f64>().sqrt();
-        self.segments.iter().map(|segment| segment.forecast_mm - rms_mm(segment)).fold(alone, f64::max)
+        let alone = self.quantile(0.05, |max, _| Some(max), |spread| LEAST_SHARE * spread.multiples()[0]);
+        let rms = |segment: &Segment| segment.axes.iter().map(|rms| rms * rms).sum::<f64>().sqrt();
+        self.segments.iter().map(|segment| segment.forecast - rms(segment)).fold(alone, f64::max)
     }
 
-    /// Quantile of the largest error, mm: the bound that a share `share` of the runs does not exceed. `model_mm` gives the error of the model with which a
+    /// Quantile of the largest error: the bound that a share `share` of the runs does not exceed. `model` gives the error of the model with which a
     /// forecast comes to a largest error, `times` scales the expected errors. The peaks of different axes and segments are independent.
-    fn quantile(&self, share: f64, model_mm: impl Fn(f64, f64) -> Option<f64>, times: impl Fn(&Spread) -> f64) -> f64 {
-        let below = |max_mm: f64| -> f64 {
+    fn quantile(&self, share: f64, model: impl Fn(f64, f64) -> Option<f64>, times: impl Fn(&Spread) -> f64) -> f64 {
+        let below = |max: f64| -> f64 {
             let one = |segment: &Segment| {
-                let Some(model_mm) = model_mm(max_mm, segment.forecast_mm) else { return 0.0 };
-                let axis = |(rms_mm, (_, spread)): (&f64, &(f64, &Spread))| {
-                    if *rms_mm > 0.0 { spread.below(model_mm / (rms_mm * times(spread))) } else { 1.0 }
+                let Some(model) = model(max, segment.forecast) else { return 0.0 };
+                let axis = |(rms, (_, spread)): (&f64, &(f64, &Spread))| {
+                    if *rms > 0.0 { spread.below(model / (rms * times(spread))) } else { 1.0 }
                 };
-                segment.axes_mm.iter().zip(&self.axes).map(axis).product::<f64>()
+                segment.axes.iter().zip(&self.axes).map(axis).product::<f64>()
             };
             self.segments.iter().map(one).product()
         };
-        let mut high = self.segments.iter().map(|segment| segment.forecast_mm).fold(1e-6, f64::max);
+        let mut high = self.segments.iter().map(|segment| segment.forecast).fold(1e-6, f64::max);
         while below(high) < share && high < 1e6 {
             high *= 2.0;
         }
@@ -178,15 +218,15 @@ impl<'a> ExpectationSum<'a> {
     }
 }
 
-/// Error of the model with which a forecast comes to a largest error, mm, where it is across the forecast error; `None` where that is larger.
-fn across_of(max_mm: f64, forecast_mm: f64) -> Option<f64> {
-    let square = max_mm * max_mm - forecast_mm * forecast_mm;
+/// Error of the model with which a forecast comes to a largest error, where it is across the forecast error; `None` where that is larger.
+fn across_of(max: f64, forecast: f64) -> Option<f64> {
+    let square = max * max - forecast * forecast;
     (square >= 0.0).then(|| square.sqrt())
 }
 
 /// The same where it is along the forecast error.
-fn along_of(max_mm: f64, forecast_mm: f64) -> Option<f64> {
-    Some(max_mm - forecast_mm).filter(|model_mm| *model_mm >= 0.0)
+fn along_of(max: f64, forecast: f64) -> Option<f64> {
+    Some(max - forecast).filter(|model| *model >= 0.0)
 }
 
 /// Error distribution of the model on an axis.
@@ -211,46 +251,54 @@ fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory
     Some(axes)
 }
 
-/// Expected error of every axis perpendicular to the path at the samples that count, mm.
-fn across(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> Vec<Vec<f64>> {
-    let (path, kinematics) = (desired.trajectory(), desired.kinematics());
-    let tip = |k: usize| desired.poses()[k].tip;
-    let direction = |k: usize| (tip((k + 1).min(path.len() - 1)) - tip(k.saturating_sub(1))).try_normalize(1e-9);
-    let of = |axis: &AxisError<'_>| {
-        let effect = |k: usize| -> Vec3 {
-            if let Some(slot) = path.axes()[axis.axis].slot().filter(|_| !kinematics.has_rotary_axes()) {
-                return Vec3::from_fn(|row, _| f64::from(u8::from(row == slot)));
-            }
-            let mut joints: Vec<f64> = path.at(k).collect();
-            joints[axis.axis] += STEP;
-            (kinematics.forward(&joints).tip - tip(k)) / STEP
-        };
-        let size = |k: &usize| {
-            let effect = effect(*k);
-            let along = direction(*k).map_or(Vec3::zeros(), |t| t * t.dot(&effect));
-            (effect - along).norm() * axis.rms[*k]
-        };
-        counted.iter().map(size).collect()
+/// What the expected error of every axis does to the tip, mm, and to the tool axis, rad, at the samples that count: see [`Expectation::of`].
+fn effects(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> [Vec<Vec<f64>>; 2] {
+    let (path, kinematics, poses) = (desired.trajectory(), desired.kinematics(), desired.poses());
+    let turning = kinematics.has_rotary_axes();
+    let mut turns_at = vec![false; if turning { path.len() } else { 0 }];
+    if turning {
+        turns(poses).into_iter().for_each(|turn| turns_at[turn].fill(true));
+    }
+    let of_unit = |axis: usize, k: usize| -> [Vec3; 2] {
+        if let Some(slot) = path.axes()[axis].slot().filter(|_| !turning) {
+            return [Vec3::from_fn(|row, _| f64::from(u8::from(row == slot))), Vec3::zeros()];
+        }
+        let mut joints: Vec<f64> = path.at(k).collect();
+        joints[axis] += STEP;
+        let moved = kinematics.forward(&joints);
+        [(moved.tip - poses[k].tip) / STEP, (moved.tool - poses[k].tool) / STEP]
     };
-    axes.iter().map(of).collect()
+    // Share of the step of one that is along the other, and what is left of the first.
+    let share = |of: &Vec3, along: &Vec3| if along.norm() > 2e-9 { of.dot(along) / along.norm_squared() } else { 0.0 };
+    let at = |axis: &AxisError<'_>, k: usize| -> [f64; 2] {
+        let (before, after) = (&poses[k.saturating_sub(1)], &poses[(k + 1).min(poses.len() - 1)]);
+        let (way, turn) = (after.tip - before.tip, after.tool - before.tool);
+        let [tip, tool] = of_unit(axis.axis, k);
+        let along = share(&tip, &way);
+        let late = if turning && turns_at[k] { share(&tool, &turn) } else { along };
+        [(tip - way * along).norm() * axis.rms[k], (tool - turn * late).norm() * axis.rms[k]]
+    };
+    let of = |axis: &AxisError<'_>| -> (Vec<f64>, Vec<f64>) { counted.iter().map(|k| at(axis, *k).into()).unzip() };
+    let (tip, direction) = axes.iter().map(of).unzip();
+    [tip, direction]
 }
 
 /// Half a second of a run.
 #[derive(Debug)]
 struct Segment {
-    /// Largest error of the forecast, mm.
-    forecast_mm: f64,
-    /// Largest expected RMS of every axis's model error perpendicular to the path, mm.
-    axes_mm: Vec<f64>,
+    /// Largest error of the forecast.
+    forecast: f64,
+    /// Largest expected RMS of what every axis's model error does.
+    axes: Vec<f64>,
 }
 
 /// Segments of `samples` samples.
-fn segments(across: &[Vec<f64>], forecast_mm: &[f64], samples: usize) -> Vec<Segment> {
+fn segments(of_axes: &[Vec<f64>], forecast: &[f64], samples: usize) -> Vec<Segment> {
     let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
     let segment = |from: usize| {
-        let range = from..(from + samples).min(forecast_mm.len());
-        let axes_mm = across.iter().map(|of| largest(&of[range.clone()])).collect();
-        Segment { forecast_mm: largest(&forecast_mm[range]), axes_mm }
+        let range = from..(from + samples).min(forecast.len());
+        let axes = of_axes.iter().map(|of| largest(&of[range.clone()])).collect();
+        Segment { forecast: largest(&forecast[range]), axes }
     };
-    (0..forecast_mm.len()).step_by(samples).map(segment).collect()
+    (0..forecast.len()).step_by(samples).map(segment).collect()
 }

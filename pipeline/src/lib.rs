@@ -32,7 +32,7 @@ pub mod units;
 pub mod windows;
 
 pub use error::{Error, ProgramFault, Result, VerifyError};
-pub use expectation::{Expectation, Expected};
+pub use expectation::{Expectation, Expected, ExpectedFigures};
 pub use forecast::{Columns, Forecast, forecast};
 pub use input::{Input, TimedPath};
 pub use model_based_ilc::model_based_ilc;

@@ -1,7 +1,7 @@
 //! Error figures of a run: RMS, MAX and 95th percentile of contour and orientation error.
 
 use motion::contour::{
-    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, LEVER_MM, at_places, follow_poses, orientation_errors,
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, LEVER_MM, at_places, follow_axes, orientation_errors,
     poses_at_places, summary, summary_of,
 };
 use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
@@ -37,8 +37,7 @@ pub fn contour_errors_along(
         let path_positions = (0..path.len()).map(|k| k as f64).collect();
         return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, path_positions));
     }
-    let commanded = poses_of(reference, desired.kinematics().as_ref())?;
-    let path_positions = follow_poses(&commanded, desired.poses())?;
+    let path_positions = follow_axes(reference, desired)?;
     Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &path_positions))?, path_positions))
 }
 
@@ -153,6 +152,11 @@ impl SampleErrors {
     /// Contour error of every sample, mm.
     pub(crate) fn magnitudes_mm(&self) -> impl Iterator<Item = f64> {
         self.tip.iter().map(|error| error.magnitude_mm)
+    }
+
+    /// Error of the direction of every sample, rad; `None` on a machine without rotary axes.
+    pub(crate) fn direction_rad(&self) -> Option<&[f64]> {
+        self.direction_rad.as_deref()
     }
 
     /// Same as [`SampleErrors::figures`], of the part of the tip's errors that exceeds `unavoidable_mm`; all of it where that is empty.

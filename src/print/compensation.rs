@@ -4,7 +4,7 @@ use models::Outside;
 use motion::contour::ContourSummary;
 use pipeline::model_based_ilc::{BesideUnchanged, Outcome};
 use pipeline::units::{ErrorUnit, um};
-use pipeline::{Expectation, Expected, Input, Part, PositionTerms, Setup, travel};
+use pipeline::{Expectation, Expected, ExpectedFigures, Input, Part, PositionTerms, Setup, travel};
 use serde_json::{Map, Value, json};
 
 use super::figures::contour_json;
@@ -165,16 +165,32 @@ pub fn position_terms_json(terms: &PositionTerms) -> Value {
     })
 }
 
-/// What a run is expected to come to: "0.24 µm RMS (0.20 to 0.31), 0.90 µm MAX (0.70 to 1.40)".
+/// What a run is expected to come to: "0.24 µm RMS (0.20 to 0.31), 0.90 µm MAX (0.70 to 1.40)", with the tool's direction where it turns.
 pub fn expectation(expected: &Expectation) -> String {
-    let one = |of: Expected, name: &str| format!("{} µm {name} ({} to {})", um(of.middle), um(of.low), um(of.high));
-    format!("{}, {}", one(expected.rms, "RMS"), one(expected.max, "MAX"))
+    let figures = |of: &ExpectedFigures, unit: ErrorUnit| {
+        let one = |of: Expected, name: &str| {
+            let [low, high] = [of.low, of.high].map(|value| unit.number(value));
+            format!("{} {name} ({low} to {high})", unit.text(of.middle))
+        };
+        format!("{}, {}", one(of.rms, "RMS"), one(of.max, "MAX"))
+    };
+    let direction = expected.direction.map(|of| format!("; tool direction {}", figures(&of, ErrorUnit::Microradian)));
+    figures(&expected.tip, ErrorUnit::Micrometre) + &direction.unwrap_or_default()
 }
 
 /// The same as JSON, µm.
 pub fn expectation_json(expected: &Expectation) -> Value {
-    let one = |of: Expected| json!({ "low": of.low * 1e3, "middle": of.middle * 1e3, "high": of.high * 1e3 });
-    json!({ "rms": one(expected.rms), "max": one(expected.max) })
+    expected_json(&expected.tip, ErrorUnit::Micrometre)
+}
+
+/// The same of the tool's direction, µrad; `null` where it does not turn.
+pub fn expected_orientation_json(expected: Option<&Expectation>) -> Value {
+    expected.and_then(|expected| expected.direction).map_or(Value::Null, |of| expected_json(&of, ErrorUnit::Microradian))
+}
+
+fn expected_json(of: &ExpectedFigures, unit: ErrorUnit) -> Value {
+    let one = |of: Expected| json!({ "low": unit.value(of.low), "middle": unit.value(of.middle), "high": unit.value(of.high) });
+    json!({ "rms": one(of.rms), "max": one(of.max) })
 }
 
 pub const NO_GAIN: &str = "the model predicts no gain worth having";

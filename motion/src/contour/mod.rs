@@ -16,14 +16,14 @@ mod turns;
 pub use estimators::{
     Exact, ExactOnCurve, ExactStream, HermiteFootPoint, Horizon, MovingWindow, OsculatingCircle, SplineSearch, Tangent, Window,
 };
-pub use matching::{AlignSettings, AlignedBy, Alignment, align, at_places, follow, follow_poses, poses_at_places};
+pub use matching::{AlignSettings, AlignedBy, Alignment, align, at_places, follow, follow_axes, poses_at_places};
 pub use spline::SampledSpline;
 pub use statistics::{
     CirclePlane, CircularTest, ContourSummary, DirectionFigures, NominalCircle, OrientationError, PAPER_B_RATIO, PAPER_B_SUPPORT,
     SupportRegion, TableRow, circular_test, corner_flags, corner_ratios, orientation_errors, sample_estimators, stretches,
     summary, summary_by_length, summary_of, table_row,
 };
-pub use turns::{LEVER_MM, turns};
+pub use turns::{LEVER_MM, Turning, turns};
 
 use crate::{MotionError, Vec3};
 

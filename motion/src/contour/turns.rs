@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::Pose;
+use crate::{Pose, Vec3};
 
 /// Lever at which a turn of the tool counts as a way of its tip, mm: the depth of cut of a side mill.
 pub const LEVER_MM: f64 = 20.0;
@@ -19,15 +19,34 @@ const PATIENCE: usize = 8;
 /// Samples by which a run may be late or early.
 const LATE: usize = 100;
 
+/// A place on a path that is known by the tool's tip and by how far something has turned.
+pub trait Turning {
+    /// Tool tip, mm.
+    fn tip(&self) -> Vec3;
+    /// Tool axis, or angles, rad.
+    fn turned(&self) -> Vec3;
+}
+
+/// Turned is the tool.
+impl Turning for Pose {
+    fn tip(&self) -> Vec3 {
+        self.tip
+    }
+
+    fn turned(&self) -> Vec3 {
+        self.tool
+    }
+}
+
 /// The samples of turns about tips that hardly move, with the samples before and after them.
 #[must_use]
-pub fn turns(poses: &[Pose]) -> Vec<Range<usize>> {
+pub fn turns(poses: &[impl Turning]) -> Vec<Range<usize>> {
     let mut turns: Vec<Range<usize>> = Vec::new();
     for from in 0..poses.len().saturating_sub(1) {
         let to = (from + SPAN).min(poses.len() - 1);
         let (a, b) = (&poses[from], &poses[to]);
-        let way_mm = LEVER_MM * (b.tool - a.tool).norm();
-        if way_mm > 0.0 && (b.tip - a.tip).norm() <= HARDLY * way_mm {
+        let way_mm = LEVER_MM * (b.turned() - a.turned()).norm();
+        if way_mm > 0.0 && (b.tip() - a.tip()).norm() <= HARDLY * way_mm {
             match turns.last_mut() {
                 Some(last) if from < last.end => last.end = to + 1,
                 _ => turns.push(from..to + 1),
@@ -66,30 +85,29 @@ pub(super) fn turn_at(turns: &[Turn], sample: usize) -> Option<&Range<usize>> {
     (away(&near) <= LATE).then_some(&near.samples)
 }
 
-/// Distance of two poses, mm: a share of that of the tips, and that of the tool axes at the lever.
-pub(super) fn apart_mm(a: &Pose, b: &Pose) -> f64 {
-    (TIP_SHARE * (a.tip - b.tip).norm()).hypot(LEVER_MM * (a.tool - b.tool).norm())
+/// Distance of two places, mm: a share of that of the tips, and that of the turn at the lever.
+pub(super) fn apart_mm(a: &impl Turning, b: &impl Turning) -> f64 {
+    (TIP_SHARE * (a.tip() - b.tip()).norm()).hypot(LEVER_MM * (a.turned() - b.turned()).norm())
 }
 
-/// Nearest pose to `pose` on the lines between those of a turn, and its position as a sample index with fraction; sought from sample `start` on to either side.
+/// Nearest place to `place` on the lines between those of a turn, as a sample index with fraction; sought from sample `start` on to either side.
 /// `None` where the turn holds no line.
-pub(super) fn nearest(path: &[Pose], turn: &Range<usize>, start: usize, pose: &Pose) -> Option<(Pose, f64)> {
+pub(super) fn nearest<T: Turning>(path: &[T], turn: &Range<usize>, start: usize, place: &T) -> Option<f64> {
     let last = turn.end.checked_sub(2).filter(|last| *last >= turn.start)?;
     let on = |k: usize| {
-        let (from, to) = (&path[k], &path[k + 1]);
-        let weighted = |a: &Pose, b: &Pose| (TIP_SHARE * (b.tip - a.tip), LEVER_MM * (b.tool - a.tool));
-        let ((tip, tool), (off, turned)) = (weighted(from, to), weighted(from, pose));
-        let square = tip.norm_squared() + tool.norm_squared();
-        let share = if square > 0.0 { ((off.dot(&tip) + turned.dot(&tool)) / square).clamp(0.0, 1.0) } else { 0.0 };
-        let tool = from.tool.lerp(&to.tool, share).try_normalize(0.0).unwrap_or(from.tool);
-        (Pose { tip: from.tip.lerp(&to.tip, share), tool }, k as f64 + share)
+        let weighted = |a: &T, b: &T| (TIP_SHARE * (b.tip() - a.tip()), LEVER_MM * (b.turned() - a.turned()));
+        let ((tip, turned), (off, off_turned)) = (weighted(&path[k], &path[k + 1]), weighted(&path[k], place));
+        let square = tip.norm_squared() + turned.norm_squared();
+        let share = if square > 0.0 { ((off.dot(&tip) + off_turned.dot(&turned)) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let apart = (off - tip * share).norm_squared() + (off_turned - turned * share).norm_squared();
+        (apart, k as f64 + share)
     };
     let start = start.clamp(turn.start, last);
     let mut best = on(start);
     let mut seek = |segments: &mut dyn Iterator<Item = usize>| {
         let mut idle = 0;
         for found in segments.map(on) {
-            idle = if apart_mm(pose, &found.0) < apart_mm(pose, &best.0) { 0 } else { idle + 1 };
+            idle = if found.0 < best.0 { 0 } else { idle + 1 };
             if idle == 0 {
                 best = found;
             }
@@ -100,5 +118,5 @@ pub(super) fn nearest(path: &[Pose], turn: &Range<usize>, start: usize, pose: &P
     };
     seek(&mut (start + 1..=last));
     seek(&mut (turn.start..start).rev());
-    Some(best)
+    Some(best.1)
 }

@@ -1,6 +1,6 @@
 //! Replanning of a compensated program by a control: a new feed profile for the moved points.
 
-use motion::contour::follow_poses;
+use motion::contour::follow_axes;
 use motion::{MotionError, Trajectory};
 
 use super::rerun::rerun;
@@ -32,7 +32,7 @@ impl<'a> Replanned<'a> {
             let (command, path_positions) = rerun(recorded, recording, &planned, &shifts)?;
             return Ok(Self { original: part, command, path_positions });
         }
-        let path_positions = follow_poses(planned.plan.desired.poses(), part.plan.desired.poses())?;
+        let path_positions = follow_axes(planned.plan.desired.trajectory(), &part.plan.desired)?;
         let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
         Ok(Self { original: part, command, path_positions })
     }

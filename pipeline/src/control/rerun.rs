@@ -1,6 +1,6 @@
 //! What a control is to command for another version of a program of which it ran one: its own command, plus the difference of the plans.
 
-use motion::contour::follow_poses;
+use motion::contour::follow_axes;
 use motion::{MotionError, Trajectory, cubic};
 
 use crate::error::Result;
@@ -27,7 +27,7 @@ pub(super) fn rerun(
     shifts: &[Vec<f64>],
 ) -> Result<(Trajectory, Vec<f64>)> {
     let plan = &recording.plan.desired;
-    let follows = follow_poses(version.plan.desired.poses(), plan.poses())?;
+    let follows = follow_axes(version.plan.desired.trajectory(), plan)?;
     // For every sample of the plan the instant at which the version is there, in samples.
     let passes = instants(plan.trajectory(), &follows);
     let there: Vec<f64> = recording.path_positions.iter().map(|at| linear(&passes, *at)).collect();
@@ -108,7 +108,7 @@ mod tests {
     /// The command of a slow control for [`PART`], and what it says beside the plan of a fast one.
     fn recorded() -> (Trajectory, Recording) {
         let (run, part) = (planned(PART, 150.0).plan.desired, planned(PART, 800.0));
-        let path_positions = follow_poses(run.poses(), part.plan.desired.poses()).unwrap();
+        let path_positions = follow_axes(run.trajectory(), &part.plan.desired).unwrap();
         let away = vec![1.0; path_positions.len()];
         let recording = Recording { desired: run.clone(), plan: part.plan, command: None, away, path_positions };
         (run.trajectory().clone(), recording)

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use datasets::Log;
-use motion::contour::{AlignSettings, align, at_places, follow_poses};
-use motion::{Axis, DesiredPath, Trajectory, Vec3, poses_of};
+use motion::contour::{AlignSettings, align, at_places, follow, follow_axes};
+use motion::{Axis, DesiredPath, Trajectory, Vec3};
 
 use crate::error::Result;
 
@@ -154,10 +154,14 @@ fn delay_and_offset(desired: &DesiredPath, path: &[Vec3], commanded: &[Vec3], pe
 }
 
 fn by_position(desired: &DesiredPath, command: &Trajectory, offset: Vec3) -> Result<Match> {
-    let mut commanded = poses_of(command, desired.kinematics().as_ref())?;
-    commanded.iter_mut().for_each(|pose| pose.tip -= offset);
-    let path_positions = follow_poses(&commanded, desired.poses())?;
-    let path = at_places(&desired.tips(), &path_positions);
+    let path = desired.tips();
+    let path_positions = if offset.norm() > 0.0 {
+        let commanded: Vec<Vec3> = desired.tips_of(command)?.into_iter().map(|tip| tip - offset).collect();
+        follow(&commanded, &path)?
+    } else {
+        follow_axes(command, desired)?
+    };
+    let path = at_places(&path, &path_positions);
     Ok(Match { delay_s: None, offset, path_positions, path })
 }
 

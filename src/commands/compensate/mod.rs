@@ -343,6 +343,7 @@ impl Compensate {
                 "after": contour_json(&outcome.after.tip),
             })),
             "expected_contour_um": expected.map(print::expectation_json),
+            "expected_orientation_urad": print::expected_orientation_json(expected),
             "beside_unchanged": outcome.beside_unchanged.map(|beside| json!({
                 "line": beside.line, "max_um": beside.max_mm * 1e3, "elsewhere_max_um": beside.elsewhere_mm * 1e3,
             })),

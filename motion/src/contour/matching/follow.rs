@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::contour::spline::hermite;
-use crate::contour::turns::{nearest, turns};
-use crate::{MotionError, Pose, Vec3};
+use crate::contour::turns::{Turning, nearest, turns};
+use crate::{AxisKind, DesiredPath, MotionError, Pose, Trajectory, Vec3};
 
 /// Largest correction of a position towards the foot of the perpendicular, as a fraction of its
 /// step.
@@ -53,28 +53,60 @@ pub fn follow(run: &[Vec3], desired: &[Vec3]) -> Result<Vec<f64>, MotionError> {
     Ok(positions)
 }
 
-/// Way along the path within which a turn of the run is one of the path, mm, and how far its tool axes at start and end may be from those, rad.
+/// Way along the path within which a turn of the run is one of the path, mm, and how far its angles at start and end may be from those, rad.
 const SAME_PLACE_MM: f64 = 0.5;
-const SAME_TOOL_RAD: f64 = 0.02;
+const SAME_ANGLE_RAD: f64 = 0.02;
 /// Turns by less are not followed, rad.
 const LEAST_TURN_RAD: f64 = 1e-3;
 
-/// Same as [`follow`], of poses: where the tool turns about a tip that hardly moves, positions are found by its axis.
+/// Tool tip and angles of the rotary axes, rad: a table that turns about the tool's own axis turns neither.
+struct Turned {
+    tip: Vec3,
+    angles: Vec3,
+}
+
+impl Turning for Turned {
+    fn tip(&self) -> Vec3 {
+        self.tip
+    }
+
+    fn turned(&self) -> Vec3 {
+        self.angles
+    }
+}
+
+/// Same as [`follow`], of a command and a path in axis positions: where rotary axes turn about a tip that hardly moves, positions are found by their
+/// angles.
 ///
 /// # Errors
-/// As [`follow`].
-pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionError> {
-    let tips = |poses: &[Pose]| poses.iter().map(|pose| pose.tip).collect::<Vec<Vec3>>();
-    let path = tips(desired);
-    let mut positions = follow(&tips(run), &path)?;
-    let mut there = turns(desired).into_iter().peekable();
-    if there.peek().is_none() {
+/// As [`follow`], and when the axes are not those of the path.
+pub fn follow_axes(run: &Trajectory, desired: &DesiredPath) -> Result<Vec<f64>, MotionError> {
+    let commanded = desired.tips_of(run)?;
+    let path = desired.tips();
+    let mut positions = follow(&commanded, &path)?;
+    if !desired.kinematics().has_rotary_axes() {
         return Ok(positions);
     }
-    let mut ways_mm = vec![0.0; path.len()];
-    (1..path.len()).for_each(|k| ways_mm[k] = ways_mm[k - 1] + (path[k] - path[k - 1]).norm());
+    let turned = |run: &Trajectory, tips: &[Vec3]| -> Vec<Turned> {
+        let rotary = run.axes().iter().zip(run.columns()).filter(|(axis, _)| axis.kind == AxisKind::Rotary);
+        let angles: Vec<&[f64]> = rotary.map(|(_, column)| column.as_slice()).collect();
+        let at = |k: usize| Vec3::from_fn(|row, _| angles.get(row).map_or(0.0, |angles| angles[k]));
+        tips.iter().enumerate().map(|(k, tip)| Turned { tip: *tip, angles: at(k) }).collect()
+    };
+    turn(&mut positions, &turned(run, &commanded), &turned(desired.trajectory(), &path));
+    Ok(positions)
+}
+
+/// Finds the positions of the turns of `run` in those of `desired`.
+fn turn(positions: &mut [f64], run: &[Turned], desired: &[Turned]) {
+    let mut there = turns(desired).into_iter().peekable();
+    if there.peek().is_none() {
+        return;
+    }
+    let mut ways_mm = vec![0.0; desired.len()];
+    (1..desired.len()).for_each(|k| ways_mm[k] = ways_mm[k - 1] + (desired[k].tip - desired[k - 1].tip).norm());
     let way_mm = |position: f64| ways_mm[(position as usize).min(ways_mm.len() - 1)];
-    let apart = |a: &Pose, b: &Pose| (a.tool - b.tool).norm();
+    let apart = |a: &Turned, b: &Turned| (a.angles - b.angles).norm();
     for own in turns(run) {
         let (first, last) = (&run[own.start], &run[own.end - 1]);
         if apart(first, last) < LEAST_TURN_RAD {
@@ -83,8 +115,8 @@ pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionEr
         let at_mm = way_mm(positions[own.start + own.len() / 2]);
         let is_same = |turn: &Range<usize>| {
             (ways_mm[turn.start] - at_mm).abs() <= SAME_PLACE_MM
-                && apart(first, &desired[turn.start]) <= SAME_TOOL_RAD
-                && apart(last, &desired[turn.end - 1]) <= SAME_TOOL_RAD
+                && apart(first, &desired[turn.start]) <= SAME_ANGLE_RAD
+                && apart(last, &desired[turn.end - 1]) <= SAME_ANGLE_RAD
         };
         while there.peek().is_some_and(|turn| ways_mm[turn.start] < at_mm + SAME_PLACE_MM && !is_same(turn)) {
             there.next();
@@ -92,7 +124,7 @@ pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionEr
         let Some(turn) = there.next_if(|turn| is_same(turn)) else { continue };
         for k in own.clone() {
             let guess = turn.start + (k - own.start) * turn.len() / own.len();
-            if let Some((_, position)) = nearest(desired, &turn, guess, &run[k]) {
+            if let Some(position) = nearest(desired, &turn, guess, &run[k]) {
                 positions[k] = position;
             }
         }
@@ -103,7 +135,6 @@ pub fn follow_poses(run: &[Pose], desired: &[Pose]) -> Result<Vec<f64>, MotionEr
         positions[..own.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
         positions[own.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
     }
-    Ok(positions)
 }
 
 /// The desired path at these positions: the target of the run with the timing of the run.
@@ -213,27 +244,28 @@ mod tests {
     }
 
     /// A line of 10 mm, a rest, a turn of 0.3 rad about its end within `turn` samples, a rest and a line; the tip off by up to `off_mm`.
-    fn turned(turn: usize, off_mm: f64) -> Vec<Pose> {
+    fn turned(turn: usize, off_mm: f64) -> Vec<Turned> {
         let ramp = |k: usize, from: usize, samples: usize| (k.saturating_sub(from) as f64 / samples as f64).min(1.0);
-        let pose = |k: usize| {
-            let (sin, cos) = (0.3 * ramp(k, 300, turn)).sin_cos();
+        let place = |k: usize| {
             let (x, y) = (10.0 * ramp(k, 0, 200), 10.0 * ramp(k, 400 + turn, 200));
             let off = off_mm * (0.05 * k as f64).sin();
-            Pose { tip: Vec3::new(x + off, y, off), tool: Vec3::new(sin, 0.0, cos) }
+            Turned { tip: Vec3::new(x + off, y, off), angles: Vec3::new(0.0, 0.3 * ramp(k, 300, turn), 0.0) }
         };
-        (0..600 + turn).map(pose).collect()
+        (0..600 + turn).map(place).collect()
     }
 
     #[test]
-    fn a_turn_about_a_standing_tip_is_followed_by_its_tool_axis() {
+    fn a_turn_about_a_standing_tip_is_followed_by_its_angles() {
+        let tips = |places: &[Turned]| places.iter().map(|place| place.tip).collect::<Vec<_>>();
         let desired = turned(200, 0.0);
-        for turn in [100, 200, 350] {
-            let run = turned(turn, 0.002);
-            let positions = follow_poses(&run, &desired).unwrap();
+        for samples in [100, 200, 350] {
+            let run = turned(samples, 0.002);
+            let mut positions = follow(&tips(&run), &tips(&desired)).unwrap();
+            turn(&mut positions, &run, &desired);
             assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
-            for (k, position) in positions.iter().enumerate().take(290 + turn).skip(310) {
-                let expected = 300.0 + (k - 300) as f64 * 200.0 / turn as f64;
-                assert!((position - expected).abs() < 1.0, "{turn}: {position} for {expected}");
+            for (k, position) in positions.iter().enumerate().take(290 + samples).skip(310) {
+                let expected = 300.0 + (k - 300) as f64 * 200.0 / samples as f64;
+                assert!((position - expected).abs() < 1.0, "{samples}: {position} for {expected}");
             }
         }
     }

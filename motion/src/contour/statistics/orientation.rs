@@ -39,7 +39,13 @@ pub fn orientation_errors(errors: &[ContourError], from: &[Pose], to: &[Pose]) -
         let foot = Pose { tip: error.foot, tool: foot.try_normalize(0.0).unwrap_or(tools[segment]) };
         let [at_foot, at_instant] = [segment, k].map(|sample| turn_at(&turns, sample));
         let near = at_foot.into_iter().chain(at_instant.filter(|turn| Some(*turn) != at_foot));
-        let near = near.filter_map(|turn| Some(nearest(to, turn, k, pose)?.0));
+        let on = |position: f64| {
+            let (at, share) = (position as usize, position.fract());
+            let (from, to) = (&to[at], &to[(at + 1).min(to.len() - 1)]);
+            let tool = from.tool.lerp(&to.tool, share).try_normalize(0.0).unwrap_or(from.tool);
+            Pose { tip: from.tip.lerp(&to.tip, share), tool }
+        };
+        let near = near.filter_map(|turn| nearest(to, turn, k, pose).map(on));
         let nearest =
             near.fold(foot, |best, pose_of| if apart_mm(pose, &pose_of) < apart_mm(pose, &best) { pose_of } else { best });
         OrientationError { vector: pose.tool - nearest.tool, angle_rad: pose.angle_to(&nearest) }
