@@ -1,6 +1,6 @@
 //! Compensation laws: the update of a reference after a run.
 
-use motion::contour::{ContourError, ContourEstimator, orientation_errors, turns};
+use motion::contour::{ContourError, ContourEstimator, axis_turns, orientation_errors};
 use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
 use rayon::prelude::*;
 
@@ -78,7 +78,7 @@ pub fn pose_errors(
             shift.tool = error.vector;
         }
         // By degrees, from a twentieth of the turn's way on, less was learned: 0.56 for 0.23 µm on a surface with one turn.
-        for turn in turns(desired.poses()) {
+        for turn in axis_turns(desired) {
             let of_turn = shifts.iter_mut().zip(desired.poses().iter().zip(&actual)).take(turn.end).skip(turn.start);
             of_turn.for_each(|(shift, (wanted, actual))| shift.tip = wanted.tip - actual.tip);
         }

@@ -217,6 +217,34 @@ fn turns_about_a_standing_tip_keep_their_feed_and_clamped_axes_are_left_alone() 
     assert!(figure(&cut, "contour_um") < 0.3 * figure(&raw, "contour_um"), "{cut} against {raw}");
 }
 
+/// Turns of the table about an upright tool.
+const UPRIGHT: &str = "G21 G90 G94\nG43.4 H1\nG0 X15 Y-15 Z0 B0 C0\nG4 P0.3\nG1 Y15 F1500\nC-20 F2400\nX-15 F1500\nC-50 F2400\nY-15 F1500\nG4 P0.3\nM30\n";
+
+#[test]
+fn turns_about_an_upright_tool_are_told_and_corrected() {
+    let folder = Folder::new();
+    folder.train_on("bc", "40", "linear");
+    folder.write("part.nc", UPRIGHT);
+    let offset = ["--work-offset", "0,0,0", "--format", "g93"];
+    let made = folder.figures(&[&["compensate", "part.nc", "-m", "machine.model", "-o", "out.nc"], &offset[..]].concat());
+    let measured = |program: &str| {
+        let ran = folder.figures(&["simulate", program, "--machine", "bc", "--against", "part.nc", "-o", "run.csv"]);
+        let measured = folder.figures(&["measure", "run.csv", "--desired", "part.nc", "--machine", "bc"]);
+        // Both count the turns as long as they last.
+        assert!((figure(&ran, "contour_um") / figure(&measured, "contour_um") - 1.0).abs() < 0.05, "{ran} and {measured}");
+        measured
+    };
+    let (raw, cut) = (measured("part.nc"), measured("out.nc"));
+    println!("{raw} → {cut}, {made}");
+    let told = &made["predicted_contour_um"];
+    assert!((told["before"]["rms"].as_f64().unwrap() / figure(&raw, "contour_um") - 1.0).abs() < 0.1, "{told} and {raw}");
+    assert!(figure(&cut, "contour_um") < 0.2 * figure(&raw, "contour_um"), "{cut} against {raw}");
+    for (figures, expected) in [("contour_um", "expected_contour_um"), ("orientation_urad", "expected_orientation_urad")] {
+        let high = made[expected]["rms"]["high"].as_f64().unwrap();
+        assert!(figure(&cut, figures) < 1.5 * high, "{figures}: {cut} for {}", made[expected]);
+    }
+}
+
 #[test]
 fn what_the_machine_cannot_reach_is_refused_with_its_line() {
     let folder = Folder::new();

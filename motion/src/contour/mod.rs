@@ -23,7 +23,7 @@ pub use statistics::{
     SupportRegion, TableRow, circular_test, corner_flags, corner_ratios, orientation_errors, sample_estimators, stretches,
     summary, summary_by_length, summary_of, table_row,
 };
-pub use turns::{LEVER_MM, Turning, turns};
+pub use turns::{LEVER_MM, Turning, axis_turns, turns};
 
 use crate::{MotionError, Vec3};
 

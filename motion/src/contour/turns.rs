@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{Pose, Vec3};
+use crate::{AxisKind, DesiredPath, Pose, Trajectory, Vec3};
 
 /// Lever at which a turn of the tool counts as a way of its tip, mm: the depth of cut of a side mill.
 pub const LEVER_MM: f64 = 20.0;
@@ -36,6 +36,36 @@ impl Turning for Pose {
     fn turned(&self) -> Vec3 {
         self.tool
     }
+}
+
+/// Tool tip and angles of the rotary axes, rad: a table that turns about the tool's own axis changes the angles alone.
+pub(super) struct Turned {
+    pub tip: Vec3,
+    pub angles: Vec3,
+}
+
+impl Turning for Turned {
+    fn tip(&self) -> Vec3 {
+        self.tip
+    }
+
+    fn turned(&self) -> Vec3 {
+        self.angles
+    }
+}
+
+/// The samples of a run with these tips.
+pub(super) fn turned(run: &Trajectory, tips: Vec<Vec3>) -> Vec<Turned> {
+    let rotary = run.axes().iter().zip(run.columns()).filter(|(axis, _)| axis.kind == AxisKind::Rotary);
+    let angles: Vec<&[f64]> = rotary.map(|(_, column)| column.as_slice()).collect();
+    let at = |k: usize| Vec3::from_fn(|row, _| angles.get(row).map_or(0.0, |angles| angles[k]));
+    tips.into_iter().enumerate().map(|(k, tip)| Turned { tip, angles: at(k) }).collect()
+}
+
+/// The samples in which rotary axes turn about a tip that hardly moves, with those before and after them; about the tool's own axis too.
+#[must_use]
+pub fn axis_turns(desired: &DesiredPath) -> Vec<Range<usize>> {
+    turns(&turned(desired.trajectory(), desired.tips()))
 }
 
 /// The samples of turns about tips that hardly move, with the samples before and after them.

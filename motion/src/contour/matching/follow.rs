@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::contour::spline::hermite;
-use crate::contour::turns::{Turning, nearest, turns};
-use crate::{AxisKind, DesiredPath, MotionError, Pose, Trajectory, Vec3};
+use crate::contour::turns::{Turned, nearest, turned, turns};
+use crate::{DesiredPath, MotionError, Pose, Trajectory, Vec3};
 
 /// Largest correction of a position towards the foot of the perpendicular, as a fraction of its
 /// step.
@@ -59,22 +59,6 @@ const SAME_ANGLE_RAD: f64 = 0.02;
 /// Turns by less are not followed, rad.
 const LEAST_TURN_RAD: f64 = 1e-3;
 
-/// Tool tip and angles of the rotary axes, rad: a table that turns about the tool's own axis turns neither.
-struct Turned {
-    tip: Vec3,
-    angles: Vec3,
-}
-
-impl Turning for Turned {
-    fn tip(&self) -> Vec3 {
-        self.tip
-    }
-
-    fn turned(&self) -> Vec3 {
-        self.angles
-    }
-}
-
 /// Same as [`follow`], of a command and a path in axis positions: where rotary axes turn about a tip that hardly moves, positions are found by their
 /// angles.
 ///
@@ -87,13 +71,7 @@ pub fn follow_axes(run: &Trajectory, desired: &DesiredPath) -> Result<Vec<f64>, 
     if !desired.kinematics().has_rotary_axes() {
         return Ok(positions);
     }
-    let turned = |run: &Trajectory, tips: &[Vec3]| -> Vec<Turned> {
-        let rotary = run.axes().iter().zip(run.columns()).filter(|(axis, _)| axis.kind == AxisKind::Rotary);
-        let angles: Vec<&[f64]> = rotary.map(|(_, column)| column.as_slice()).collect();
-        let at = |k: usize| Vec3::from_fn(|row, _| angles.get(row).map_or(0.0, |angles| angles[k]));
-        tips.iter().enumerate().map(|(k, tip)| Turned { tip: *tip, angles: at(k) }).collect()
-    };
-    turn(&mut positions, &turned(run, &commanded), &turned(desired.trajectory(), &path));
+    turn(&mut positions, &turned(run, commanded), &turned(desired.trajectory(), path));
     Ok(positions)
 }
 
