@@ -125,7 +125,7 @@ pub struct Move {
     /// Whether blocks ran since the move before that run several times or perhaps, or stand elsewhere in the file. What is written for one
     /// path must not reach over them.
     pub after_shared: bool,
-    /// Whether the program stopped for certain since the move before: M0, M60. Of dialogue this is not read.
+    /// Whether the program stopped for certain since the move before: M0, M60; SPOS, STOPRE, WAITM and WAITS of SINUMERIK. Of dialogue this is not read.
     pub after_stop: bool,
 }
 

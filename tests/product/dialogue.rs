@@ -40,7 +40,7 @@ fn dialogue_is_compensated_as_dialogue() {
     assert!(numbers.enumerate().all(|(index, number)| index == number), "{out}");
     // Circles are lines, with the decimal mark of the program. Everything but the cut is as it was.
     let first = lines.iter().find(|line| line.contains("; first side")).unwrap();
-    assert!(first.contains(" L X-29,9") && first.contains(" R0 F2400 ; first side"), "{first}");
+    assert!(first.contains(" L X-29,9") && first.contains(" R0 F AUTO ; first side"), "{first}");
     let blocks = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.trim_start_matches(|c: char| c.is_ascii_digit()).to_owned()).collect()
     };
@@ -90,6 +90,20 @@ fn what_is_not_interpreted_stays_and_is_reported() {
     assert!(said.contains("a tilted working plane is not interpreted") && said.contains("tilted.h:12:4"), "{said}");
     let out = folder.read("out.h");
     assert!(out.contains(" C X-30 Y-20 DR- F1200,5\r\n") && out.contains(" CP IPA+180 IZ-2 DR+\r\n"), "{out}");
+}
+
+#[test]
+fn feeds_a_turn_under_m136_are_planned_as_such() {
+    let folder = folder();
+    folder.write(
+        "turn.h",
+        "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S5000 F900\n2 L X+0 Y+0 Z+0 R0 FMAX M3\n3 L X+20 F AUTO\n4 L X+0 F0.2 M136\n5 L X+20\n6 L Z+9 FMAX M30\n7 END PGM T MM\n",
+    );
+    // 20 mm at 900 mm/min and 40 mm at 1000 mm/min.
+    let seconds = folder.figures(&["simulate", "turn.h", "-o", "turn.csv"])["seconds"].as_f64().unwrap();
+    assert!((3.7..4.6).contains(&seconds), "{seconds}");
+    folder.figures(&["compensate", "turn.h", "-m", "machine.model", "-o", "out.h"]);
+    assert!(folder.read("out.h").contains(" L X+0 F0.2 M136\n"));
 }
 
 #[test]

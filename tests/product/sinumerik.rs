@@ -120,6 +120,20 @@ fn no_line_is_added_where_the_control_stops() {
 }
 
 #[test]
+fn the_end_of_a_cut_stays_where_the_path_waits() {
+    let folder = Folder::with_model();
+    folder.write("waits.mpf", "N1 G17 G90 G71 G64\nN2 G0 X0 Y1 Z0\nN3 G1 X15 F1500\nN4 SPOS=0\nN5 X30\nN6 WAITM(1,1,2)\nN7 Y20\nN8 STOPRE\nN9 X0\nN10 M30\n");
+    let (_, out) = compensated(&folder, "waits.mpf", &["--dialect", "sinumerik", "--decimal-point", "unit"]);
+    let before = |block: &str| {
+        let at = out.find(block).unwrap_or_else(|| panic!("{block}\n{out}"));
+        out[..at].lines().last().unwrap().to_owned()
+    };
+    for (block, end) in [("N4 SPOS=0", "X15"), ("N6 WAITM", "X30"), ("N8 STOPRE", "Y20.")] {
+        assert!(before(block).contains(end), "{block}\n{out}");
+    }
+}
+
+#[test]
 fn the_dialect_can_be_stated() {
     let folder = Folder::with_model();
     folder.write("plain.mpf", "G90 G94\nG0 X0 Y0 Z0\nG1 X30 F2400\nY20\nX0\nG4 F2\nG0 Z5\nM30\n");

@@ -260,12 +260,16 @@ impl Interpreter<'_> {
     /// Feed of a feed move; `None` where it is not known. A program without any is refused.
     pub fn feed_of(&mut self, words: &PathWords) -> Option<Feed> {
         let rotary_only = words.axes[..3].iter().all(Option::is_none) && words.axes[3..].iter().any(Option::is_some);
-        let per_turn = matches!(self.feed, FeedWord::PerRevolution(_));
+        // Under M136, up to M137, F is one a turn.
+        let turns = self.sections.any(|cause| *cause == Cause::EndedBy(137));
+        let per_turn = matches!(self.feed, FeedWord::PerRevolution(_)) || turns;
         let linear_mm = if per_turn { self.modal.units.mm() } else { self.modal.feed_unit_mm };
         let unit = if rotary_only { 1.0_f64.to_radians() } else { linear_mm };
         let per_second = match self.feed {
-            FeedWord::PerMinute(feed) => feed / 60.0,
-            FeedWord::PerRevolution(feed) => feed * self.modal.spindle_rpm.filter(|rpm| *rpm > 0.0)? / 60.0,
+            FeedWord::PerMinute(feed) if !turns => feed / 60.0,
+            FeedWord::PerMinute(feed) | FeedWord::PerRevolution(feed) => {
+                feed * self.modal.spindle_rpm.filter(|rpm| *rpm > 0.0)? / 60.0
+            }
             FeedWord::Unknown => return None,
             FeedWord::Unset => {
                 let help = "write an F word, or F in TOOL CALL";

@@ -66,11 +66,12 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has: impl Fn(u8) -> bool) 
     }
 }
 
-/// Words of the lathe cycles G70 to G72.
-const LATHE_CYCLE: &[u8] = b"DEPQRUW";
+/// Words of the lathe cycles G70 to G72; beside T a D is the tool's.
+const LATHE_CYCLE: &[u8] = b"EPQRUW";
 
 fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
     let has_any = |letters: &[u8]| letters.iter().any(|letter| has(*letter));
+    let is_lathe_cycle = || has_any(LATHE_CYCLE) || has(b'D') && !has(b'T');
     match tenths {
         // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
         50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
@@ -84,9 +85,9 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
         270 | 290 | 531 | 536 | 2530 => Code::OneShot(OneShot::Home),
         310 => Code::Motion(codes::Motion::Probe),
         // Haas Mill Operator's Manual: bolt hole circle (G70), arc (G71), holes along an angle (G72).
-        700 | 710 | 720 if has_any(b"IJKL") && !has_any(LATHE_CYCLE) => Code::OneShot(OneShot::HolePattern),
-        700 if !has_any(LATHE_CYCLE) => Code::Units(modal::Units::Inch),
-        710 if !has_any(LATHE_CYCLE) => Code::Units(modal::Units::Mm),
+        700 | 710 | 720 if has_any(b"IJKL") && !is_lathe_cycle() => Code::OneShot(OneShot::HolePattern),
+        700 if !is_lathe_cycle() => Code::Units(modal::Units::Inch),
+        710 if !is_lathe_cycle() => Code::Units(modal::Units::Mm),
         // Haas: G112 (as G12.1), feature coordinate systems G168 and G268, dynamic work offset G254. Mazak: G68.5.
         121 | 160 | 510 | 511 | 680..=689 | 1120 | 1680 | 2540 | 2680 => Code::TransformOn,
         131 | 150 | 500 | 501 | 690 | 1130 | 1690 | 2550 | 2690 => Code::TransformOff,
@@ -107,7 +108,7 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
         470 if has(b'P') => Code::OneShot(OneShot::Unread),
         // Approach from one side.
         600 => Code::OneShot(OneShot::Unread),
-        700..=720 => Code::UnsupportedMotion,
+        700..=720 if tenths != 720 || is_lathe_cycle() => Code::UnsupportedMotion,
         _ => Code::Unknown,
     }
 }

@@ -42,7 +42,11 @@ impl Interpreter<'_> {
         }
         if let Some(index) = self.stray(words, is_arc) {
             let letter = char::from(self.program.words()[index].letter);
-            self.report.error(self.span(index), format!("{letter} has no meaning in this feed move"), None);
+            let help = match letter {
+                'U'..='W' => "state its end with X, Y and Z: increments and parallel axes in U, V and W are not read",
+                _ => "take the word out, or name the control: --dialect",
+            };
+            self.report.error(self.span(index), format!("{letter} has no meaning in this feed move"), Some(help));
             return false;
         }
         if let Some(index) = words.index(b'L').filter(|_| words.m.is_empty() && words.g.iter().all(|g| takes_no_l(g.code))) {
@@ -134,7 +138,8 @@ impl Interpreter<'_> {
         let allowed = |letter: u8| match letter {
             _ if FREE.contains(&letter) || AXIS_LETTERS.contains(&letter) => true,
             b'I' | b'J' | b'K' => is_arc || compensating,
-            b'R' => is_arc,
+            // An old way to round a corner, which is left alone.
+            b'R' => is_arc || self.options.dialect == Dialect::Fanuc,
             b'P' => taken_by_code || is_arc,
             // Repeats of cycles and calls.
             b'L' => taken_by_code || !linux_cnc,

@@ -53,6 +53,8 @@ pub(super) struct Gathered {
     pub optional: bool,
     /// An assignment that may move the coordinate system; evaluation leaves no others.
     pub assignment: Option<usize>,
+    /// Behind `;` stand words that may be blocks of their own: some controls end a block there.
+    pub blocks_behind: Option<usize>,
     pub is_empty: bool,
 }
 
@@ -73,7 +75,10 @@ impl Gathered {
             }
             self.note_name(index, word.name);
             match word.kind {
-                WordKind::Comment => {}
+                WordKind::Comment => {
+                    let may_be_block = dialect == Dialect::Fanuc && !self.is_empty && is_block(program.text(word.span));
+                    self.blocks_behind = self.blocks_behind.or(may_be_block.then_some(index));
+                }
                 WordKind::Keyword if word.name != Name::None => {}
                 WordKind::Assignment => self.assignment = self.assignment.or(Some(index)),
                 WordKind::BlockDelete => self.block_delete = true,
@@ -200,6 +205,23 @@ fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
             .is_some_and(|number| number == b"-1" || !number.is_empty() && number.iter().all(u8::is_ascii_digit)),
         Dialect::Sinumerik => false,
     }
+}
+
+/// Whether a comment behind `;` reads as words: `; X10. G91`.
+fn is_block(comment: &[u8]) -> bool {
+    let [b';', behind @ ..] = comment else { return false };
+    let mut rest = behind.trim_ascii();
+    let mut words = 0;
+    while let [letter, value @ ..] = rest {
+        if *letter == b';' {
+            rest = value.trim_ascii_start();
+            continue;
+        }
+        let Some((end, _)) = scan_number(value, 0).filter(|_| letter.is_ascii_alphabetic()) else { return false };
+        rest = value[end..].trim_ascii_start();
+        words += 1;
+    }
+    words > 0
 }
 
 /// Whether a value begins with two signs.

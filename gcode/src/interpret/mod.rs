@@ -43,6 +43,7 @@ use crate::evaluate::{evaluate, is_plain};
 use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
+use crate::sinumerik::names::Name;
 use crate::toolpath::Toolpath;
 use crate::word::{Span, Word};
 
@@ -173,7 +174,7 @@ impl Interpreter<'_> {
             return;
         }
         self.content_seen = true;
-        if words.has(b'O') && self.begins_program() {
+        if words.has(b'O') && words.unknown.is_none() && self.begins_program() {
             let message = "another program begins here: it is not read and stays as it is";
             self.report.warning(self.span_of_block(), message, None);
             self.ended = true;
@@ -210,7 +211,9 @@ impl Interpreter<'_> {
             self.modal.path = path;
         }
         // Behind the motion of its block; whether it stops at M1 is the operator's choice.
-        self.stopped |= self.ran == Ran::Once && !words.optional && words.has_m(self.program, &[0.0, 60.0]);
+        self.stopped |= self.ran == Ran::Once
+            && !words.optional
+            && (words.has_m(self.program, &[0.0, 60.0]) || words.name(Name::Holds).is_some());
         self.note_parallel_axes(words);
         self.note_foreign_geometry(words, axes_taken);
         self.note_exponent(words);

@@ -265,11 +265,12 @@ impl Interpreter<'_> {
         self.sections.is_open() || self.is_doubtful() || self.unclear_feed
     }
 
-    /// Whether an L may repeat the motion, as it does for arcs and canned cycles of some controls.
+    /// Whether an L may repeat the motion, as it does for arcs and canned cycles of some controls, or an N behind its words (Fagor 8055).
     pub fn has_repeats(&self, words: &Gathered) -> bool {
         let is_incremental = self.modal.distance == Distance::Incremental;
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
-        self.options.dialect == Dialect::Fanuc && words.has(b'L') && (is_arc || is_incremental)
+        let is_behind = || words.index(b'N').zip(words.any(&AXIS_LETTERS)).is_some_and(|(number, axis)| number > axis);
+        self.options.dialect == Dialect::Fanuc && (words.has(b'L') && (is_arc || is_incremental) || is_behind())
     }
 
     /// Leaves the last arc alone where a move relies on its motion code, and blocks between them may be skipped: lines in place of the arc
@@ -361,6 +362,10 @@ impl Interpreter<'_> {
         let count = words.number(self.program, count_letter);
         let repeats = if words.has(count_letter) { count.unwrap_or(1.0).clamp(0.0, 1e6) as u32 } else { 1 };
         if repeats == 0 {
+            // Whether the tool moves over the hole differs among controls.
+            if self.options.dialect != Dialect::LinuxCnc {
+                self.forget_all();
+            }
             return;
         }
         let start = self.position;

@@ -61,7 +61,10 @@ impl Interpreter<'_> {
                 self.open_section(g.index, "a code of G20 to G26 with N or R", Cause::Lasting, None);
                 self.forget_all();
             }
-            Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() => self.doubt_local_shift(words, g),
+            // Fagor: `G52 X20 F500` moves until contact.
+            Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() || words.has(b'F') => {
+                self.doubt_local_shift(words, g)
+            }
             _ => {}
         }
     }
@@ -77,11 +80,11 @@ impl Interpreter<'_> {
         self.forget_all();
     }
 
-    /// G52 beside a motion code may be a move in machine coordinates. Without a shift before and after it only the position is unknown.
+    /// G52 beside a motion code or a feed may be a move in machine coordinates, or until contact. Without a shift before and after it only the position is unknown.
     fn doubt_local_shift(&mut self, words: &Gathered, g: &GWord) {
         let is_zero = |axis: usize| self.scaled(words, axis) == Some(0.0) && self.shifts.local[axis] == 0.0;
         if !self.named(words).all(is_zero) {
-            self.open_section(g.index, "G52 beside a motion code", Cause::Lasting, Some("write G52 in a block of its own"));
+            self.open_section(g.index, "G52 beside a motion code or F", Cause::Lasting, Some("write G52 in a block of its own"));
         }
         self.forget_all();
     }

@@ -184,11 +184,25 @@ impl Interpreter<'_> {
     pub fn forget_by_tool(&mut self, words: &Gathered) {
         let changes = if self.options.dialect == Dialect::Fanuc { &[6.0, 50.0, 60.0][..] } else { &[6.0, 60.0] };
         let edge = if self.is_sinumerik() { words.any(b"DT").is_some() } else { words.has(b'H') };
-        if words.has_m(self.program, changes) || edge && self.is_sinumerik() {
+        if words.has_m(self.program, changes) || edge && self.is_sinumerik() || self.selects_length_by_d(words) {
             self.forget_all();
         } else if edge {
             self.position.forget(2);
         }
+    }
+
+    /// Whether D may select a tool's length, as on SINUMERIK, NUM and Fagor, in a program that may be of one of them: it is no radius of G41 or G42, and
+    /// no G43 states a length.
+    fn selects_length_by_d(&self, words: &Gathered) -> bool {
+        let is_radius = self.modal.cutter != CutterCompensation::Off || words.g.iter().any(|g| matches!(g.code, Code::Cutter(_)));
+        let takes_d =
+            |code: Code| matches!(code, Code::OneShot(_) | Code::Cycle(_) | Code::ModalMacroOn | Code::Silent | Code::Unknown);
+        self.options.dialect == Dialect::Fanuc
+            && words.has(b'D')
+            && self.whole.is_guessed
+            && !self.whole.states_tool_length
+            && !is_radius
+            && !words.g.iter().any(|g| takes_d(g.code))
     }
 
     /// Whether another word of the block may select a further work offset, as J and H do beside G54 on some controls, and no code of it takes

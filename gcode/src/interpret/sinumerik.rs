@@ -2,7 +2,7 @@
 //!
 //! Source: SINUMERIK "NC programming", "Coordinate transformations (frames)", "Chamfer, rounding", "Transformations".
 
-use super::codes::Code;
+use super::codes::{Code, Motion};
 use super::gather::Gathered;
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
@@ -307,7 +307,13 @@ impl Interpreter<'_> {
     /// Whether the control computes a corner at one of the ends of this block's move.
     pub fn joins_corner(&mut self, words: &Gathered) -> bool {
         let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
-        if words.corner || has(Name::Corner) || self.rounds_corners || self.lacking_axis(words).or(words.drawing).is_some() {
+        let is_rounded = self.options.dialect == Dialect::Fanuc && self.motion == Some(Motion::Line) && words.has(b'R');
+        if words.corner
+            || is_rounded
+            || has(Name::Corner)
+            || self.rounds_corners
+            || self.lacking_axis(words).or(words.drawing).is_some()
+        {
             self.corner_moves = 2;
         }
         let joins = self.corner_moves > 0;

@@ -103,6 +103,8 @@ pub(super) struct Whole {
     pub idle: u8,
     /// Whether the program may be of another control than the dialect that was found in it.
     pub is_guessed: bool,
+    /// Whether G43, G44 or their like select a tool's length anywhere.
+    pub states_tool_length: bool,
     /// Whether the program names a work offset anywhere.
     pub states_work_offset: bool,
     /// Whether the program names A, B or C anywhere.
@@ -117,6 +119,7 @@ impl Whole {
         Self {
             idle: idle_axes(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
+            states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value)),
             states_work_offset: program.words().iter().any(is_offset),
             names_rotary: program.words().iter().any(|word| matches!(word.letter, b'A'..=b'C')),
             mirrors_by_value: (0..program.blocks().len()).any(|block| mirrors_by_value(program, block)),

@@ -61,6 +61,10 @@ impl Interpreter<'_> {
                 self.open_section(index, &what, Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
         }
+        if let Some(index) = words.blocks_behind {
+            let help = "write one block a line, or the comment in parentheses";
+            self.open_section(index, "words behind `;` may be a block of their own", Cause::Lasting, Some(help));
+        }
         if let Some(index) = words.assignment {
             self.open_section(index, "this parameter of the control", Cause::Lasting, None);
         }

@@ -47,7 +47,7 @@ pub(crate) enum Name {
     Label,
     /// No effect on path and frame.
     Silent,
-    /// No effect on path and frame, but the block does not end before it is done: SPOS.
+    /// No effect on path and frame, but the path waits for it: SPOS, STOPRE, WAITM, WAITS.
     Holds,
     /// FZ: feed a tooth.
     ToothFeed,
@@ -269,7 +269,7 @@ pub(super) fn meaning(name: &str, has_arguments: bool) -> Option<Name> {
         "FGROUP" => Name::Closes(FeedGroup),
         "FLIN" | "FCUB" => Name::Opens(FeedProfile),
         "FNORM" => Name::Closes(FeedProfile),
-        "SPOS" => Name::Holds,
+        "SPOS" | "STOPRE" | "WAITM" | "WAITS" => Name::Holds,
         "FZ" => Name::ToothFeed,
         // Without arguments it ends.
         "CYCLE832" if !has_arguments => Name::Silent,

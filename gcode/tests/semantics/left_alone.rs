@@ -87,6 +87,45 @@ fn after_a_code_that_is_not_understood_nothing_is_changed_until_it_is_cancelled(
 }
 
 #[test]
+fn what_another_control_may_do_leaves_the_moves_behind_it_alone() {
+    let frame = "G21 G90 G17\nG0 X0 Y0 Z5\nG1 X2 F600\n";
+    let behind = |block: &str, after: &str| feeds(&format!("{frame}{block}\n{after}"), Dialect::Fanuc);
+    let unknown = Shiftable::No(Fixed::UnknownStart);
+    // A tool's length is selected by D on SINUMERIK, NUM and Fagor; with G43 in the program it is not.
+    for block in ["D2", "T2 D2", "N40 D2"] {
+        assert_eq!(behind(block, "X9\nG1 X9 Y1 Z5\nX20\n"), [Shiftable::Yes, unknown, unknown, Shiftable::Yes], "{block}");
+    }
+    assert_eq!(feeds(&format!("{frame}D2\nX9\nG43 H1 Z5\n"), Dialect::Fanuc)[1], Shiftable::Yes);
+    assert!(feeds(&format!("{frame}G41 D1 X9\nG40 X20\nX30\n"), Dialect::Fanuc)[3] == Shiftable::Yes);
+    // No hole is drilled with K0 or L0; whether the tool moves over it differs.
+    for block in ["G98 G81 X10 Y10 Z-5 R2 K0 F200\nG80", "G99 G81 X10 Y10 Z-5 R2 L0 F200\nG80"] {
+        assert_eq!(behind(block, "G1 X20 F600\n"), [Shiftable::Yes, unknown], "{block}");
+    }
+    // Repeated by Fagor's N behind the words.
+    let repeated = behind("G91 X10 N3", "Y5\n");
+    assert_eq!(repeated, [Shiftable::Yes, Shiftable::No(Fixed::NotUnderstood), unknown]);
+    // Fagor: a move until contact.
+    assert!(behind("G52 X20 F500", "G0 X0 Y0 Z5\nG1 X20 F600\n")[1] != Shiftable::Yes);
+    // Some controls end a block at the semicolon.
+    let not_understood = Shiftable::No(Fixed::NotUnderstood);
+    assert_eq!(behind("X9; G91", "X10\n"), [Shiftable::Yes, not_understood, not_understood]);
+    for comment in ["X9 ; 3 holes", "X9 ;", "X9 ; X10 is the end", "; G91", "X9 (G91)"] {
+        assert_eq!(behind(comment, "X30\n").last(), Some(&Shiftable::Yes), "{comment}");
+    }
+    // A corner that is rounded by R without a comma.
+    let adjoining = Shiftable::No(Fixed::Adjoining);
+    assert_eq!(behind("X9 R2", "Y10\nX20\n"), [Shiftable::Yes, adjoining, adjoining, Shiftable::Yes]);
+}
+
+#[test]
+fn the_unit_may_stand_beside_the_tool() {
+    let feed = |head: &str| last(&read(&format!("{head}\nG0 X0 Y0 Z5\nG1 X1 F600\n"))).end.xyz_mm().map(|end| end[0]);
+    assert_eq!(feed("N10 G71 G90 G17 S1000 M3 T1 D1"), Some(1.0));
+    assert_eq!(feed("N10 G70 G90 G17 S1000 M3 T1 D1"), Some(25.4));
+    assert!(interpret(&parse("G71 D2 X3 F600\nG1 X1\n"), &Dialect::Fanuc.into()).is_err());
+}
+
+#[test]
 fn an_exponent_is_no_word_that_may_be_dropped() {
     let (dialects, again) = ([Dialect::Fanuc, Dialect::LinuxCnc], "G0 X0 Y0 Z0\nG1 X5 F600\n");
     for block in ["G4 P1e9", "G4 P1 E9", "G0 X1E3", "G92 X1E1", "S1E3 M3", "F1E3", "G10 L2 P2 X1E1", "T1E1"] {

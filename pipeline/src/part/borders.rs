@@ -109,7 +109,9 @@ impl Part {
         let others =
             others.filter(|(block, word)| *block < last || !(word.is(b'M') && STOPS.contains(&word.value))).map(|(_, word)| word);
         let neutral = |word: &Word| is_neutral(word, self.program.text(word.span));
-        alike && stays && !self.is_interrupted(before, after) && own.chain(others).all(neutral)
+        // The tool waits at the place that the program states.
+        let goes_on = !moves[after].after_stop;
+        alike && stays && goes_on && !self.is_interrupted(before, after) && own.chain(others).all(neutral)
     }
 }
 

@@ -193,11 +193,14 @@ impl Part {
             Shiftable::No(Fixed::NotUnderstood) => {
                 Some("a code before this move has an effect on path or frame that is not known")
             }
+            Shiftable::No(Fixed::UnknownStart) if !owners.is_empty() => Some("the program does not say where this move starts"),
             _ => None,
         };
         let first_unknown =
             || toolpath.moves.iter().enumerate().find_map(|(owner, of)| Some((owner, unknown(of).filter(|_| of.is_feed())?)));
-        if let (true, Some((owner, why))) = (owners.is_empty(), first_unknown()) {
+        let is_fed = |owner: &usize| toolpath.moves[*owner].is_feed();
+        let plans_none = owners.is_empty() || section.is_none() && !owners.iter().flatten().any(is_fed);
+        if let (true, Some((owner, why))) = (plans_none, first_unknown()) {
             let what = format!("{why}, and no other is planned");
             return Err(with_warnings(on_move(&toolpath, owner, &program, name, what), &toolpath, &program, name));
         }

@@ -103,6 +103,38 @@ impl<'a> Writer<'a> {
         lengths.iter().map(|length| if total > 0.0 { (length / total).max(LEAST_SHARE) } else { 1.0 }).collect()
     }
 
+    /// Targets of a move whose lines share its inverse time, without those of lines so short that their feed would be beyond any limit: the next line
+    /// covers them.
+    pub(super) fn merged(&self, owner: usize, targets: Vec<Target>) -> Vec<Target> {
+        let step = &self.part.toolpath.moves[owner];
+        let is_line = targets.iter().all(|target| target.element.arc.is_none());
+        let (FeedMode::InverseTime, TimeEncoding::Keep, true, Some(word)) =
+            (self.mode, self.settings.encoding, is_line, step.feed_word)
+        else {
+            return targets;
+        };
+        let starts = std::iter::once(self.written).chain(targets.iter().map(|target| target.element.point));
+        let lengths: Vec<f64> = starts.zip(&targets).map(|(start, target)| target.element.length(start)).collect();
+        let most = if self.part.counts_by_radius() { FANUC_INVERSE_TIME.max(word) } else { f64::INFINITY };
+        let least = LEAST_SHARE.max(word / most) * lengths.iter().sum::<f64>();
+        let mut merged: Vec<Target> = Vec::with_capacity(targets.len());
+        let mut covered = 0.0;
+        for (target, length) in targets.iter().zip(lengths) {
+            covered += length;
+            if covered >= least {
+                merged.push(*target);
+                covered = 0.0;
+            }
+        }
+        // The end of the move stays its end.
+        match (merged.last_mut(), targets.last()) {
+            (Some(last), Some(end)) => *last = *end,
+            (None, Some(end)) => merged.push(*end),
+            _ => {}
+        }
+        merged
+    }
+
     /// Notes the blocks between two moves of the segment: a motion code in one of them replaces that of the last line.
     pub(super) fn pass_blocks(&mut self, last: usize, next: usize) {
         let block = |index: usize| self.part.toolpath.moves[index].block as usize;
@@ -291,6 +323,10 @@ impl<'a> Writer<'a> {
             Some(word) if first_of_block && factor == 1.0 => {
                 let span = self.part.program.words()[word].span;
                 self.notation.append_own_feed(text, &String::from_utf8_lossy(self.part.program.text(span)));
+            }
+            // The feed of the tool call stays the tool call's.
+            None if first_of_block && factor == 1.0 && self.notation.takes_feed_of_tool(&self.part.program, step) => {
+                text.push_str(" F AUTO");
             }
             _ if wanted != self.feed => {
                 if let Some(feed) = wanted {

@@ -1,6 +1,6 @@
 //! Words of written lines, in the language of their program.
 
-use gcode::{Language, Move, Program, WordKind, append_number};
+use gcode::{Language, Move, Program, Word, WordKind, append_number};
 
 use crate::error::Result;
 
@@ -65,6 +65,12 @@ impl Notation {
             text.push(' ');
         }
         text.push_str(word);
+    }
+
+    /// Whether the block of a move of dialogue takes the feed of the tool call: `F AUTO`.
+    pub(super) fn takes_feed_of_tool(self, program: &Program, step: &Move) -> bool {
+        let is_auto = |word: &Word| [&b"AUTO"[..], b"FAUTO"].contains(&program.text(word.span).to_ascii_uppercase().as_slice());
+        self != Self::Rs274 && program.block_words(step.block as usize).iter().any(is_auto)
     }
 
     /// Appends R0 where the block of a move states it. It stands between coordinates and feed.

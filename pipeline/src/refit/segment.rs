@@ -53,6 +53,7 @@ impl Segment<'_> {
             let step = &moves[owner];
             let mut before_s = self.departure(self.start_of(*piece));
             writer.pass_blocks(last, owner);
+            let targets = writer.merged(owner, targets);
             let mut lines = Vec::with_capacity(targets.len());
             for (target, share) in targets.iter().zip(writer.shares(&targets)) {
                 lines.push(writer.line(owner, lines.is_empty(), target, before_s, share)?);
