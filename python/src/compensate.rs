@@ -370,7 +370,7 @@ fn joined_json(joined: &Joined<'_>, law: LawName) -> Result<Value> {
         "largest_shift_um": joined.largest_shift_mm * 1e3,
         "predicted_contour_um": { "before": contour_json(&joined.before()?), "after": contour_json(&joined.after()?) },
         "expected_contour_um": joined.expectation().as_ref().map(print::expectation_json),
-            "expected_orientation_urad": print::expected_orientation_json(joined.expectation().as_ref()),
+        "expected_orientation_urad": print::expected_orientation_json(joined.expectation().as_ref()),
         "left_alone": { "moves": joined.fixed, "feed_length_share": share(joined.fixed_mm) },
         "cycle_s": { "before": joined.cycle_s.0, "after": joined.cycle_s.1 },
         "format": joined.points.map(|(finest, _)| finest.encoding),

@@ -105,7 +105,7 @@ impl Predict {
             &json!({
                 "contour_um": contour_json(&figures.tip),
                 "expected_contour_um": expected.as_ref().map(print::expectation_json),
-            "expected_orientation_urad": print::expected_orientation_json(expected.as_ref()),
+                "expected_orientation_urad": print::expected_orientation_json(expected.as_ref()),
                 "orientation_urad": orientation_json(figures.orientation.as_ref()),
                 "tracking_um": tracking_json(reference, &actual)?,
                 "left_out": terms.as_ref().map(print::position_terms_json),

@@ -57,6 +57,10 @@ impl Interpreter<'_> {
             };
             self.report.warning(self.span(index), message, None);
         }
+        if let Some(index) = words.index(b'N').filter(|_| !words.has(b'L') && self.has_repeats(words)) {
+            let message = "N behind the axis words may repeat this move, which is left alone";
+            self.report.warning(self.span(index), message, Some("write block numbers at the start of the line"));
+        }
         if let Some(index) = words.index(b'P').filter(|_| is_arc && self.may_turn(words)) {
             let message = "P may be the number of turns of this arc, which is left alone";
             self.report.warning(self.span(index), message, Some("--dialect linuxcnc reads it"));

@@ -76,7 +76,8 @@ impl Gathered {
             self.note_name(index, word.name);
             match word.kind {
                 WordKind::Comment => {
-                    let may_be_block = dialect == Dialect::Fanuc && !self.is_empty && is_block(program.text(word.span));
+                    let states = |letter: u8, value: f64| block.iter().any(|word| word.is(letter) && word.value == value);
+                    let may_be_block = dialect == Dialect::Fanuc && !self.is_empty && is_block(program.text(word.span), states);
                     self.blocks_behind = self.blocks_behind.or(may_be_block.then_some(index));
                 }
                 WordKind::Keyword if word.name != Name::None => {}
@@ -207,21 +208,25 @@ fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
     }
 }
 
-/// Whether a comment behind `;` reads as words: `; X10. G91`.
-fn is_block(comment: &[u8]) -> bool {
+/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark.
+const REMARKS: &[u8] = b"NMSTDHOP";
+
+/// Whether a comment behind `;` reads as words of a block, `; X10. G91`, that its own block does not state.
+fn is_block(comment: &[u8], states: impl Fn(u8, f64) -> bool) -> bool {
     let [b';', behind @ ..] = comment else { return false };
     let mut rest = behind.trim_ascii();
-    let mut words = 0;
+    let mut is_other = false;
     while let [letter, value @ ..] = rest {
         if *letter == b';' {
             rest = value.trim_ascii_start();
             continue;
         }
-        let Some((end, _)) = scan_number(value, 0).filter(|_| letter.is_ascii_alphabetic()) else { return false };
+        let Some((end, number)) = scan_number(value, 0).filter(|_| letter.is_ascii_alphabetic()) else { return false };
+        let letter = letter.to_ascii_uppercase();
+        is_other |= !REMARKS.contains(&letter) && !states(letter, number);
         rest = value[end..].trim_ascii_start();
-        words += 1;
     }
-    words > 0
+    is_other
 }
 
 /// Whether a value begins with two signs.

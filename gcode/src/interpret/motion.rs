@@ -270,7 +270,8 @@ impl Interpreter<'_> {
         let is_incremental = self.modal.distance == Distance::Incremental;
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let is_behind = || words.index(b'N').zip(words.any(&AXIS_LETTERS)).is_some_and(|(number, axis)| number > axis);
-        self.options.dialect == Dialect::Fanuc && (words.has(b'L') && (is_arc || is_incremental) || is_behind())
+        let counts = words.has(b'L') || self.whole.is_guessed && is_behind();
+        self.options.dialect == Dialect::Fanuc && (is_arc || is_incremental) && counts
     }
 
     /// Leaves the last arc alone where a move relies on its motion code, and blocks between them may be skipped: lines in place of the arc

@@ -61,7 +61,6 @@ impl Interpreter<'_> {
                 self.open_section(g.index, "a code of G20 to G26 with N or R", Cause::Lasting, None);
                 self.forget_all();
             }
-            // Fagor: `G52 X20 F500` moves until contact.
             Code::OneShot(OneShot::LocalShift) if words.explicit_motion().is_some() || words.has(b'F') => {
                 self.doubt_local_shift(words, g)
             }
@@ -85,6 +84,10 @@ impl Interpreter<'_> {
         let is_zero = |axis: usize| self.scaled(words, axis) == Some(0.0) && self.shifts.local[axis] == 0.0;
         if !self.named(words).all(is_zero) {
             self.open_section(g.index, "G52 beside a motion code or F", Cause::Lasting, Some("write G52 in a block of its own"));
+        } else if words.explicit_motion().is_none() {
+            // Fagor: `G52 X0 F500` moves until contact.
+            self.lose_named(words, self.position);
+            return;
         }
         self.forget_all();
     }

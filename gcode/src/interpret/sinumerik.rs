@@ -307,7 +307,9 @@ impl Interpreter<'_> {
     /// Whether the control computes a corner at one of the ends of this block's move.
     pub fn joins_corner(&mut self, words: &Gathered) -> bool {
         let has = |wanted: Name| words.named.iter().any(|(_, name)| *name == wanted);
-        let is_rounded = self.options.dialect == Dialect::Fanuc && self.motion == Some(Motion::Line) && words.has(b'R');
+        let radius = words.has(b'R').then(|| words.number(self.program, b'R'));
+        let is_rounded =
+            self.options.dialect == Dialect::Fanuc && self.motion == Some(Motion::Line) && radius.is_some_and(|r| r != Some(0.0));
         if words.corner
             || is_rounded
             || has(Name::Corner)

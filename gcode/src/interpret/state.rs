@@ -103,7 +103,7 @@ pub(super) struct Whole {
     pub idle: u8,
     /// Whether the program may be of another control than the dialect that was found in it.
     pub is_guessed: bool,
-    /// Whether G43, G44 or their like select a tool's length anywhere.
+    /// Whether G43, G44 or their like select a tool's length anywhere, or D stands beside G41 or G42: D is no tool's length then.
     pub states_tool_length: bool,
     /// Whether the program names a work offset anywhere.
     pub states_work_offset: bool,
@@ -119,12 +119,19 @@ impl Whole {
         Self {
             idle: idle_axes(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
-            states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value)),
+            states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value))
+                || (0..program.blocks().len()).any(|block| states_radius(program, block)),
             states_work_offset: program.words().iter().any(is_offset),
             names_rotary: program.words().iter().any(|word| matches!(word.letter, b'A'..=b'C')),
             mirrors_by_value: (0..program.blocks().len()).any(|block| mirrors_by_value(program, block)),
         }
     }
+}
+
+/// Whether a block states the radius of G41 or G42 by D.
+fn states_radius(program: &Program, block: usize) -> bool {
+    let words = program.block_words(block);
+    words.iter().any(|word| word.is(b'D')) && words.iter().any(|word| word.is(b'G') && (41.0..43.0).contains(&word.value))
 }
 
 /// Whether a block programs a mirror image of SINUMERIK with a value that is not the number 0.

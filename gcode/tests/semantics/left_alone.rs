@@ -96,6 +96,7 @@ fn what_another_control_may_do_leaves_the_moves_behind_it_alone() {
         assert_eq!(behind(block, "X9\nG1 X9 Y1 Z5\nX20\n"), [Shiftable::Yes, unknown, unknown, Shiftable::Yes], "{block}");
     }
     assert_eq!(feeds(&format!("{frame}D2\nX9\nG43 H1 Z5\n"), Dialect::Fanuc)[1], Shiftable::Yes);
+    assert_eq!(feeds(&format!("{frame}D1\nX5\nG41 D1 X9\n"), Dialect::Fanuc)[1], Shiftable::Yes);
     assert!(feeds(&format!("{frame}G41 D1 X9\nG40 X20\nX30\n"), Dialect::Fanuc)[3] == Shiftable::Yes);
     // No hole is drilled with K0 or L0; whether the tool moves over it differs.
     for block in ["G98 G81 X10 Y10 Z-5 R2 K0 F200\nG80", "G99 G81 X10 Y10 Z-5 R2 L0 F200\nG80"] {
@@ -104,12 +105,13 @@ fn what_another_control_may_do_leaves_the_moves_behind_it_alone() {
     // Repeated by Fagor's N behind the words.
     let repeated = behind("G91 X10 N3", "Y5\n");
     assert_eq!(repeated, [Shiftable::Yes, Shiftable::No(Fixed::NotUnderstood), unknown]);
+    assert_eq!(behind("X10 N3", "Y5 N4\n"), [Shiftable::Yes; 3]);
     // Fagor: a move until contact.
     assert!(behind("G52 X20 F500", "G0 X0 Y0 Z5\nG1 X20 F600\n")[1] != Shiftable::Yes);
     // Some controls end a block at the semicolon.
     let not_understood = Shiftable::No(Fixed::NotUnderstood);
     assert_eq!(behind("X9; G91", "X10\n"), [Shiftable::Yes, not_understood, not_understood]);
-    for comment in ["X9 ; 3 holes", "X9 ;", "X9 ; X10 is the end", "; G91", "X9 (G91)"] {
+    for comment in ["X9 ; 3 holes", "X9 ;", "X9 ; X10 is the end", "; G91", "X9 (G91)", "X9 ; M8", "X9 F600 ; F600", "X9 R0"] {
         assert_eq!(behind(comment, "X30\n").last(), Some(&Shiftable::Yes), "{comment}");
     }
     // A corner that is rounded by R without a comma.

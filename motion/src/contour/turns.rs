@@ -1,4 +1,4 @@
-//! Turns of the tool about a tip that hardly moves: there a place on the path is known by the tool axis, not by the tip.
+//! Turns about a tip that hardly moves: there a place on the path is known by the tool axis, or by the angles of the rotary axes, not by the tip.
 
 use std::ops::Range;
 

@@ -29,11 +29,12 @@ pub struct CommandedRun {
     pub actual: Trajectory,
 }
 
-/// Whether a control plans `part`, written with these settings, again: not where lines state their times, those of the program or of a recorded run.
+/// Whether a control plans `part`, written with these settings, again: not where lines state their times, those of the program or of a recorded run. Those
+/// of Fanuc are bounded, so that not every line can state its own.
 #[must_use]
 pub fn is_replanned(part: &Part, written: RefitSettings) -> bool {
     match written.encoding {
-        TimeEncoding::Keep => !part.states_times(),
+        TimeEncoding::Keep => !part.states_times() || part.counts_by_radius(),
         TimeEncoding::G93 | TimeEncoding::G94 => part.recording.is_none(),
     }
 }

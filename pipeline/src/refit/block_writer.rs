@@ -49,8 +49,8 @@ fn append_increments(text: &mut String, letter: char, value: f64, increment: f64
 
 /// Distance from its programmed end up to which an axis counts as not shifted, mm or rad: the rounding of sums of numbers.
 const UNSHIFTED: f64 = 1e-9;
-/// Least share of a line in the time of its move, so that its feed stays below any limit.
-const LEAST_SHARE: f64 = 1e-3;
+/// Least share of a line in the time of its move: none has a length of zero.
+const LEAST_SHARE: f64 = 1e-6;
 /// G codes that state or cancel a motion.
 const MOTION_GROUP: [f64; 5] = [0.0, 1.0, 2.0, 3.0, 80.0];
 /// Decimals that no program exceeds.
@@ -103,20 +103,16 @@ impl<'a> Writer<'a> {
         lengths.iter().map(|length| if total > 0.0 { (length / total).max(LEAST_SHARE) } else { 1.0 }).collect()
     }
 
-    /// Targets of a move whose lines share its inverse time, without those of lines so short that their feed would be beyond any limit: the next line
-    /// covers them.
+    /// Targets of a move whose lines share its inverse time, without those of lines so short that their feed would be beyond the limit of the control: the
+    /// next line covers them.
     pub(super) fn merged(&self, owner: usize, targets: Vec<Target>) -> Vec<Target> {
         let step = &self.part.toolpath.moves[owner];
-        let is_line = targets.iter().all(|target| target.element.arc.is_none());
-        let (FeedMode::InverseTime, TimeEncoding::Keep, true, Some(word)) =
-            (self.mode, self.settings.encoding, is_line, step.feed_word)
-        else {
-            return targets;
-        };
+        let is_timed = self.mode == FeedMode::InverseTime && self.settings.encoding == TimeEncoding::Keep;
+        let Some(word) = step.feed_word.filter(|_| is_timed && self.part.counts_by_radius()) else { return targets };
         let starts = std::iter::once(self.written).chain(targets.iter().map(|target| target.element.point));
         let lengths: Vec<f64> = starts.zip(&targets).map(|(start, target)| target.element.length(start)).collect();
-        let most = if self.part.counts_by_radius() { FANUC_INVERSE_TIME.max(word) } else { f64::INFINITY };
-        let least = LEAST_SHARE.max(word / most) * lengths.iter().sum::<f64>();
+        let factor = self.part.feed_factors[owner];
+        let least = word * factor / FANUC_INVERSE_TIME.max(word) * lengths.iter().sum::<f64>();
         let mut merged: Vec<Target> = Vec::with_capacity(targets.len());
         let mut covered = 0.0;
         for (target, length) in targets.iter().zip(lengths) {

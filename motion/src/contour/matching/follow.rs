@@ -1,9 +1,10 @@
 //! Path position of a run with different timing: a replanned, compensated or recorded program.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::contour::spline::hermite;
-use crate::contour::turns::{Turned, nearest, turned, turns};
+use crate::contour::turns::{LEVER_MM, Turned, turned, turns};
 use crate::{DesiredPath, MotionError, Pose, Trajectory, Vec3};
 
 /// Largest correction of a position towards the foot of the perpendicular, as a fraction of its
@@ -58,6 +59,8 @@ const SAME_PLACE_MM: f64 = 0.5;
 const SAME_ANGLE_RAD: f64 = 0.02;
 /// Turns by less are not followed, rad.
 const LEAST_TURN_RAD: f64 = 1e-3;
+/// Way of the tip between two turns up to which they are at one place, mm: corrections move it by less.
+const ONE_PLACE_MM: f64 = 0.2;
 
 /// Same as [`follow`], of a command and a path in axis positions: where rotary axes turn about a tip that hardly moves, positions are found by their
 /// angles.
@@ -75,23 +78,27 @@ pub fn follow_axes(run: &Trajectory, desired: &DesiredPath) -> Result<Vec<f64>, 
     Ok(positions)
 }
 
-/// Finds the positions of the turns of `run` in those of `desired`.
+/// Finds the positions of the turns of `run` in those of `desired`: the way of the angles is followed there as that of tips elsewhere.
 fn turn(positions: &mut [f64], run: &[Turned], desired: &[Turned]) {
-    let mut there = turns(desired).into_iter().peekable();
+    let mut there = places(desired).into_iter().peekable();
     if there.peek().is_none() {
         return;
     }
     let mut ways_mm = vec![0.0; desired.len()];
     (1..desired.len()).for_each(|k| ways_mm[k] = ways_mm[k - 1] + (desired[k].tip - desired[k - 1].tip).norm());
     let way_mm = |position: f64| ways_mm[(position as usize).min(ways_mm.len() - 1)];
-    let apart = |a: &Turned, b: &Turned| (a.angles - b.angles).norm();
-    for own in turns(run) {
-        let (first, last) = (&run[own.start], &run[own.end - 1]);
-        if apart(first, last) < LEAST_TURN_RAD {
+    for own in places(run) {
+        let turned_rad: f64 = run[own.clone()].windows(2).map(|pair| (pair[1].angles - pair[0].angles).norm()).sum();
+        if turned_rad < LEAST_TURN_RAD {
             continue;
         }
+        let (first, last) = (&run[own.start], &run[own.end - 1]);
         let at_mm = way_mm(positions[own.start + own.len() / 2]);
+        // A control may count whole turns of an axis otherwise.
+        let turns_of = |turn: &Range<usize>| (first.angles - desired[turn.start].angles).map(|angle| (angle / TAU).round() * TAU);
         let is_same = |turn: &Range<usize>| {
+            let turns = turns_of(turn);
+            let apart = |a: &Turned, b: &Turned| (a.angles - turns - b.angles).norm();
             (ways_mm[turn.start] - at_mm).abs() <= SAME_PLACE_MM
                 && apart(first, &desired[turn.start]) <= SAME_ANGLE_RAD
                 && apart(last, &desired[turn.end - 1]) <= SAME_ANGLE_RAD
@@ -100,19 +107,34 @@ fn turn(positions: &mut [f64], run: &[Turned], desired: &[Turned]) {
             there.next();
         }
         let Some(turn) = there.next_if(|turn| is_same(turn)) else { continue };
-        for k in own.clone() {
-            let guess = turn.start + (k - own.start) * turn.len() / own.len();
-            if let Some(position) = nearest(desired, &turn, guess, &run[k]) {
-                positions[k] = position;
-            }
-        }
-        for k in own.start + 1..own.end {
-            positions[k] = positions[k].max(positions[k - 1]);
-        }
+        let turns = turns_of(&turn);
+        let on_lever = |places: &[Turned], less: Vec3| -> Vec<Vec3> {
+            places.iter().map(|place| (place.angles - less) * LEVER_MM).collect()
+        };
+        let found = follow(&on_lever(&run[own.clone()], turns), &on_lever(&desired[turn.clone()], Vec3::zeros()));
+        // Another turn than that of the path keeps the positions of its tip.
+        let Ok(found) = found else { continue };
+        positions[own.clone()].iter_mut().zip(found).for_each(|(position, found)| *position = turn.start as f64 + found);
         let (begins, ends) = (positions[own.start], positions[own.end - 1]);
         positions[..own.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
         positions[own.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
     }
+}
+
+/// The turns of a path, those at one place together: a run may rest between them where the path does not.
+fn places(path: &[Turned]) -> Vec<Range<usize>> {
+    let mut places: Vec<Range<usize>> = Vec::new();
+    for turn in turns(path) {
+        let is_near = |last: &Range<usize>| {
+            let between = &path[last.end - 1..=turn.start.max(last.end - 1)];
+            between.windows(2).map(|pair| (pair[1].tip - pair[0].tip).norm()).sum::<f64>() <= ONE_PLACE_MM
+        };
+        match places.last_mut() {
+            Some(last) if is_near(last) => last.end = turn.end,
+            _ => places.push(turn),
+        }
+    }
+    places
 }
 
 /// The desired path at these positions: the target of the run with the timing of the run.
@@ -221,29 +243,43 @@ mod tests {
         assert!(positions.last().unwrap() > &3990.0);
     }
 
-    /// A line of 10 mm, a rest, a turn of 0.3 rad about its end within `turn` samples, a rest and a line; the tip off by up to `off_mm`.
-    fn turned(turn: usize, off_mm: f64) -> Vec<Turned> {
+    /// A line of 10 mm, a rest, legs of turns to these angles about its end within `turn` samples each, a rest and a line; the tip off by up to `off_mm`.
+    fn turned_to(legs: &[f64], turn: usize, rest: usize, off_mm: f64) -> Vec<Turned> {
         let ramp = |k: usize, from: usize, samples: usize| (k.saturating_sub(from) as f64 / samples as f64).min(1.0);
+        let ends = 300 + legs.len() * (turn + rest);
         let place = |k: usize| {
-            let (x, y) = (10.0 * ramp(k, 0, 200), 10.0 * ramp(k, 400 + turn, 200));
+            let (x, y) = (10.0 * ramp(k, 0, 200), 10.0 * ramp(k, ends + 100, 200));
             let off = off_mm * (0.05 * k as f64).sin();
-            Turned { tip: Vec3::new(x + off, y, off), angles: Vec3::new(0.0, 0.3 * ramp(k, 300, turn), 0.0) }
+            let starts = std::iter::once(&0.0).chain(legs);
+            let steps = legs.iter().zip(starts).enumerate();
+            let angle = steps.map(|(leg, (to, from))| (to - from) * ramp(k, 300 + leg * (turn + rest), turn)).sum::<f64>();
+            Turned { tip: Vec3::new(x + off, y, off), angles: Vec3::new(0.0, angle, 0.0) }
         };
-        (0..600 + turn).map(place).collect()
+        (0..ends + 300).map(place).collect()
     }
 
     #[test]
-    fn a_turn_about_a_standing_tip_is_followed_by_its_angles() {
+    fn turns_about_a_standing_tip_are_followed_by_their_angles() {
         let tips = |places: &[Turned]| places.iter().map(|place| place.tip).collect::<Vec<_>>();
-        let desired = turned(200, 0.0);
-        for samples in [100, 200, 350] {
-            let run = turned(samples, 0.002);
-            let mut positions = follow(&tips(&run), &tips(&desired)).unwrap();
-            turn(&mut positions, &run, &desired);
-            assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
-            for (k, position) in positions.iter().enumerate().take(290 + samples).skip(310) {
-                let expected = 300.0 + (k - 300) as f64 * 200.0 / samples as f64;
-                assert!((position - expected).abs() < 1.0, "{samples}: {position} for {expected}");
+        // Forward; there and back; several legs with and without an end elsewhere.
+        for legs in [&[0.3][..], &[-0.3, 0.0], &[-0.3, 0.0, -0.3], &[0.2, -0.4, 0.1, 0.0]] {
+            for (rest, whole_turns) in [(0, 0.0), (40, 0.0), (0, TAU), (40, -TAU)] {
+                let desired = turned_to(legs, 200, rest, 0.0);
+                for samples in [100, 200, 350] {
+                    let mut run = turned_to(legs, samples, rest, 0.002);
+                    run.iter_mut().for_each(|place| place.angles.y += whole_turns);
+                    let mut positions = follow(&tips(&run), &tips(&desired)).unwrap();
+                    turn(&mut positions, &run, &desired);
+                    assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
+                    for leg in 0..legs.len() {
+                        let begins = 300 + leg * (samples + rest);
+                        for k in begins + 10..begins + samples - 10 {
+                            let expected = (300 + leg * (200 + rest)) as f64 + (k - begins) as f64 * 200.0 / samples as f64;
+                            let off = (positions[k] - expected).abs();
+                            assert!(off < 2.0, "{legs:?} {rest} {samples}: {} for {expected}", positions[k]);
+                        }
+                    }
+                }
             }
         }
     }
