@@ -14,8 +14,9 @@ const TIP_SHARE: f64 = 0.1;
 const STANDS_MM: f64 = 0.01;
 /// Samples over which both ways are taken: in a recorded run the tip is never quite at rest.
 const SPAN: usize = 4;
-/// Samples without a nearer pose after which the search for it ends.
-const PATIENCE: usize = 8;
+/// Samples without a nearer pose, and their way at the lever, mm, after which the search for it ends; and the samples after which it ends in a rest.
+const PATIENCE: (usize, f64) = (8, 0.1);
+const PATIENCE_AT_REST: usize = 200;
 /// Samples by which a run may be late or early.
 const LATE: usize = 100;
 
@@ -135,13 +136,16 @@ pub(super) fn nearest<T: Turning>(path: &[T], turn: &Range<usize>, start: usize,
     let start = start.clamp(turn.start, last);
     let mut best = on(start);
     let mut seek = |segments: &mut dyn Iterator<Item = usize>| {
-        let mut idle = 0;
-        for found in segments.map(on) {
-            idle = if found.0 < best.0 { 0 } else { idle + 1 };
-            if idle == 0 {
-                best = found;
+        let (mut idle, mut idle_mm) = (0, 0.0);
+        for segment in segments {
+            let found = on(segment);
+            if found.0 < best.0 {
+                (best, idle, idle_mm) = (found, 0, 0.0);
+                continue;
             }
-            if idle > PATIENCE {
+            idle += 1;
+            idle_mm += LEVER_MM * (path[segment + 1].turned() - path[segment].turned()).norm();
+            if idle > PATIENCE.0 && (idle_mm > PATIENCE.1 || idle > PATIENCE_AT_REST) {
                 break;
             }
         }

@@ -59,6 +59,8 @@ const SAME_PLACE_MM: f64 = 0.5;
 const SAME_ANGLE_RAD: f64 = 0.02;
 /// Turns by less are not followed, rad.
 const LEAST_TURN_RAD: f64 = 1e-3;
+/// How far ahead of its position a turn is sought, as a multiple of what the run has turned since.
+const AHEAD: f64 = 2.0;
 /// Way of the tip between two turns up to which they are at one place, mm: corrections move it by less.
 const ONE_PLACE_MM: f64 = 0.2;
 
@@ -111,14 +113,53 @@ fn turn(positions: &mut [f64], run: &[Turned], desired: &[Turned]) {
         let on_lever = |places: &[Turned], less: Vec3| -> Vec<Vec3> {
             places.iter().map(|place| (place.angles - less) * LEVER_MM).collect()
         };
-        let found = follow(&on_lever(&run[own.clone()], turns), &on_lever(&desired[turn.clone()], Vec3::zeros()));
+        let found = follow_turn(&on_lever(&run[own.clone()], turns), &on_lever(&desired[turn.clone()], Vec3::zeros()));
         // Another turn than that of the path keeps the positions of its tip.
-        let Ok(found) = found else { continue };
+        let Some(found) = found else { continue };
         positions[own.clone()].iter_mut().zip(found).for_each(|(position, found)| *position = turn.start as f64 + found);
         let (begins, ends) = (positions[own.start], positions[own.end - 1]);
         positions[..own.start].iter_mut().rev().take_while(|at| **at > begins).for_each(|at| *at = begins);
         positions[own.end..].iter_mut().take_while(|at| **at < ends).for_each(|at| *at = ends);
     }
+}
+
+/// Path position of every sample of a turn, angles at a lever, mm: the nearest one ahead, as far as the run has turned since the last. A run that turns beyond
+/// the end of a leg and comes back waits there, and one that does not reach it goes on with the next leg. `None` where the run does not reach the end.
+fn follow_turn(run: &[Vec3], path: &[Vec3]) -> Option<Vec<f64>> {
+    let mut positions = Vec::with_capacity(run.len());
+    let (mut at, mut reach_mm, mut before) = (0.0_f64, 0.0, run.first()?);
+    for place in run {
+        let step_mm = (place - before).norm();
+        before = place;
+        reach_mm += AHEAD * step_mm;
+        let (mut best, mut passed_mm) = ((at, f64::INFINITY, 0.0), 0.0);
+        let mut segment = at as usize;
+        let mut share = at - segment as f64;
+        while segment + 1 < path.len() && passed_mm <= reach_mm {
+            let chord = path[segment + 1] - path[segment];
+            let length = chord.norm();
+            let last = if length > 0.0 { (share + (reach_mm - passed_mm) / length).min(1.0) } else { 1.0 };
+            let nearest =
+                if length > 0.0 { ((place - path[segment]).dot(&chord) / (length * length)).clamp(share, last) } else { share };
+            let apart = (path[segment] + chord * nearest - place).norm();
+            if apart < best.1 {
+                best = (segment as f64 + nearest, apart, passed_mm + (nearest - share) * length);
+            }
+            passed_mm += (1.0 - share) * length;
+            (segment, share) = (segment + 1, 0.0);
+        }
+        if best.1.is_finite() {
+            at = best.0;
+        }
+        if best.2 >= 0.5 * step_mm {
+            reach_mm = 0.0;
+        }
+        positions.push(at);
+    }
+    let end = path.last()?;
+    let (segment, share) = (at as usize, at.fract());
+    let reached = path[segment].lerp(&path[(segment + 1).min(path.len() - 1)], share);
+    ((reached - end).norm() <= FARTHEST_MM).then_some(positions)
 }
 
 /// The turns of a path, those at one place together: a run may rest between them where the path does not.
@@ -282,6 +323,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_turn_that_goes_beyond_its_end_or_not_so_far_is_followed() {
+        // Out by 0.3 rad and back, at a lever; the run turns at 0.302 or 0.299 rad.
+        let path: Vec<Vec3> =
+            (0..=400).map(|k| Vec3::new(20.0 * 0.3 * (1.0 - (f64::from(k) / 200.0 - 1.0).abs()), 0.0, 0.0)).collect();
+        for end in [0.302, 0.299] {
+            let run: Vec<Vec3> =
+                (0..=600).map(|k| Vec3::new(20.0 * end * (1.0 - (f64::from(k) / 300.0 - 1.0).abs()), 0.0, 0.0)).collect();
+            let positions = follow_turn(&run, &path).unwrap();
+            assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
+            for (k, position) in positions.iter().enumerate() {
+                let there = path[position.round() as usize];
+                assert!((there - run[k]).norm() < 20.0 * 0.003, "{end} {k}: {position}");
+                assert!((*position > 205.0) == (k > 308) || (290..330).contains(&k), "{end} {k}: {position}");
+            }
+        }
+        assert!(follow_turn(&path[..250], &path).is_none());
     }
 
     #[test]
