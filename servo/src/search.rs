@@ -24,6 +24,10 @@ const WHOLE_S: f64 = 0.25;
 const ROUNDS: usize = 3;
 /// Backlash that is tried where none is expected, mm.
 const LOOSE_MM: f64 = 4e-3;
+/// Ratio of the squares on a longer record to those of the best start from which on a start is given up, and to those of the structure before it up to which
+/// a structure is taken.
+const RUNS_AWAY: f64 = 100.0;
+const FOLLOWS_WORSE: f64 = 2.0;
 /// Iterations of the fit with the whole friction, and of a fit to other samples of the same axis.
 const FRICTION_ITERATIONS: usize = 8;
 const REFIT_ITERATIONS: usize = 6;
@@ -35,19 +39,19 @@ const LEAST_GAIN: f64 = 0.01;
 pub fn identify(record: &Record, scope: Scope) -> Option<Fit> {
     let short = record.shortened(COMPARED_S);
     let seconds = short.fitted_s();
+    let long = record.shortened(FITTED_S);
     let starts = promising(&short, scope);
     let full = |start: &Fit| fit(start.servo, &short, &of_friction(start, scope), Some(STRUCTURE_ITERATIONS));
-    let mut fits: Vec<Fit> = starts.iter().filter_map(full).collect();
+    let mut fits = steady(starts.iter().filter_map(full).collect(), &long, |fit| fit);
     fits.sort_by(|a, b| a.mean_square.total_cmp(&b.mean_square));
     // A cascade and a PID loop seldom turn into each other: the better one of either kind is followed.
     let first = fits.first()?;
     let integral = |fit: &Fit| fit.servo.integral > 0.0;
     let others = fits.iter().skip(1).find(|fit| integral(fit) != integral(first));
     let followed = [Some(first), others.filter(|other| other.mean_square < RIVAL * first.mean_square)];
-    let structured = followed.into_iter().flatten().map(|fit| best_structure(fit.clone(), &short, scope, false));
+    let structured = followed.into_iter().flatten().map(|fit| best_structure(fit.clone(), [&short, &long], scope, false));
     let best = structured.reduce(|best, other| if is_better(&other, &best, seconds, scope) { other } else { best })?;
     let Fit { servo, free, .. } = best;
-    let long = record.shortened(FITTED_S);
     let found = fit(servo, &long, &free, None)?;
     if scope.whole { Some(with_whole_friction(found, &long)) } else { Some(found) }
 }
@@ -65,17 +69,18 @@ pub fn identify_all(records: &[Record]) -> Vec<Option<Fit>> {
         return vec![identify(record, scope)];
     }
     let shorts: Vec<Record> = records.par_iter().map(|record| record.shortened(COMPARED_S)).collect();
-    let of_axes: Vec<Vec<(Control, Fit)>> = shorts.par_iter().map(|short| controls(short, scope)).collect();
+    let longs: Vec<Record> = records.par_iter().map(|record| record.shortened(FITTED_S)).collect();
+    let of_axes: Vec<Vec<(Control, Fit)>> =
+        shorts.par_iter().zip(&longs).map(|(short, long)| steady(controls(short, scope), long, |(_, fit)| fit)).collect();
     let shared = shared_control(&of_axes, &shorts);
-    let finish = |((record, short), fits): ((&Record, &Record), &Vec<(Control, Fit)>)| {
+    let finish = |((long, short), fits): ((&Record, &Record), &Vec<(Control, Fit)>)| {
         let own = fits.iter().min_by(|a, b| a.1.mean_square.total_cmp(&b.1.mean_square))?;
         let common = fits.iter().find(|(control, _)| Some(*control) == shared);
         let (_, start) = common.filter(|(_, fit)| own.1.mean_square > DEPARTURE * fit.mean_square).unwrap_or(own);
-        let best = best_structure(start.clone(), short, scope, true);
-        let long = record.shortened(FITTED_S);
-        Some(with_whole_friction(fit(best.servo, &long, &best.free, None)?, &long))
+        let best = best_structure(start.clone(), [short, long], scope, true);
+        Some(with_whole_friction(fit(best.servo, long, &best.free, None)?, long))
     };
-    records.par_iter().zip(&shorts).zip(&of_axes).map(finish).collect()
+    longs.par_iter().zip(&shorts).zip(&of_axes).map(finish).collect()
 }
 
 /// Fits of every control to an axis, each with its friction.
@@ -104,11 +109,19 @@ fn shared_control(of_axes: &[Vec<(Control, Fit)>], records: &[Record]) -> Option
     costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(control, _)| control)
 }
 
-/// The best structure that is reached from a fit, one part after the other. Kind of loop and smoothing stay where the control `is_known`.
-fn best_structure(start: Fit, record: &Record, scope: Scope, is_known: bool) -> Fit {
+/// Those of the fits that do not run away on a longer record.
+fn steady<T>(fits: Vec<T>, long: &Record, of: impl Fn(&T) -> &Fit) -> Vec<T> {
+    let left: Vec<f64> = fits.iter().map(|fit| squares(&of(fit).servo, long)).collect();
+    let least = left.iter().copied().fold(f64::INFINITY, f64::min);
+    fits.into_iter().zip(left).filter(|(_, left)| *left <= RUNS_AWAY * least).map(|(fit, _)| fit).collect()
+}
+
+/// The best structure on a short record that is reached from a fit, one part after the other, of those that do not follow a longer one worse. Kind of loop and smoothing stay where the control `is_known`.
+fn best_structure(start: Fit, [record, long]: [&Record; 2], scope: Scope, is_known: bool) -> Fit {
     use index::{AVERAGE, COMMAND_LAG, INTEGRAL, POSITION_INTEGRAL};
     let of_control = |free: &Free| [INTEGRAL, POSITION_INTEGRAL, AVERAGE, COMMAND_LAG].map(|part| free.0.contains(&part));
     let control = of_control(&start.free);
+    let mut left = squares(&start.servo, long);
     let mut best = start;
     for _ in 0..if scope.whole { ROUNDS } else { 1 } {
         let before = best.free.clone();
@@ -119,8 +132,13 @@ fn best_structure(start: Fit, record: &Record, scope: Scope, is_known: bool) -> 
             let trial = fit(servo, record, &free, Some(TRIAL_ITERATIONS));
             let Some(trial) = trial.filter(|trial| trial.mean_square < PROMISING * best.mean_square) else { continue };
             let Some(other) = fit(trial.servo, record, &free, Some(STRUCTURE_ITERATIONS)) else { continue };
-            if is_better(&other, &best, record.fitted_s(), scope) {
-                best = other;
+            if !is_better(&other, &best, record.fitted_s(), scope) {
+                continue;
+            }
+            // A loop at the edge of stability may follow a short record, and run away on a longer one.
+            let of_other = squares(&other.servo, long);
+            if of_other <= FOLLOWS_WORSE * left {
+                (best, left) = (other, of_other);
             }
         }
         if best.free == before {
