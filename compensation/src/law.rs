@@ -79,13 +79,24 @@ pub fn pose_errors(
         }
         // By degrees, from a twentieth of the turn's way on, less was learned: 0.56 for 0.23 µm on a surface with one turn.
         for turn in axis_turns(desired) {
-            let poses = desired.poses()[turn.clone()].iter().zip(&actual[turn.clone()]);
-            shifts[turn].iter_mut().zip(poses).for_each(|(shift, (wanted, actual))| shift.tip = wanted.tip - actual.tip);
+            let tool = |k: usize| desired.poses()[k].tool;
+            let last = turn.end - 1;
+            for k in turn.clone() {
+                let along = tool((k + 1).min(last)) - tool(k.saturating_sub(1).max(turn.start));
+                let shift = &mut shifts[k];
+                shift.tip = desired.poses()[k].tip - actual[k].tip;
+                // Along the turn the tool is late, not wrong: what is corrected there adds up to a turn beyond its end.
+                if let Some(along) = along.try_normalize(STILL) {
+                    shift.tool -= along * along.dot(&shift.tool);
+                }
+            }
         }
     }
     Ok(PoseErrors { contour, shifts, actual })
 }
 
+/// Change of the tool axis from one sample to the next but one below which it does not turn.
+const STILL: f64 = 1e-9;
 /// Lean of the tool from a pole below which its correction is tapered, rad: there a rotary axis
 /// moves far for a small correction.
 const POLE_RAD: f64 = 0.002;
