@@ -77,7 +77,7 @@ impl Recorded {
             findings.push(finding);
         } else if let Some(message) = standing(&times) {
             let Some(period_s) = period_s else {
-                let why = format!("{message}: the clock has too few digits; state the sampling period");
+                let why = format!("{message}: the clock has too few digits; state the sampling period (--period)");
                 return Err(DatasetError::format(path, why));
             };
             check_period(path, period_s)?;
@@ -232,7 +232,7 @@ pub(crate) fn stated_period_s(
 
 /// Estimates from a file without time stamps: its probable rate and its digits.
 fn hints(path: &Path, table: &Table, sources: &[(Axis, Source)]) -> String {
-    let mut hints = String::from("; state the sampling period if it is known");
+    let mut hints = String::from("; state the sampling period (--period) if it is known");
     if let Some(period_s) = implied_period_s(table) {
         hints += &format!(". Its velocity columns suggest about {:.2} s ({:.0} Hz)", period_s, 1.0 / period_s);
         if 1.0 / period_s < SLOWEST_HZ {

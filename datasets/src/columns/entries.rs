@@ -4,7 +4,7 @@ use super::map::{AxisColumns, Clock, Source};
 use super::meaning::Role;
 use super::names::role_of;
 use super::recognise::unit_of_name;
-use super::unit::{Quantity, Unit};
+use super::unit::{Quantity, UNITS, Unit};
 use crate::{DatasetError, Table};
 
 /// A column on the right-hand side of an entry.
@@ -122,7 +122,7 @@ impl Entries {
     /// Adds the unit of an axis, `x:inch`.
     fn add_unit(&mut self, entry: &str) -> Result<(), String> {
         let Some((axis, word)) = entry.split_once(':') else { return Err("there is no `=`".to_owned()) };
-        let unit = Unit::named(word).ok_or_else(|| format!("`{}` is no unit known here", word.trim()))?;
+        let unit = Unit::named(word).ok_or_else(|| format!("`{}` is no unit known here ({UNITS})", word.trim()))?;
         if unit.quantity == Quantity::Time {
             return Err("positions need a unit of length or angle".to_owned());
         }
@@ -170,7 +170,7 @@ fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
     if let Some((name, word)) = text.rsplit_once(':')
         && let Some(column) = find(name.trim(), table)?
     {
-        let unit = Unit::named(word).ok_or_else(|| format!("`{word}` is no unit known here"))?;
+        let unit = Unit::named(word).ok_or_else(|| format!("`{word}` is no unit known here ({UNITS})"))?;
         return Ok(Named { source: Source { column, scale: unit.scale }, unit: Some(unit), is_stated: true });
     }
     Err(format!("there is no column `{text}`; the columns are {}", table.names.join(", ")))

@@ -44,6 +44,9 @@ pub struct Unit {
     pub scale: f64,
 }
 
+/// Units that are known, for messages.
+pub(super) const UNITS: &str = "s, ms, us, ns, min; mm, m, cm, um, nm, in; rad, mrad, urad, deg";
+
 impl Unit {
     /// A unit by its word, with or without brackets: `s ms us ns min`, `mm m cm um µm nm in inch`, `rad mrad urad deg °`.
     #[must_use]

@@ -72,7 +72,7 @@ impl Interpreter<'_> {
         self.read_feed(words.feed);
         let compensated = cutter_before != CutterCompensation::Off || self.modal.cutter != CutterCompensation::Off;
         if optional && (words.cutter.is_some() || words.feed.is_some_and(|feed| feed != BlockFeed::Rapid)) {
-            let help = "take the block out, or its slash";
+            let help = "state whether it runs: --block-delete on or off";
             self.open(Cause::Lasting, self.span_of_block(), "modal words in a block that a switch may skip", Some(help));
         }
         if words.moves() || matches!(function, Function::Circle { polar: false }) {

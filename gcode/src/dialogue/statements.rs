@@ -48,7 +48,7 @@ impl Interpreter<'_> {
         let is_optional = block.is_optional && self.options.block_delete.is_none();
         if is_optional && changes.iter().any(|names| block.begins(names)) {
             let what = "a frame, a tool or a pole in a block that a switch may skip";
-            self.open(Cause::Lasting, self.span_of_block(), what, Some("take the block out, or its slash"));
+            self.open(Cause::Lasting, self.span_of_block(), what, Some("state whether it runs: --block-delete on or off"));
             self.lose_place();
         }
     }

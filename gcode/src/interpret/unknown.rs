@@ -244,7 +244,7 @@ impl Interpreter<'_> {
         if let Some(g) = words.g.iter().find(|g| changes(&g.code)) {
             let (what, help) = match self.ran {
                 Ran::Perhaps => ("in a block that may not run", "take the block out of the branch or loop"),
-                _ => ("in a block that a switch may skip", "take the block out, or its slash"),
+                _ => ("in a block that a switch may skip", "state whether it runs: --block-delete on or off"),
             };
             self.open_section(g.index, &format!("{} {what}", written(g.tenths)), Cause::Lasting, Some(help));
         }
