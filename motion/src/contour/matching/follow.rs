@@ -314,10 +314,10 @@ mod tests {
                     assert!(positions.windows(2).all(|pair| pair[0] <= pair[1]));
                     for leg in 0..legs.len() {
                         let begins = 300 + leg * (samples + rest);
-                        for k in begins + 10..begins + samples - 10 {
+                        for (k, position) in positions.iter().enumerate().take(begins + samples - 10).skip(begins + 10) {
                             let expected = (300 + leg * (200 + rest)) as f64 + (k - begins) as f64 * 200.0 / samples as f64;
-                            let off = (positions[k] - expected).abs();
-                            assert!(off < 2.0, "{legs:?} {rest} {samples}: {} for {expected}", positions[k]);
+                            let off = (position - expected).abs();
+                            assert!(off < 2.0, "{legs:?} {rest} {samples}: {position} for {expected}");
                         }
                     }
                 }
