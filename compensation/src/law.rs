@@ -1,6 +1,8 @@
 //! Compensation laws: the update of a reference after a run.
 
-use motion::contour::{ContourError, ContourEstimator, axis_turns, orientation_errors};
+use std::ops::Range;
+
+use motion::contour::{ContourError, ContourEstimator, axis_turns, orientation_errors, turns};
 use motion::{DesiredPath, Kinematics, MotionError, Pose, SHARE, Trajectory, Vec3, poses_of};
 use rayon::prelude::*;
 
@@ -78,7 +80,10 @@ pub fn pose_errors(
             shift.tool = error.vector;
         }
         // By degrees, from a twentieth of the turn's way on, less was learned: 0.56 for 0.23 µm on a surface with one turn.
-        for turn in axis_turns(desired) {
+        let tip = |k: usize| desired.poses()[k].tip;
+        let stands = |turn: &Range<usize>| turn.clone().all(|k| (tip(k) - tip(turn.start)).norm() <= STANDS_MM);
+        let upright = axis_turns(desired).into_iter().filter(stands);
+        for turn in turns(desired.poses()).into_iter().chain(upright) {
             let tool = |k: usize| desired.poses()[k].tool;
             let last = turn.end - 1;
             for k in turn.clone() {
@@ -95,6 +100,8 @@ pub fn pose_errors(
     Ok(PoseErrors { contour, shifts, actual })
 }
 
+/// Way of a tip that stands while the table turns about an upright tool, mm.
+const STANDS_MM: f64 = 0.05;
 /// Change of the tool axis from one sample to the next but one below which it does not turn.
 const STILL: f64 = 1e-9;
 /// Lean of the tool from a pole below which its correction is tapered, rad: there a rotary axis
