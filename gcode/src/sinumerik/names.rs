@@ -106,7 +106,7 @@ impl Name {
 
 /// Names without effect on path and frame: messages, dynamics, feedforward, exact-stop and compensation behaviour, coordination of channels and
 /// spindles, display, orientation modes (they act in a transformation only), blank and protection zones.
-const SILENT: [&str; 88] = [
+const SILENT: [&str; 87] = [
     "ACTBLOCNO",
     "ADIS",
     "ADISPOS",
@@ -194,10 +194,9 @@ const SILENT: [&str; 88] = [
     "SPOSA",
     "START",
     "STARTFIFO",
-    "STOPRE",
 ];
 /// More of them.
-const SILENT_TOO: [&str; 21] = [
+const SILENT_TOO: [&str; 19] = [
     "ATOL",
     "CTOL",
     "CTOLG0",
@@ -211,10 +210,8 @@ const SILENT_TOO: [&str; 21] = [
     "TMOF",
     "TMON",
     "UPATH",
-    "WAITM",
     "WAITMC",
     "WAITP",
-    "WAITS",
     "WALIMOF",
     "WALIMON",
     "WORKPIECE",
