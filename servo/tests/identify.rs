@@ -5,7 +5,7 @@ use std::sync::Arc;
 use machine::{MachineSpec, SimulatedMachine, SimulationOptions};
 use motion::curves::library::random_nurbs;
 use motion::{Trajectory, plan_curve};
-use servo::{Record, Run, Scope, identify, identify_all, index};
+use servo::{Record, Run, Scope, Servo, identify, identify_all, index};
 
 fn planned(spec: &MachineSpec, points: usize, sigma_mm: f64, share: f64, seed: u64) -> Trajectory {
     let curve = Arc::new(random_nurbs(points, sigma_mm, 3, seed).unwrap());
@@ -124,6 +124,33 @@ fn a_model_fitted_to_some_rows_is_refitted_to_others() {
     assert_eq!(refitted.free, fit.free);
     assert!(refitted.servo != fit.servo && refitted.mean_square < 4.0 * fit.mean_square);
     assert!(refitted.servo.check().is_ok());
+}
+
+/// Many runs that all begin in one place, with other friction elsewhere: the model holds over the whole of the travel.
+#[test]
+fn friction_beyond_the_first_seconds_of_many_runs_is_fitted() {
+    let levels = std::array::from_fn(|place| if place < 12 { 1.0 } else { 1.8 });
+    let truth = Servo { levels, ..Servo::usual(40.0, 0.9).with_places(0.0, 120.0) };
+    let period_s = 0.004;
+    let runs = (0..8).map(|run| {
+        // Six seconds to and fro from 10 to 26 mm, then as long from 80 to 96 mm.
+        let at = |k: usize| {
+            let time = k as f64 * period_s;
+            let swing = 8.0 * (1.0 - ((5.0 + f64::from(run)) * time).cos());
+            let moved = ((time - 6.0) / 1.5).clamp(0.0, 1.0);
+            10.0 + swing + 70.0 * moved * moved * (3.0 - 2.0 * moved)
+        };
+        let reference: Vec<f64> = (0..3375).map(at).collect();
+        let actual = truth.follow(&reference, period_s);
+        let rows = std::iter::once(0..reference.len()).collect();
+        Run { reference, actual, start: None, rows }
+    });
+    let record = Record { period_s, runs: runs.collect() };
+    let fit = identify(&record, Scope { sees_backlash: false, whole: true }).unwrap();
+    let left = |run: &Run| rms_um(&fit.servo.follow(&run.reference, period_s), &run.actual);
+    let left: Vec<f64> = record.runs.iter().map(left).collect();
+    println!("{left:.3?} µm");
+    assert!(left.iter().all(|&left| left < 0.3), "{left:?}");
 }
 
 #[test]
