@@ -11,8 +11,8 @@ use crate::starts::{Control, TABLE_1_S, of_every_control, promising};
 const COMPARED_S: f64 = 12.0;
 const FITTED_S: f64 = 40.0;
 /// Length of the record of the last fit for a prediction, s: the first seconds of many runs may lie in one place of an axis, whose friction is then
-/// taken for that of the travel. Held-out RMS over that with 40 s, 20 axes of `random:` 971, 972, 947, 142, 905 and `xyzac`: median 1.0, best 0.65, worst 1.2; training takes
-/// 1.07 to 1.18 times as long. All of 140 s came to 0.91 to 1.32 of that with 80 s, in more time.
+/// taken for that of the travel. Held-out RMS over that with 40 s, 20 axes of `random:` 971, 972, 947, 142, 905 and `xyzac`: median 1.0, best 0.65,
+/// worst 1.2; training took 1.07 to 1.18 times as long, on a robot's log 1.6. All of 140 s came to 0.91 to 1.32 of that with 80 s, in more time.
 const PREDICTED_S: f64 = 80.0;
 /// Parameters that a structure of as many parameters has to be better by.
 const MARGIN: f64 = 0.5;
@@ -79,14 +79,15 @@ pub fn identify_all(records: &[Record]) -> Vec<Option<Fit>> {
     let of_axes: Vec<Vec<(Control, Fit)>> =
         shorts.par_iter().zip(&longs).map(|(short, long)| steady(controls(short, scope), long, |(_, fit)| fit)).collect();
     let shared = shared_control(&of_axes, &shorts);
-    let finish = |((record, (long, short)), fits): ((&Record, (&Record, &Record)), &Vec<(Control, Fit)>)| {
+    let finish = |axis: usize| {
+        let fits: &[(Control, Fit)] = &of_axes[axis];
         let own = fits.iter().min_by(|a, b| a.1.mean_square.total_cmp(&b.1.mean_square))?;
         let common = fits.iter().find(|(control, _)| Some(*control) == shared);
         let (_, start) = common.filter(|(_, fit)| own.1.mean_square > DEPARTURE * fit.mean_square).unwrap_or(own);
-        let best = best_structure(start.clone(), [short, long], scope, true);
-        fit_for_prediction(best.servo, &best.free, record)
+        let best = best_structure(start.clone(), [&shorts[axis], &longs[axis]], scope, true);
+        fit_for_prediction(best.servo, &best.free, &records[axis])
     };
-    records.par_iter().zip(longs.par_iter().zip(&shorts)).zip(&of_axes).map(finish).collect()
+    (0..records.len()).into_par_iter().map(finish).collect()
 }
 
 /// Fits of every control to an axis, each with its friction.
