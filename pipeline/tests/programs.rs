@@ -5,7 +5,7 @@ use compensation::{CompensationLaw, CorrectionLimits};
 use machine::{MachineSpec, SimulatedMachine};
 use motion::contour::MovingWindow;
 use pipeline::Setup;
-use pipeline::control::{Pairing, curve_program, learn_program};
+use pipeline::control::{MOVE_POINTS, Pairing, curve_program, learn_program};
 
 /// Order of table II in Paper C: where a control replans every program, spatial ILC ends below tracking ILC.
 #[test]
@@ -14,7 +14,7 @@ fn spatial_learning_beats_tracking_where_programs_are_replanned() {
     let butterfly = curve_program("saddle-butterfly", 50.0, 0.2, &Setup::new(&spec, None).unwrap()).unwrap();
     let mut machine = SimulatedMachine::new(&spec, 1001).unwrap();
     let mut learned = |law: &mut dyn CompensationLaw, pairing| {
-        let runs = learn_program(&butterfly, &mut machine, law, pairing, 5, &CorrectionLimits::default()).unwrap();
+        let runs = learn_program(&butterfly, &mut machine, law, (pairing, MOVE_POINTS), 5, &CorrectionLimits::default()).unwrap();
         // The program of the first run is the original.
         assert_eq!(&runs[0].run.command, butterfly.plan.desired.trajectory());
         let figures = [0, 5].map(|run| runs[run].figures.tip);

@@ -147,8 +147,7 @@ pub fn compare(
         printer.line(print::render(&results, &settings));
         let mut figures = print::json(&results, &settings);
         if options.programs {
-            let curves: Vec<&str> = paths.iter().filter(|path| path.desired().curve().is_some()).map(Input::name).collect();
-            let (programs, tuned) = compare_programs(&curves, plant, bundle, &settings, &results.tuned, progress)?;
+            let (programs, tuned) = compare_programs(paths, plant, bundle, &settings, &results.tuned, progress)?;
             printer.line(print::render_programs(&programs, &tuned, &settings));
             figures["programs"] = print::programs_json(&programs, &tuned, &settings);
         }

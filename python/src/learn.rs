@@ -150,7 +150,7 @@ fn runs_of(
     let Some(law) = law else {
         let uncompensated = machine.run(input.trajectory())?;
         let settings = Settings { max_shift, max_rotation_rad, ..Settings::default() };
-        let reference = on_machine(&mut machine, input, &settings)?;
+        let reference = on_machine(&mut machine, input, &settings)?.reference;
         let actual = machine.run(&reference)?;
         let first = Iteration::of(input, input.trajectory().clone(), uncompensated)?;
         return Ok(vec![first, Iteration::of(input, reference, actual)?]);

@@ -57,7 +57,7 @@ pub struct Compare {
     /// How the first run is learned on the model
     #[arg(long, value_enum, default_value = "model-based")]
     law: LawArg,
-    /// Compare the same curves as G-code programs too, in a second table (built-in curves only)
+    /// Compare as G-code too, in a second table: part programs, and built-in curves as programs of short lines; the control plans their time
     #[arg(long)]
     programs: bool,
     /// Updates of model-based ILC
@@ -99,8 +99,7 @@ impl Compare {
         printer.line(print::render(&results, &settings));
         let mut figures = print::json(&results, &settings);
         if self.programs {
-            let curves: Vec<&str> = paths.iter().filter(|path| path.desired().curve().is_some()).map(Input::name).collect();
-            let (programs, tuned) = compare_programs(&curves, plant, model.as_ref(), &settings, &results.tuned, &progress)?;
+            let (programs, tuned) = compare_programs(paths, plant, model.as_ref(), &settings, &results.tuned, &progress)?;
             printer.line(print::render_programs(&programs, &tuned, &settings));
             figures["programs"] = print::programs_json(&programs, &tuned, &settings);
         }

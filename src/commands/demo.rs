@@ -96,7 +96,7 @@ impl Demo {
         let results = compare(&paths, plant, Some(&trained.bundle), &settings, &progress)?;
         printer.line(print::comparison::render(&results, &settings));
         printer.line("4. the same curves as G-code programs of short lines, whose time the control plans itself");
-        let (programs, tuned) = compare_programs(unseen, plant, Some(&trained.bundle), &settings, &results.tuned, &progress)?;
+        let (programs, tuned) = compare_programs(paths, plant, Some(&trained.bundle), &settings, &results.tuned, &progress)?;
         printer.line(print::comparison::render_programs(&programs, &tuned, &settings));
 
         printer.line(format!("5. compensated the part {}, and ran it as it was and as it is now", PART.0));

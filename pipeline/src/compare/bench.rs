@@ -1,7 +1,7 @@
 //! All methods on one path.
 
 use compensation::Iteration;
-use machine::{Machine, SimulatedMachine, SimulationOptions};
+use machine::Machine;
 use models::staged::StagedPredictor;
 use models::{AxisPredictor, Bundle, LearnedMachine};
 use motion::Trajectory;
@@ -62,10 +62,8 @@ impl Bench<'_> {
         let mut references = vec![(Method::Uncompensated, path.trajectory().clone())];
         let Some(bundle) = self.bundle else { return Ok(references) };
         let given = &self.settings.learning;
-        if let (Plant::Simulated(spec), None) = (self.plant, path.part()) {
-            let quiet = SimulationOptions { noise_scale: 0.0, ..self.settings.simulation };
-            let mut machine = SimulatedMachine::new(spec, 0)?.with_options(quiet)?;
-            references.push((Method::PerfectModel, on_machine(&mut machine, path, given)?));
+        if let Some(mut machine) = self.plant.noise_free(self.settings.simulation)? {
+            references.push((Method::PerfectModel, on_machine(&mut machine, path, given)?.reference));
         }
         let learned = |law: LawName| -> Result<Trajectory> {
             self.steps.at(&format!("{}: learning on the model", path.name()))?;

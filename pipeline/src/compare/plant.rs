@@ -57,6 +57,12 @@ impl Plant<'_> {
         })
     }
 
+    /// The simulated machine without noise, a perfect model of itself; `None` for other machines.
+    pub(super) fn noise_free(self, options: SimulationOptions) -> Result<Option<SimulatedMachine>> {
+        let Self::Simulated(spec) = self else { return Ok(None) };
+        Ok(Some(SimulatedMachine::new(spec, 0)?.with_options(SimulationOptions { noise_scale: 0.0, ..options })?))
+    }
+
     /// Laws that apply to the machine. The cross-coupled law needs axes that are the coordinates of the tip.
     pub(super) fn laws(self) -> Result<Vec<Ilc>> {
         let has_rotary_axes = self.setup()?.kinematics.has_rotary_axes();

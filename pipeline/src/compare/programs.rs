@@ -12,10 +12,11 @@ use super::plant::Plant;
 use super::results::{Measured, PathComparison};
 use super::settings::{CompareSettings, FEED_MM_S};
 use super::tuning::{LawSettings, Tuned, ilc_correction_limits};
-use crate::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program, learn_program, run_program};
+use crate::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program, is_replanned, learn_program, run_program};
 use crate::error::{Error, Result};
 use crate::input::Input;
-use crate::model_based_ilc::{Settings, model_based_ilc};
+use crate::model_based_ilc::{Settings, model_based_ilc, on_machine};
+use crate::output::OutputSettings;
 use crate::part::Part;
 use crate::progress::{Job, Progress, SILENT, Steps};
 use crate::refit::RefitSettings;
@@ -33,16 +34,18 @@ const TUNING_CURVE: &str = "polygon-7";
 /// Offset of the tuning noise seed from the first seed.
 pub(super) const TUNING_SEED: u64 = 501;
 
-/// Compares the uncompensated program, the first run, every ILC law and the floor on built-in curves as programs of
-/// short lines at 80 mm/s.
+/// Compares the uncompensated program, the first run, every ILC law and the floor on programs: part programs with points
+/// as [`OutputSettings`] has them for the machine's control, and built-in curves as programs of short lines at 80 mm/s, whose points
+/// move. Recorded references have no program and are left out.
 ///
 /// Gains are those of `tuned`. The cut-off of every law is that of `CUT_OFFS_HZ` or `tuned` with the lowest cost of the
-/// last run on the program of another curve with another noise seed.
+/// last run on the program of another curve with another noise seed. On part programs a law learns with these points and with
+/// those of the program alone, and the lower cost counts.
 ///
 /// # Errors
-/// When a curve cannot be planned on the machine, or a program cannot be written.
+/// When a curve cannot be planned on the machine, a program cannot be written, or it states the times of its lines.
 pub fn compare_programs(
-    names: &[&str],
+    paths: Vec<Input>,
     plant: Plant<'_>,
     bundle: Option<&Bundle>,
     settings: &CompareSettings,
@@ -57,7 +60,7 @@ pub fn compare_programs(
         let tried: Vec<LawSettings> = tried.map(|hz| own.for_programs(hz)).collect();
         let cost = |one: &LawSettings| -> Result<f64> {
             let mut machine = plant.machine(settings.seed.wrapping_add(TUNING_SEED), settings.simulation)?;
-            let run = learned(&tuning, machine.as_mut(), settings.ilc_runs, *law, *one);
+            let run = learned(&tuning, machine.as_mut(), settings.ilc_runs, *law, *one, MOVE_POINTS);
             // A law whose program cannot be planned any more has diverged.
             Ok(run.map_or(f64::INFINITY, |run| run.figures.cost_mm()))
         };
@@ -67,36 +70,80 @@ pub fn compare_programs(
     };
     let chosen: Vec<Option<(Ilc, LawSettings)>> = LAWS.par_iter().map(trial).collect::<Result<_>>()?;
     let chosen = Tuned { laws: chosen.into_iter().flatten().collect(), searched: tuned.searched };
-    let steps = Steps::new(progress, Job::ComparingPrograms, names.len() * settings.seeds as usize);
+    let programs = paths.into_iter().filter_map(|path| Programmed::of(path, &setup).transpose()).collect::<Result<Vec<_>>>()?;
+    let steps = Steps::new(progress, Job::ComparingPrograms, programs.len() * settings.seeds as usize);
     let bench = Bench { plant, bundle, settings, tuned: &chosen, steps };
-    let results = names.par_iter().map(|name| bench.program(name, &setup)).collect::<Result<_>>()?;
+    let results = programs.par_iter().map(|program| bench.program(program)).collect::<Result<_>>()?;
     Ok((results, chosen))
 }
 
-/// Last run of `law` on a program.
-fn learned(part: &Part, machine: &mut dyn Machine, updates: usize, law: Ilc, settings: LawSettings) -> Result<ProgramRun> {
+/// A program, and how its compensated points are written.
+struct Programmed {
+    program: Input,
+    /// Points of the first run and of ILC; several where ILC takes the best.
+    points: Vec<RefitSettings>,
+    /// Largest relative increase of the cycle time of the first run.
+    cycle_limit: f64,
+}
+
+impl Programmed {
+    /// The program of a path; `None` for a recorded reference.
+    fn of(path: Input, setup: &Setup) -> Result<Option<Self>> {
+        let mut part = match path {
+            Input::Program(part) => part,
+            Input::Path(path) if path.desired.curve().is_some() => {
+                let program = Input::from(curve_program(&path.name, FEED_MM_S, SPACING_MM, setup)?);
+                return Ok(Some(Self { program, points: vec![MOVE_POINTS], cycle_limit: f64::INFINITY }));
+            }
+            Input::Path(_) => return Ok(None),
+        };
+        let output = OutputSettings::new(setup, None, None, None);
+        output.prepare(&mut part);
+        let points = output.refit().suited_to(&part)?;
+        if !is_replanned(&part, points) {
+            return Err(Error::NotReplanned(part.name));
+        }
+        let cycle_limit = Settings::default().cycle_limit;
+        Ok(Some(Self { program: Input::Program(part), points: vec![points, MOVE_POINTS], cycle_limit }))
+    }
+}
+
+/// Last run of `law` on a program with these points.
+fn learned(
+    part: &Part,
+    machine: &mut dyn Machine,
+    updates: usize,
+    law: Ilc,
+    settings: LawSettings,
+    points: RefitSettings,
+) -> Result<ProgramRun> {
     let desired = &part.plan.desired;
     let uncompensated = machine.run(desired.trajectory())?;
     let correction_limits = ilc_correction_limits(desired, Some(&part.limits), &uncompensated, settings)?;
     let mut learner = settings.law(law, desired.trajectory().period_s(), &[])?;
-    let runs = learn_program(part, machine, learner.as_mut(), Pairing::Place, updates, &correction_limits)?;
+    let runs = learn_program(part, machine, learner.as_mut(), (Pairing::Place, points), updates, &correction_limits)?;
     runs.into_iter().next_back().ok_or(Error::NoRun(law.name()))
 }
 
 impl Bench<'_> {
-    /// Every method on the program of a curve.
-    fn program(&self, name: &str, setup: &Setup) -> Result<PathComparison> {
-        let program = Input::from(curve_program(name, FEED_MM_S, SPACING_MM, setup)?);
+    /// Every method on a program.
+    fn program(&self, Programmed { program, points, cycle_limit }: &Programmed) -> Result<PathComparison> {
         let desired = program.desired();
         let mut references = vec![(Method::Uncompensated, desired.trajectory().clone(), MOVE_POINTS)];
         if let Some(bundle) = self.bundle {
-            let settings = Settings { written: Some(MOVE_POINTS), cycle_limit: f64::INFINITY, ..self.settings.learning };
-            self.steps.at(&format!("{name}: learning on the model"))?;
-            let first = model_based_ilc(&program, bundle, &settings, SILENT)?;
+            let written = points[0];
+            let settings = Settings { written: Some(written), cycle_limit: *cycle_limit, ..self.settings.learning };
+            self.steps.at(&format!("{}: learning on the model", program.name()))?;
+            let first = model_based_ilc(program, bundle, &settings, SILENT)?;
+            if let Some(mut machine) = self.plant.noise_free(self.settings.simulation)? {
+                let perfect = on_machine(&mut machine, program, &settings)?;
+                references.push((Method::PerfectModel, perfect.reference, perfect.written.unwrap_or(MOVE_POINTS)));
+            }
             references.push((Method::FirstRun, first.reference, first.written.unwrap_or(MOVE_POINTS)));
         }
-        let mut result = PathComparison::empty(name, desired);
-        let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.program_seed(program.program()?, &references, seed));
+        let mut result = PathComparison::empty(program.name(), desired);
+        let part = program.program()?;
+        let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.program_seed(part, points, &references, seed));
         for (method, measured) in seeds.collect::<Result<Vec<_>>>()?.into_iter().flatten() {
             result.push(method, &measured);
         }
@@ -107,6 +154,7 @@ impl Bench<'_> {
     fn program_seed(
         &self,
         part: &Part,
+        points: &[RefitSettings],
         references: &[(Method, Trajectory, RefitSettings)],
         index: u64,
     ) -> Result<Vec<(Method, Measured)>> {
@@ -118,7 +166,13 @@ impl Bench<'_> {
         for law in LAWS {
             let Some(settings) = self.tuned.of(law) else { continue };
             self.steps.at(&format!("{}: {}", part.name, law.name()))?;
-            let run = learned(part, machine.as_mut(), self.settings.ilc_runs, law, settings)?;
+            let mut tried = points.iter().map(|one| learned(part, machine.as_mut(), self.settings.ilc_runs, law, settings, *one));
+            let first = tried.next().unwrap_or(Err(Error::NoRun(law.name())));
+            let run = tried.fold(first, |best, next| match (&best, &next) {
+                (Ok(one), Ok(other)) if one.figures.cost_mm() <= other.figures.cost_mm() => best,
+                (Ok(_), Err(_)) => best,
+                _ => next,
+            })?;
             measured.push((Method::Ilc(law), Measured::of_program(part, &run)));
         }
         for figures in floor_runs(machine.as_mut(), &part.plan.desired, Some(part))? {

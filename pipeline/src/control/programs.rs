@@ -55,7 +55,7 @@ pub fn run_program(
 }
 
 /// Iterates `law` on a program: runs it, moves its points within `bounds`, and runs it again, `updates` times. Points
-/// at a standstill do not move.
+/// at a standstill do not move. The programs are written with the settings `points`.
 ///
 /// # Errors
 /// As [`run_program`], and when the law fails.
@@ -63,14 +63,14 @@ pub fn learn_program(
     part: &Part,
     machine: &mut dyn Machine,
     law: &mut dyn CompensationLaw,
-    pairing: Pairing,
+    (pairing, points): (Pairing, RefitSettings),
     updates: usize,
     bounds: &CorrectionLimits,
 ) -> Result<Vec<ProgramRun>> {
     let desired = &part.plan.desired;
     let correction_limits = CorrectionLimits { weights: moving_weights(desired.trajectory()), ..bounds.clone() };
     let mut control = ControlledMachine::new(machine, Some(part));
-    (control.replans, control.pairing, control.runs) = (Some(MOVE_POINTS), pairing, Some(Vec::with_capacity(updates + 1)));
+    (control.replans, control.pairing, control.runs) = (Some(points), pairing, Some(Vec::with_capacity(updates + 1)));
     learn(&mut control, law, desired, None, &correction_limits, &StopRule::after(updates), &mut |_, _| 0.0)?;
     control.runs.unwrap_or_default().into_iter().map(|run| ProgramRun::of(part, run)).collect()
 }

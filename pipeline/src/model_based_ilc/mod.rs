@@ -29,6 +29,7 @@ use task::{Runs, Task};
 use crate::control::ControlledMachine;
 use crate::error::Result;
 use crate::input::Input;
+use crate::part::Part;
 use crate::progress::{Progress, SILENT};
 use crate::refit::{Mark, RefitSettings};
 use crate::statistics::Figures;
@@ -109,56 +110,87 @@ fn on_learner(input: &Input, learner: Learner<'_>, settings: &Settings, progress
     input.check_original()?;
     let Learner { machine, coverage, known, model_error_mm } = learner;
     let (weights, outside) = prepare(input, machine, coverage);
-    let mut control = ControlledMachine::learned(machine, input.part()).disturbed(known.map(|known| known.repeated.as_slice()));
-    let (max_shift, uncompensated) = bound_of(settings, &mut control, input)?;
-    let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
-    let mut task = Task::new(input, correction_limits, model_error_mm, progress);
+    let control = ControlledMachine::learned(machine, input.part()).disturbed(known.map(|known| known.repeated.as_slice()));
+    let resumed = known.map(|known| &known.command);
+    let subject = Subject { control, weights, resumed, model_error_mm };
+    Ok(Outcome { outside, ..subject.learn(input, settings, progress)? })
+}
 
-    let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, uncompensated, settings)?;
-    let updates = runs.len() - 1;
-    // A program whose whole does not gain may hold segments that do.
-    let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
-    let run = run.map(|run| runs.swap_remove(run));
-    let run = match run {
-        Some((ideal, _)) if settings.unavoidable_apart => Some(task.leave_out_unavoidable(ideal)?),
-        run => run,
-    };
-    let (first, _) = runs.swap_remove(0);
-    drop(runs);
-    let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
-    if let (Some(written), Some(part)) = (settings.written, input.part())
-        && let Some((ideal, _)) = &chosen.run
-        && control.can_replan(written)
-    {
-        task.leave_limits_to_control();
-        let freed =
-            if settings.law == LawName::ModelBased { task.freed(&mut control, ideal, settings.iterations)? } else { None };
-        control.replans(written);
-        let ideals: Vec<&Iteration> = std::iter::once(ideal).chain(&freed).collect();
-        let resumed = known.map(|known| &known.command);
-        let slow_stop = slow_stop(&task, &mut control, part, [&first.actual, &ideal.reference], written, settings)?;
-        let mut learned = |slow_stop| {
-            let written = RefitSettings { slow_stop, ..written };
-            relearn_on_program(&task, &mut control, input, settings, written, &ideals, resumed)
+/// Computes a reference for `input` on any machine, as [`model_based_ilc`] does on a learned one. On the noise-free
+/// simulated machine it is the result of a perfect model.
+///
+/// # Errors
+/// When the path does not fit the machine, or a program cannot be planned.
+pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Outcome> {
+    input.check_original()?;
+    let control = ControlledMachine::new(machine, input.part());
+    let weights = input.part().map_or_else(Vec::new, Part::taper);
+    Subject { control, weights, resumed: None, model_error_mm: 0.0 }.learn(input, settings, SILENT)
+}
+
+/// A machine to learn on, behind its control.
+struct Subject<'a, M: ?Sized> {
+    control: ControlledMachine<'a, M>,
+    /// Correction weights of the samples; empty for 1.
+    weights: Vec<f64>,
+    /// Command of an earlier run of the program.
+    resumed: Option<&'a Trajectory>,
+    /// Error of the model, mm; 0 where it is not known.
+    model_error_mm: f64,
+}
+
+impl<M: Machine + ?Sized> Subject<'_, M> {
+    fn learn(self, input: &Input, settings: &Settings, progress: Progress<'_>) -> Result<Outcome> {
+        let Self { mut control, weights, resumed, model_error_mm } = self;
+        let (max_shift, uncompensated) = bound_of(settings, &mut control, input)?;
+        let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, weights);
+        let mut task = Task::new(input, correction_limits, model_error_mm, progress);
+
+        let OnReference { mut runs, ended } = learn_on_reference(&mut task, &mut control, input, uncompensated, settings)?;
+        let updates = runs.len() - 1;
+        // A program whose whole does not gain may hold segments that do.
+        let run = best(&runs, Bound::of(&runs[0], LEAST_GAIN)).or(input.part().map(|_| least(&runs))).filter(|run| *run > 0);
+        let run = run.map(|run| runs.swap_remove(run));
+        let run = match run {
+            Some((ideal, _)) if settings.unavoidable_apart => Some(task.leave_out_unavoidable(ideal)?),
+            run => run,
         };
-        let mut on_program = learned(slow_stop)?;
-        if slow_stop.is_some() && on_program.run.is_none() {
-            on_program = learned(None)?;
+        let (first, _) = runs.swap_remove(0);
+        drop(runs);
+        let mut chosen = OnProgram { run, updates, ..OnProgram::default() };
+        if let (Some(written), Some(part)) = (settings.written, input.part())
+            && let Some((ideal, _)) = &chosen.run
+            && control.can_replan(written)
+        {
+            task.leave_limits_to_control();
+            let freed =
+                if settings.law == LawName::ModelBased { task.freed(&mut control, ideal, settings.iterations)? } else { None };
+            control.replans(written);
+            let ideals: Vec<&Iteration> = std::iter::once(ideal).chain(&freed).collect();
+            let slow_stop = slow_stop(&task, &mut control, part, [&first.actual, &ideal.reference], written, settings)?;
+            let mut learned = |slow_stop| {
+                let written = RefitSettings { slow_stop, ..written };
+                relearn_on_program(&task, &mut control, input, settings, written, &ideals, resumed)
+            };
+            let mut on_program = learned(slow_stop)?;
+            if slow_stop.is_some() && on_program.run.is_none() {
+                on_program = learned(None)?;
+            }
+            chosen = on_program;
+            chosen.updates += updates;
         }
-        chosen = on_program;
-        chosen.updates += updates;
+        let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
+        let outcome = choose(input, first, chosen, Learned { max_shift, ended, without_gain })?;
+        let beside_unchanged = if outcome.gained { task.beside_unchanged(&outcome.forecast)? } else { None };
+        Ok(Outcome { beside_unchanged, ..outcome })
     }
-    let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
-    let outcome = choose(input, first, chosen, Learned { max_shift, ended, outside, without_gain })?;
-    let beside_unchanged = if outcome.gained { task.beside_unchanged(&outcome.forecast)? } else { None };
-    Ok(Outcome { beside_unchanged, ..outcome })
 }
 
 /// Reduces the correction of segments without gain, until the forecast of every corrected segment gains. Returns those that are left as they
 /// are.
-fn leave_out(
+fn leave_out<M: Machine + ?Sized>(
     task: &Task<'_>,
-    control: &mut ControlledMachine<'_, LearnedMachine>,
+    control: &mut ControlledMachine<'_, M>,
     input: &Input,
     first: &Iteration,
     chosen: &mut OnProgram,
@@ -219,9 +251,9 @@ struct OnReference {
     ended: Option<Ended>,
 }
 
-fn learn_on_reference(
+fn learn_on_reference<M: Machine + ?Sized>(
     task: &mut Task<'_>,
-    control: &mut ControlledMachine<'_, LearnedMachine>,
+    control: &mut ControlledMachine<'_, M>,
     input: &Input,
     uncompensated: Option<Trajectory>,
     settings: &Settings,
@@ -241,7 +273,6 @@ fn learn_on_reference(
 struct Learned {
     max_shift: f64,
     ended: Option<Ended>,
-    outside: Vec<OutsideRange>,
     without_gain: Vec<WithoutGain>,
 }
 
@@ -269,7 +300,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
     let (after, Iteration { reference, actual: forecast, .. }) = kept.unwrap_or((before, first));
     let of_program = first_of_program.map(|first| [first, kept_of_program.filter(|_| gained).unwrap_or(first)]);
     let OnProgram { updates, kept_feeds, too_slow, written, .. } = chosen;
-    let Learned { max_shift, ended, outside, without_gain } = learned;
+    let Learned { max_shift, ended, without_gain } = learned;
     Ok(Outcome {
         reference,
         forecast,
@@ -287,21 +318,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         written: written.filter(|_| gained),
         without_gain: if gained { without_gain } else { Vec::new() },
         beside_unchanged: None,
-        outside,
+        outside: Vec::new(),
         mark: None,
     })
-}
-
-/// Computes a reference for `input` on any machine, as [`model_based_ilc`] does on a learned one. On the noise-free
-/// simulated machine it is the result of a perfect model.
-///
-/// # Errors
-/// When the path does not fit the machine.
-pub fn on_machine(machine: &mut dyn Machine, input: &Input, settings: &Settings) -> Result<Trajectory> {
-    let (max_shift, uncompensated) = bound_of(settings, machine, input)?;
-    let correction_limits = input.correction_limits(max_shift, settings.max_rotation_rad, Vec::new());
-    let mut task = Task::new(input, correction_limits, 0.0, SILENT);
-    let (runs, _) = task.descend(machine, uncompensated, settings.iterations, Descent::default().worth)?;
-    let most = Bound::of(&runs[0], 0.0);
-    Ok(best(&runs, most).map_or_else(|| input.trajectory().clone(), |run| runs[run].0.reference.clone()))
 }

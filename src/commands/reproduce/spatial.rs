@@ -11,7 +11,7 @@ use machine::{Machine, MachineSpec, SimulatedMachine};
 use motion::contour::{ContourError, summary_by_length};
 use motion::curves::Line;
 use motion::{DesiredPath, Piece, ToolPath, Trajectory, Vec3};
-use pipeline::control::{Pairing, ProgramRun, curve_program_in_steps, in_step, learn_program};
+use pipeline::control::{MOVE_POINTS, Pairing, ProgramRun, curve_program_in_steps, in_step, learn_program};
 use pipeline::part::Part;
 use pipeline::statistics::{contour_errors, contour_errors_along, counts};
 use pipeline::units::um;
@@ -117,7 +117,7 @@ impl Reproduce {
         let part = curve_program_in_steps(curve, FEED_MM_S, STEP, &Setup::new(spec, None)?)?;
         let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
-        let runs = learn_program(&part, &mut machine, &mut law, Pairing::Place, updates, &CorrectionLimits::default())?;
+        let runs = learn_program(&part, &mut machine, &mut law, (Pairing::Place, MOVE_POINTS), updates, &CorrectionLimits::default())?;
         Ok((part, runs))
     }
 

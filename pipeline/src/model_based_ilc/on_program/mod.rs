@@ -5,7 +5,7 @@ mod opening;
 mod search;
 
 use compensation::Iteration;
-use models::LearnedMachine;
+use machine::Machine;
 use motion::Trajectory;
 
 use super::settings::{LawName, Settings};
@@ -47,9 +47,9 @@ pub(super) struct OnProgram {
 /// program. The points are as few as the forecast
 /// allows; the cycle stays within its limit. With the command of an earlier run, `resumed`, the iteration also continues from there, and the
 /// better result is taken.
-pub(super) fn relearn_on_program(
+pub(super) fn relearn_on_program<M: Machine + ?Sized>(
     task: &Task<'_>,
-    control: &mut ControlledMachine<'_, LearnedMachine>,
+    control: &mut ControlledMachine<'_, M>,
     input: &Input,
     settings: &Settings,
     written: RefitSettings,
@@ -77,7 +77,7 @@ pub(super) fn relearn_on_program(
     })
 }
 
-impl Search<'_, '_, '_> {
+impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
     /// The best of the cut-offs; with the increase of the cycle time by times of the points' own, where it is too large.
     ///
     /// The highest alone where it is near the best reference; otherwise learning goes on with the one whose opening is best.

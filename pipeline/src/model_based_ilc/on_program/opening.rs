@@ -1,5 +1,6 @@
 //! Openings of the search: every cut-off, with the first updates only.
 
+use machine::Machine;
 use motion::Trajectory;
 
 use super::candidate::Tried;
@@ -18,7 +19,7 @@ pub(super) struct Opening {
     pub(super) kept_feeds: Option<f64>,
 }
 
-impl Search<'_, '_, '_> {
+impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
     /// The best reference with this cut-off and a few updates of it, with the finest points whose cycle is short enough: with times of their own,
     /// or without, where these need points further apart and cost more, or the cycle is too long whatever the points.
     pub(super) fn opening(&mut self, low_pass_hz: f64, written: RefitSettings) -> Result<Opening> {

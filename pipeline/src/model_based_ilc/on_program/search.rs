@@ -2,7 +2,6 @@
 
 use compensation::{Iteration, LowPass, StopRule, Worth};
 use machine::Machine;
-use models::LearnedMachine;
 use motion::Trajectory;
 
 use super::candidate::{Candidate, Tried};
@@ -53,9 +52,9 @@ const LEAST_SHARE: f64 = 0.1;
 pub(super) const DOUBLINGS: usize = 4;
 
 /// Search of the fewest points.
-pub(super) struct Search<'a, 'b, 'm> {
+pub(super) struct Search<'a, 'b, 'm, M: ?Sized> {
     pub(super) task: &'a Task<'b>,
-    pub(super) control: &'a mut ControlledMachine<'m, LearnedMachine>,
+    pub(super) control: &'a mut ControlledMachine<'m, M>,
     pub(super) path: &'a Trajectory,
     pub(super) settings: &'a Settings,
     /// The best runs on the reference: within the limits of the axes, and without them where that costs less.
@@ -66,7 +65,7 @@ pub(super) struct Search<'a, 'b, 'm> {
     pub(super) updates: usize,
 }
 
-impl Search<'_, '_, '_> {
+impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
     /// Learns with the points of `opening`. Then doubles the time between points and the chord tolerance, up to [`DOUBLINGS`] times those of
     /// `written`, for as long as the cost stays within [`COST_OF_FEWER`] of the least one; not where that is beyond [`WORSE`] times `to_beat_mm`.
     pub(super) fn points(&mut self, opening: Tried, written: RefitSettings, to_beat_mm: f64) -> Result<Tried> {
