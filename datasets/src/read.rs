@@ -155,11 +155,19 @@ fn recorded(
     let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
     let errors: Vec<Option<Side>> = map.axes.iter().map(|axis| axis.error_for).collect();
     let (kept, columns) = usable_columns(path, &table, &axes, (&sources, &errors), report)?;
+    let told = kept.iter().zip(&columns).filter_map(|(axis, command)| map.axes[*axis].unstated_angle(travel(command)));
+    report.findings.extend(told);
     let axes: Vec<Axis> = kept.iter().map(|axis| axes[*axis].clone()).collect();
     let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(kept.iter().map(|axis| sources[*axis])).collect();
     let (recorded, findings) = Recorded::new(path, &table, map.time, (&named, columns), options.period_s)?;
     report.findings.extend(findings);
     Ok((axes, recorded))
+}
+
+/// Distance between the lowest and the highest position.
+fn travel(positions: &[f64]) -> f64 {
+    let (low, high) = positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(*at), high.max(*at)));
+    (high - low).max(0.0)
 }
 
 /// The table with all columns at the instants of the command, without rows in which a position is missing or a spike.

@@ -5,7 +5,7 @@ use crate::dialect::{DecimalPoint, Dialect, Options};
 use crate::interpret::{Reader, interpret};
 use crate::modal::Units;
 use crate::program::{Language, Program};
-use crate::word::Word;
+use crate::word::{Word, WordKind};
 
 /// Letters of coordinates, which have a least input increment.
 const COORDINATES: &[u8] = b"XYZABCIJKRUVW";
@@ -26,9 +26,10 @@ pub fn length_increment(units: Units) -> f64 {
 /// Least input increment of an angle, degrees (IS-B).
 pub const ANGLE_INCREMENT: f64 = 1e-3;
 
-/// Whether the number of a word has a decimal point.
+/// Whether the number of a word has a decimal point. The value of a variable counts as if it had one: with `#101=15`, `X#101` is X15. (Fanuc 0i-F
+/// Operator's Manual, "Custom Macro", "Variables").
 pub(crate) fn has_point(program: &Program, word: &Word) -> bool {
-    program.text(word.value_span()).contains(&b'.')
+    word.kind == WordKind::Expression || program.text(word.value_span()).contains(&b'.')
 }
 
 /// The coordinates of a program that are numbers other than 0.

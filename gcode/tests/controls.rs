@@ -1,6 +1,8 @@
 //! Words that only some controls read as a move, and what is taken where the control is not known.
 
-use gcode::{Dialect, Fixed, GcodeError, MoveKind, Shiftable, Toolpath, WorkOffset, interpret, parse};
+use gcode::{
+    DecimalPoint, Dialect, Fixed, GcodeError, MoveKind, Options, Shiftable, Toolpath, WorkOffset, interpret, parse,
+};
 
 const HEAD: &str = "G21 G90 G17 G54\nG0 X10. Y20. Z5.\nG1 Z4. F600\n";
 
@@ -158,4 +160,50 @@ fn a_statement_of_sinumerik_names_its_remedy() {
     for text in ["IF R1==1 GOTOF L1\nG1 X1.\n", "REPEAT LAB1 X=2\nG1 X1.\n"] {
         assert!(refused(text).contains("--dialect sinumerik"), "{text}: {}", refused(text));
     }
+}
+
+#[test]
+fn a_tool_change_beside_a_move_leaves_the_position_unknown() {
+    for (dialect, block) in [
+        (Dialect::Fanuc, "G0 Z50. T3 M6"),
+        (Dialect::Fanuc, "Z50. M06 T3"),
+        (Dialect::Fanuc, "G0 Z50. M60"),
+        (Dialect::Fanuc, "G0 X100. Y100. Z50. M50"),
+        (Dialect::Sinumerik, "G0 Z50 T3 M6"),
+    ] {
+        let found = shiftable(dialect, &format!("{block}\nG1 X30. F3000.\nY30."));
+        assert!(found[found.len() - 2..].iter().all(|of| *of != Shiftable::Yes), "{block}: {found:?}");
+    }
+    // LinuxCNC changes the tool before the motion of the block.
+    let found = shiftable(Dialect::LinuxCnc, "G0 X0 Y0 Z50 T3 M6\nG1 X30 F3000");
+    assert_eq!(found.last(), Some(&Shiftable::Yes), "{found:?}");
+}
+
+#[test]
+fn codes_that_have_axis_words_of_their_own_leave_a_move_beside_them_unread() {
+    for block in ["G0 Z50. G05.1 Q1", "G0 Z50. G22", "G05.1 Q1 G1 X20. F3000."] {
+        let found = shiftable(Dialect::Fanuc, &format!("{block}\nG1 X30. F3000.\nY30."));
+        assert!(found[found.len() - 2..].iter().all(|of| *of != Shiftable::Yes), "{block}: {found:?}");
+    }
+}
+
+#[test]
+fn blocks_that_others_repeat_by_their_numbers_are_left_alone() {
+    for repeat in ["G77 N60 N70", "G25 N60.70.2", "#RPT[N60,N70,2]", "G14 N1=60 N2=70 J2", "RPT 2 N60 N70"] {
+        let text = format!("N50 G1 X0 Y0 Z0 F600\nN55 X5.\nN60 X20.\nN70 Y15.\nN80 X0.\nN90 G0 X0 Y0 Z5.\nN120 {repeat}\nM30\n");
+        let Ok(path) = interpret(&parse(text), &Dialect::Fanuc.into()) else { panic!("{repeat}") };
+        let of: Vec<Shiftable> = path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect();
+        let left = Shiftable::No(Fixed::Unsplittable);
+        assert_eq!(of[1..5], [Shiftable::Yes, left, left, Shiftable::Yes], "{repeat}: {of:?}");
+    }
+}
+
+#[test]
+fn the_value_of_a_variable_counts_units() {
+    let text = "G21 G17 G90 G94\nG0 X0 Y0 Z5000\nG1 Z-1000 F600\n#101=20.\n#102=15\nG1 X#101\nY#102\nX[#102+1]\nM30\n";
+    let options = Options { decimal_point: DecimalPoint::LeastIncrement, ..Options::from(Dialect::Fanuc) };
+    let mut program = parse(text);
+    gcode::evaluate(&mut program, &options, &|_| None).unwrap();
+    let ends: Vec<[f64; 3]> = interpret(&program, &options).unwrap().moves.iter().map(|step| step.end.nominal_mm()).collect();
+    assert_eq!(ends[2..], [[20.0, 0.0, -1.0], [20.0, 15.0, -1.0], [16.0, 15.0, -1.0]]);
 }

@@ -315,3 +315,9 @@ fn free_contours_keep_the_axis_of_the_tool() {
         assert_eq!(found.last().unwrap().shiftable == Shiftable::Yes, known, "{free}");
     }
 }
+
+#[test]
+fn a_tool_change_beside_a_move_leaves_the_place_unknown() {
+    let found = moves("L X+5 F600\nL Z+50 R0 FMAX M6\nL X+10 F600\nL X+10 Y+0 Z+0 FMAX\nL X+20");
+    assert_eq!(fixed(&found)[2..], [Some(Fixed::UnknownStart), Some(Fixed::Rapid), None]);
+}

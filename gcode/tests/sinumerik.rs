@@ -329,3 +329,26 @@ fn moves_beside_a_spline_keep_their_direction() {
         assert_eq!(found[found.len() - 3..], [beside, yes, yes], "{between}");
     }
 }
+
+#[test]
+fn modes_that_end_beside_a_move_leave_it_its_words() {
+    for name in ["DIAMOF", "FNORM", "CP", "TOROTOF", "PAROTOF", "TRAFOOF", "FGROUP()"] {
+        for block in [format!("G1 X20 {name}"), format!("{name} G1 X20")] {
+            let found = ends(&format!("{START}{block}\nX20 Y15"));
+            let [.., (first, _), (second, shiftable)] = found.as_slice() else { panic!("{block}") };
+            assert_eq!((*first, *second, *shiftable), ([20.0, 0.0, 0.0], [20.0, 15.0, 0.0], Shiftable::Yes), "{block}");
+        }
+    }
+    // Where it ends a section, only a full position is known again.
+    let found = ends(&format!("{START}DIAMON\nG1 X10\nDIAMOF X20\nY15\nG0 X0 Y0 Z0\nG1 Y5"));
+    assert_eq!(found[found.len() - 3].1, Shiftable::No(Fixed::UnknownStart), "{found:?}");
+    assert_eq!(found.last().unwrap().1, Shiftable::Yes);
+}
+
+#[test]
+fn frames_with_parentheses_or_a_motion_code_are_not_read_as_those_of_words() {
+    for block in ["TRANS(X10,Y5)", "ATRANS(X10)", "SCALE(X2)", "MIRROR(X)", "ROT(Z30)", "G0 Z50 TRANS"] {
+        let found = read(&format!("{START}{block}\nG1 X5 Y5 Z0\nX8"));
+        assert!(found.moves.iter().rev().take(2).all(|step| step.shiftable != Shiftable::Yes), "{block}");
+    }
+}

@@ -22,6 +22,12 @@ pub fn render(comparison: &Comparison, settings: &CompareSettings) -> String {
     }
     text.push('\n');
     text.push_str(&footer(results, &comparison.tuned, settings));
+    if results.iter().any(|result| result.streams_part) {
+        text.push_str(
+            "\npart programs: here ILC shifts rapids and other moves too that a compensated program keeps, with their errors; \
+             --programs compares all methods as G-code",
+        );
+    }
     text
 }
 

@@ -15,6 +15,14 @@ pub(super) struct Named {
     is_stated: bool,
 }
 
+impl Named {
+    /// A column that its name gives, with the unit in that name.
+    pub(super) fn of_name(column: usize, unit: Option<Unit>) -> Self {
+        let scale = unit.map_or(1.0, |unit| unit.scale);
+        Self { source: Source { column, scale }, unit, is_stated: false }
+    }
+}
+
 /// The columns of an axis.
 pub(super) struct Sides {
     pub axis: String,
@@ -136,6 +144,10 @@ impl Entries {
 }
 
 impl Sides {
+    /// Whether the unit of a column is stated, or its factor.
+    pub(super) fn states_unit(&self) -> bool {
+        [&self.reference, &self.actual, &self.error].into_iter().flatten().any(|named| named.unit.is_some() || named.is_stated)
+    }
     /// Number of columns that are named.
     pub fn count(&self) -> usize {
         [&self.reference, &self.actual, &self.error].into_iter().flatten().count()
@@ -154,9 +166,7 @@ impl Sides {
 /// A column's name or `#` and its number, with `*factor` or `:unit`, for `axis`.
 fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
     if let Some(column) = find(text, table)? {
-        let unit = unit_of_name(&table.names[column], axis);
-        let scale = unit.map_or(1.0, |unit| unit.scale);
-        return Ok(Named { source: Source { column, scale }, unit, is_stated: false });
+        return Ok(Named::of_name(column, unit_of_name(&table.names[column], axis)));
     }
     if let Some((name, factor)) = text.rsplit_once('*')
         && let Some(column) = find(name.trim(), table)?
@@ -177,8 +187,17 @@ fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
 }
 
 fn find(name: &str, table: &Table) -> Result<Option<usize>, String> {
-    if let Some(index) = table.names.iter().position(|other| other == name) {
-        return Ok(Some(index));
+    let mut named = (0..table.names.len()).filter(|index| table.names[*index] == name);
+    if let Some(index) = named.next() {
+        return match named.next() {
+            Some(other) => Err(format!(
+                "`{name}` is the name of columns {} and {}; map one by its number, as `#{}`",
+                index + 1,
+                other + 1,
+                index + 1
+            )),
+            None => Ok(Some(index)),
+        };
     }
     match name.strip_prefix('#').map(str::parse::<usize>) {
         Some(Ok(number)) if (1..=table.names.len()).contains(&number) => Ok(Some(number - 1)),

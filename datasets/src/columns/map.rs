@@ -1,6 +1,6 @@
 //! The columns of a table that form a log.
 
-use motion::Axis;
+use motion::{Axis, AxisKind};
 
 use super::unit::{Quantity, unit_name};
 use crate::{Check, Finding, Severity};
@@ -25,6 +25,8 @@ pub struct AxisColumns {
     pub actual: Source,
     /// The side whose column holds the tracking error instead, command minus actual position.
     pub error_for: Option<Side>,
+    /// Whether names or a mapping state the unit.
+    pub states_unit: bool,
 }
 
 /// A side of an axis.
@@ -38,14 +40,30 @@ pub enum Side {
 
 impl AxisColumns {
     /// The columns of command, actual position and tracking error; the last one stands for one of the others that is missing.
-    pub(super) fn with_error(axis: Axis, [reference, actual, error]: [Option<Source>; 3]) -> Option<Self> {
-        let of = |reference, actual, error_for| Some(Self { axis, reference, actual, error_for });
+    pub(super) fn with_error(axis: Axis, [reference, actual, error]: [Option<Source>; 3], states_unit: bool) -> Option<Self> {
+        let of = |reference, actual, error_for| Some(Self { axis, reference, actual, error_for, states_unit });
         match (reference, actual, error) {
             (Some(reference), Some(actual), _) => of(reference, actual, None),
             (Some(reference), None, Some(error)) => of(reference, error, Some(Side::Actual)),
             (None, Some(actual), Some(error)) => of(error, actual, Some(Side::Reference)),
             _ => None,
         }
+    }
+
+    /// What to say of an angle whose unit is not stated, with the travel that its command would have, rad. Most controls log degrees: a few of them
+    /// could be as many radians, more than a turn is refused.
+    pub(crate) fn unstated_angle(&self, travel_rad: f64) -> Option<Finding> {
+        if self.states_unit || self.axis.kind != AxisKind::Rotary || travel_rad == 0.0 {
+            return None;
+        }
+        let axis = &self.axis;
+        let severity = if travel_rad > std::f64::consts::TAU { Severity::Refuse } else { Severity::Warn };
+        let message = format!(
+            "no unit is stated for the angles of {axis}; as radians they travel {:.1}°. State it in the column mapping: `{axis}:deg`, as most \
+             controls log, or `{axis}:rad`",
+            travel_rad.to_degrees()
+        );
+        Some(Finding::new(severity, Check::Units, message).in_column(format!("{axis}_ref")))
     }
 
     /// What is taken for granted where a tracking error stands for a position.

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::entries::{Entries, Sides};
+use super::entries::{Entries, Named, Sides};
 use super::map::{AxisColumns, ColumnMap, Side};
-use super::recognise::{axis, clocks_of, unused};
+use super::meaning::Role;
+use super::recognise::{axis, clocks_of, column_of, unused};
 use super::unit::Unit;
 use crate::{DatasetError, Table};
 
@@ -31,7 +32,7 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     let names_no_axis = sides.is_empty() && (!units.is_empty() || !times.is_empty());
     let recognised = (is_partial || names_no_axis).then(|| ColumnMap::recognise(path, table));
     if let Some(Ok(mut map)) = recognised {
-        sides.into_iter().try_for_each(|stated| replace(&mut map.axes, stated)).map_err(whole)?;
+        sides.into_iter().try_for_each(|stated| replace(&mut map.axes, stated, table)).map_err(whole)?;
         units.iter().try_for_each(|(axis, unit)| set_unit(&mut map.axes, axis, *unit)).map_err(whole)?;
         if let Some((time, clocks)) = times.clocks(&map.axes).map_err(whole)? {
             (map.time, map.clocks) = (time, clocks);
@@ -42,7 +43,7 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     if let (true, Some(Err(error))) = (names_no_axis, recognised) {
         return Err(error);
     }
-    let axes = sides.into_iter().map(both_sides).collect::<Result<Vec<_>, _>>().map_err(whole)?;
+    let axes = sides.into_iter().map(|stated| both_sides(completed(stated, table))).collect::<Result<Vec<_>, _>>().map_err(whole)?;
     if axes.is_empty() {
         return Err(whole("no axis is named".to_owned()));
     }
@@ -63,10 +64,34 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     Ok(map)
 }
 
-/// Replaces the columns of a recognised axis by those that are stated.
-fn replace(axes: &mut [AxisColumns], stated: Sides) -> Result<(), String> {
+/// The columns of an axis of which one is stated, with the other by its name.
+fn completed(mut stated: Sides, table: &Table) -> Sides {
+    if stated.count() != 1 {
+        return stated;
+    }
+    let Sides { axis, reference, actual, error } = &mut stated;
+    let stated_columns: Vec<usize> = [&*reference, &*actual, &*error].into_iter().flatten().map(|named| named.source.column).collect();
+    let named = |role| {
+        let (column, unit) = column_of(table, axis, role).filter(|(column, _)| !stated_columns.contains(column))?;
+        Some(Named::of_name(column, unit))
+    };
+    if reference.is_none() {
+        *reference = named(Role::Reference);
+    }
+    if actual.is_none() && (reference.is_none() || error.is_none()) {
+        *actual = named(Role::Actual);
+    }
+    if error.is_none() && (reference.is_none() || actual.is_none()) {
+        *error = named(Role::Error);
+    }
+    stated
+}
+
+/// Replaces the columns of a recognised axis by those that are stated, or adds an axis.
+fn replace(axes: &mut Vec<AxisColumns>, stated: Sides, table: &Table) -> Result<(), String> {
     let Some(columns) = axes.iter_mut().find(|columns| columns.axis.name == stated.axis) else {
-        return both_sides(stated).map(drop);
+        axes.push(both_sides(completed(stated, table))?);
+        return Ok(());
     };
     if stated.count() > 1 {
         *columns = both_sides(stated)?;
@@ -76,11 +101,15 @@ fn replace(axes: &mut [AxisColumns], stated: Sides) -> Result<(), String> {
     if units.iter().any(Option::is_some) {
         columns.axis = axis(&stated.axis, &units)?;
     }
+    columns.states_unit |= stated.states_unit();
+    // A position that is stated takes the place of the tracking error.
     if let Some(named) = stated.reference {
         columns.reference = named.source;
+        columns.error_for = columns.error_for.filter(|side| *side != Side::Reference);
     }
     if let Some(named) = stated.actual {
         columns.actual = named.source;
+        columns.error_for = columns.error_for.filter(|side| *side != Side::Actual);
     }
     if let Some(named) = stated.error {
         match columns.error_for {
@@ -102,6 +131,7 @@ fn set_unit(axes: &mut [AxisColumns], name: &str, unit: Unit) -> Result<(), Stri
     let Some(index) = axes.iter().position(|columns| columns.axis.name == name) else { return Err(no_such_axis(name, axes)) };
     let columns = &mut axes[index];
     columns.axis = axis(name, &[Some(unit)])?;
+    columns.states_unit = true;
     (columns.reference.scale, columns.actual.scale) = (unit.scale, unit.scale);
     Ok(())
 }
@@ -112,13 +142,15 @@ fn no_such_axis(name: &str, axes: &[AxisColumns]) -> String {
 }
 
 /// Refuses an axis with one missing column.
-fn both_sides(Sides { axis: name, reference, actual, error }: Sides) -> Result<AxisColumns, String> {
+fn both_sides(stated: Sides) -> Result<AxisColumns, String> {
+    let states_unit = stated.states_unit();
+    let Sides { axis: name, reference, actual, error } = stated;
     let named = [reference, actual, error];
     if named.iter().all(Option::is_some) {
         return Err(format!("of `{name}_ref`, `{name}_act` and `{name}_err` two are enough; leave one out"));
     }
     let axis = axis(&name, &named.each_ref().map(|side| side.as_ref().and_then(|side| side.unit)))?;
-    let columns = AxisColumns::with_error(axis, named.map(|side| side.map(|side| side.source)));
+    let columns = AxisColumns::with_error(axis, named.map(|side| side.map(|side| side.source)), states_unit);
     columns.ok_or_else(|| format!("axis `{name}` needs both `{name}_ref` and `{name}_act`, or one of them and `{name}_err`"))
 }
 
@@ -127,7 +159,7 @@ mod tests {
     use motion::AxisKind;
 
     use super::*;
-    use crate::Source;
+    use crate::{Severity, Source};
 
     fn table() -> Table {
         Table { names: ["time_s", "cmd a*b", "motor_um", "5"].map(str::to_owned).to_vec(), ..Table::default() }
@@ -183,6 +215,54 @@ mod tests {
         assert_eq!((scales(&map), map.axes[1].actual.scale, map.axes[1].reference.scale), ([1e-3, 1.0], -1.0, 1.0));
         let both = parse("z_ref=clock", Path::new("log.csv"), &table).unwrap_err().to_string();
         assert!(both.contains("needs both"), "{both}");
+    }
+
+    #[test]
+    fn one_column_of_an_axis_is_completed_by_the_names_of_the_others() {
+        let parsed = |names: &[&str], text: &str| {
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            parse(text, Path::new("log.csv"), &Table { names, ..Table::default() })
+        };
+        let columns = |map: &ColumnMap| map.axes.iter().map(|axis| [axis.reference.column, axis.actual.column]).collect::<Vec<_>>();
+        assert_eq!(columns(&parsed(&["t", "x_ref", "pos"], "x_act=pos").unwrap()), [[1, 2]]);
+        let map = parsed(&["t", "x_ref", "x_ferr"], "x_err=x_ferr:um").unwrap();
+        assert_eq!((columns(&map), map.axes[0].error_for), (vec![[1, 2]], Some(Side::Actual)));
+        let map = parsed(&["t", "own", "x_lag", "x_ist"], "x_ref=own").unwrap();
+        assert_eq!((columns(&map), map.axes[0].error_for), (vec![[1, 3]], None));
+        // An axis that no name gives is added to those that are recognised.
+        let names = ["t", "x_ref", "x_act", "p", "q"];
+        assert_eq!(columns(&parsed(&names, "y_ref=p,y_act=q,x_act=x_act:um").unwrap()), [[1, 2], [3, 4]]);
+    }
+
+    #[test]
+    fn columns_of_one_name_are_mapped_by_their_numbers() {
+        let names = ["t", "SetPos", "ActPos", "SetPos", "ActPos"].map(str::to_owned).to_vec();
+        let table = Table { names, ..Table::default() };
+        let refused = parse("x_ref=SetPos,x_act=ActPos", Path::new("log.csv"), &table).unwrap_err().to_string();
+        assert!(refused.contains("columns 2 and 4") && refused.contains("`#2`"), "{refused}");
+        let map = parse("y_ref=#4,y_act=#5:um", Path::new("log.csv"), &table).unwrap();
+        assert_eq!((map.axes[0].reference.column, map.axes[0].actual.scale), (3, 1e-3));
+    }
+
+    #[test]
+    fn angles_without_a_unit_are_told_but_for_logs_of_this_program() {
+        let found = |names: &[&str], text: &str, travel_rad: f64| {
+            let table = Table { names: names.iter().map(|name| (*name).to_owned()).collect(), ..Table::default() };
+            let map = match text {
+                "" => ColumnMap::recognise(Path::new("log.csv"), &table),
+                text => parse(text, Path::new("log.csv"), &table),
+            };
+            map.unwrap().axes[0].unstated_angle(travel_rad).map(|finding| finding.severity)
+        };
+        let soll = ["Zeit", "C Soll", "C Ist"];
+        assert_eq!(found(&soll, "", 8.0), Some(Severity::Refuse));
+        assert_eq!(found(&soll, "", 2.0), Some(Severity::Warn));
+        assert_eq!(found(&soll, "c:deg", 8.0), None);
+        assert_eq!(found(&soll, "c_ref=C Soll*0.0174533,c_act=C Ist*0.0174533", 8.0), None);
+        assert_eq!(found(&soll, "c_ref=C Soll,c_act=C Ist", 8.0), Some(Severity::Refuse));
+        assert_eq!(found(&["t", "c_ref", "c_act"], "", 8.0), None);
+        assert_eq!(found(&["t", "c_soll_deg", "c_ist_deg"], "", 8.0), None);
+        assert_eq!(found(&["t", "x_soll", "x_ist"], "", 8.0), None);
     }
 
     #[test]

@@ -56,7 +56,11 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
         // An error without a unit has that of the position.
         let error = error.map(|(column, unit)| (column, unit.or(units[0]).or(units[1])));
         let sources = [of(reference), of(actual), of(error)];
-        let Some(columns) = AxisColumns::with_error(axis, sources) else { continue };
+        let of_log = |found: Found, role: &str| found.is_some_and(|(column, _)| table.names[column] == format!("{axis}_{role}"));
+        // The names that a log has which this program wrote: mm and rad.
+        let is_own = of_log(reference, "ref") && of_log(actual, "act");
+        let states_unit = is_own || units.iter().any(Option::is_some);
+        let Some(columns) = AxisColumns::with_error(axis, sources, states_unit) else { continue };
         assumed.extend(columns.assumed(&table.names));
         signals.push(Signal { axis: name, role: Role::Reference, column: columns.reference.column });
         signals.push(Signal { axis: name, role: Role::Actual, column: columns.actual.column });
@@ -97,6 +101,14 @@ impl TryFrom<ColumnMap> for CommandColumns {
         };
         Ok(Self { time: map.time, clocks: map.clocks.into_iter().filter_map(of_commands).collect(), axes })
     }
+}
+
+/// The column that a name gives to a role of an axis, as a unit of its own where the name has one; `None` where there is none, or not one alone.
+pub(super) fn column_of(table: &Table, axis: &str, role: Role) -> Found {
+    let meanings = meanings(table).0;
+    let names = axis_names(&meanings, &[role]);
+    let name = names.iter().find(|name| *name == axis || short_name(name, &meanings) == axis)?;
+    only(&meanings, name, role).ok().flatten()
 }
 
 /// Columns of a reference: `t,x,y,z`, or the commanded ones of a log.
@@ -255,7 +267,7 @@ fn short_name(name: &str, meanings: &[Option<Meaning>]) -> String {
     if alone && lettered { letter.to_owned() } else { name.to_owned() }
 }
 
-type Found = Option<(usize, Option<Unit>)>;
+pub(super) type Found = Option<(usize, Option<Unit>)>;
 
 fn only(meanings: &[Option<Meaning>], axis: &str, role: Role) -> Result<Found, String> {
     let mut found = meanings.iter().enumerate().filter_map(|(index, meaning)| {

@@ -69,6 +69,9 @@ struct Columns {
     findings: Vec<Finding>,
 }
 
+/// Travel of an axis that is not known before all of the file is read, rad.
+const UNKNOWN_TRAVEL: f64 = f64::MIN_POSITIVE;
+
 impl LongFile {
     /// The log in `path`, where it has more than `most` rows. `None` for a shorter one, and for what is read whole only: formats other than
     /// CSV and Parquet, uneven or repeated time stamps, missing values, spikes, turns of rotary axes that begin anew, counters of cycles, and columns with clocks of their own.
@@ -80,7 +83,8 @@ impl LongFile {
             let map = map_of(path, table, options)?;
             let sources = map.axes.iter().map(|axis| axis.reference).chain(map.axes.iter().map(|axis| axis.actual)).collect();
             let errors = map.axes.iter().map(|axis| axis.error_for).collect();
-            let (time, findings) = (map.time, map.findings());
+            let (time, mut findings) = (map.time, map.findings());
+            findings.extend(map.axes.iter().filter_map(|axis| axis.unstated_angle(UNKNOWN_TRAVEL)));
             let is_one = map.clocks.is_empty();
             let axes = map.axes.into_iter().map(|axis| axis.axis).collect();
             Ok(is_one.then_some(Columns { axes, time, sources, errors, findings }))

@@ -46,11 +46,17 @@ pub(super) fn check(moving: &[&Signals], purpose: Purpose, report: &mut Report) 
             report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
             continue;
         }
+        if let Some(other) = follows_command_of(index, moving) {
+            let message = format!(
+                "the actual position of `{}` follows the command of `{}`, not its own: its column is that of the other axis",
+                axis.axis, other.axis
+            );
+            report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
+            continue;
+        }
         let own = correlation(&speeds(axis, axis.reference), &speeds(axis, axis.actual)).0;
         if own >= STRANGE {
-            let others: Vec<&Signals> =
-                moving.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| *other).collect();
-            check_lead(axis, &others, purpose, report);
+            check_lead(axis, &others(index, moving).collect::<Vec<_>>(), purpose, report);
             continue;
         }
         let other = moving.iter().enumerate().find(|(other, candidate)| {
@@ -85,16 +91,29 @@ pub(super) fn check(moving: &[&Signals], purpose: Purpose, report: &mut Report) 
 /// offsets.
 fn exchanged_with<'a>(index: usize, moving: &[&'a Signals<'a>]) -> Option<&'a Signals<'a>> {
     let axis = moving[index];
-    let left = |actual: &[f64]| {
-        let error: Vec<f64> = axis.reference.iter().zip(actual).map(|(r, x)| r - x).collect();
+    // A fault of one axis makes its own error large, too; the other's position does not follow its command then.
+    others(index, moving).find(|other| is_pair(axis, (axis.reference, other.actual)))
+}
+
+/// The axis whose command leaves a fraction of the error of axis `index`'s own, without offsets.
+fn follows_command_of<'a>(index: usize, moving: &[&'a Signals<'a>]) -> Option<&'a Signals<'a>> {
+    let axis = moving[index];
+    others(index, moving).find(|other| is_pair(axis, (other.reference, axis.actual)))
+}
+
+fn others<'a>(index: usize, moving: &[&'a Signals<'a>]) -> impl Iterator<Item = &'a Signals<'a>> {
+    moving.iter().enumerate().filter(move |(other, _)| *other != index).map(|(_, other)| *other)
+}
+
+/// Whether a command and an actual position belong together, and leave a fraction of the error of the axis's own columns, without offsets.
+fn is_pair(axis: &Signals, (command, actual): (&[f64], &[f64])) -> bool {
+    let left = |command: &[f64], actual: &[f64]| {
+        let error: Vec<f64> = command.iter().zip(actual).map(|(r, x)| r - x).collect();
         let mean = error.iter().sum::<f64>() / error.len().max(1) as f64;
         rms(&error.iter().map(|e| e - mean).collect::<Vec<_>>())
     };
-    let own = left(axis.actual);
-    let others = moving.iter().enumerate().filter(|(other, _)| *other != index);
-    // A fault of one axis makes its own error large, too; the other's position does not follow its command then.
-    let follows = |other: &Signals| correlation(&speeds(axis, axis.reference), &speeds(other, other.actual)).0 > BELONGS;
-    others.map(|(_, other)| *other).find(|other| left(other.actual) < EXCHANGED * own && follows(other))
+    left(command, actual) < EXCHANGED * left(axis.reference, axis.actual)
+        && correlation(&speeds(axis, command), &speeds(axis, actual)).0 > BELONGS
 }
 
 fn speeds(axis: &Signals, positions: &[f64]) -> Vec<f64> {

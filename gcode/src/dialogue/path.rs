@@ -100,10 +100,6 @@ impl Interpreter<'_> {
         let functions = functions_of(block);
         let effects = self.effects_of(&functions);
         self.open_sections(&functions, &effects);
-        // The length of the tool changes.
-        if effects.contains(&Effect::ToolChange) {
-            self.lose_place();
-        }
         self.end_block(&effects);
     }
 
@@ -148,7 +144,8 @@ impl Interpreter<'_> {
                     self.lose_rotation("M143");
                     self.lose_place();
                 }
-                Effect::Retract => self.lose_place(),
+                // The length of the tool changes; the axes may have moved.
+                Effect::Retract | Effect::ToolChange => self.lose_place(),
                 _ => {}
             }
         }

@@ -185,7 +185,8 @@ pub(super) fn axis_words(code: Code, tenths: u16, dialect: Dialect, states_motio
     match code {
         _ if dialect == Dialect::Sinumerik => AxisWords::Target,
         // Fanuc 0i-F: "Stored Stroke Check" (G22); 30i, "Smoothing" (G5.1 Q3). Without Q, G5.1 is LinuxCNC's quadratic spline.
-        Code::Silent if tenths == 220 || (tenths == 51 && has(b'Q')) => AxisWords::Data,
+        // Beside a motion code it is open which of them has the words.
+        Code::Silent if !states_motion && (tenths == 220 || (tenths == 51 && has(b'Q'))) => AxisWords::Data,
         Code::Silent | Code::ModalMacroOff => AxisWords::Unknown,
         // Okuma's G71 states the return level of cycles.
         Code::Units(_) if matches!(tenths, 700 | 710) && !states_motion => AxisWords::Unknown,

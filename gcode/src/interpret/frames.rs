@@ -217,7 +217,7 @@ impl Interpreter<'_> {
     /// Time of a dwell in P, s: in milliseconds, with a decimal point in seconds (Haas Mill Operator's Manual, "G04 Dwell").
     fn dwell_of_p(&self, words: &Gathered) -> Option<f64> {
         let word = &self.program.words()[words.index(b'P')?];
-        let unit_s = if has_point(self.program, word) { 1.0 } else { 1e-3 };
+        let unit_s = if self.program.text(word.value_span()).contains(&b'.') { 1.0 } else { 1e-3 };
         word.number().map(|time| time * unit_s)
     }
 

@@ -13,6 +13,7 @@ mod full_circles;
 mod gather;
 mod mirrors;
 mod motion;
+mod named_blocks;
 mod one_shots;
 mod other_controls;
 mod parts;
@@ -209,6 +210,10 @@ impl Interpreter<'_> {
             self.note_corner_alone(words);
             self.apply_motion(words);
             self.modal.path = path;
+        }
+        // Whether a change of the tool comes before the motion of its block or behind it is the machine's.
+        if self.options.dialect != Dialect::LinuxCnc && self.changes_tool(words) {
+            self.forget_all();
         }
         // Behind the motion of its block; whether it stops at M1 is the operator's choice.
         self.stopped |= self.ran == Ran::Once

@@ -249,7 +249,7 @@ impl Interpreter<'_> {
             Shiftable::No(Fixed::CutterCompensation)
         } else if words.has_m(self.program, &[6.0]) || self.changes_offset(words) {
             Shiftable::No(Fixed::ToolChange)
-        } else if !self.is_splittable() || self.has_unclear_turns(words) {
+        } else if !self.is_splittable() || self.has_unclear_turns(words) || self.whole.named_blocks.hold(self.block) {
             Shiftable::No(Fixed::Unsplittable)
         } else if words.optional || self.optional_feed || self.optional_motion {
             Shiftable::No(Fixed::OptionalBlock)

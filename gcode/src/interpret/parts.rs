@@ -149,7 +149,7 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
         modal: at.modal,
         motion: at.motion,
         position: at.position,
-        whole: at.whole,
+        whole: at.whole.clone(),
         shifts: at.shifts,
         feed: at.feed,
         units_stated: at.units_stated,
@@ -165,7 +165,7 @@ fn resume_of(at: &Interpreter<'_>) -> Resume {
 /// # Errors
 /// As [`interpret`](crate::interpret).
 pub fn interpret_part(program: &Program, blocks: Range<usize>, options: &Options, from: &Resume) -> Result<Toolpath, GcodeError> {
-    let mut interpreter = Interpreter::with(program, options, from.modal.arc_distance, from.whole);
+    let mut interpreter = Interpreter::with(program, options, from.modal.arc_distance, from.whole.clone());
     let from = from.clone();
     interpreter.modal = from.modal;
     interpreter.motion = from.motion;

@@ -182,13 +182,18 @@ impl Interpreter<'_> {
     /// Tool and pallet changes move axes to places of the machine builder's (Haas Mill Operator's Manual, M06: Z goes home), and another tool
     /// has other offsets: the position is unknown until it is stated.
     pub fn forget_by_tool(&mut self, words: &Gathered) {
-        let changes = if self.options.dialect == Dialect::Fanuc { &[6.0, 50.0, 60.0][..] } else { &[6.0, 60.0] };
         let edge = if self.is_sinumerik() { words.any(b"DT").is_some() } else { words.has(b'H') };
-        if words.has_m(self.program, changes) || edge && self.is_sinumerik() || self.selects_length_by_d(words) {
+        if self.changes_tool(words) || edge && self.is_sinumerik() || self.selects_length_by_d(words) {
             self.forget_all();
         } else if edge {
             self.position.forget(2);
         }
+    }
+
+    /// Whether the block changes the tool or the pallet.
+    pub fn changes_tool(&self, words: &Gathered) -> bool {
+        let changes = if self.options.dialect == Dialect::Fanuc { &[6.0, 50.0, 60.0][..] } else { &[6.0, 60.0] };
+        words.has_m(self.program, changes)
     }
 
     /// Whether D may select a tool's length, as on SINUMERIK, NUM and Fagor, in a program that may be of one of them: it is no radius of G41 or G42, and

@@ -37,6 +37,7 @@ impl Interpreter<'_> {
 
     /// Opens and ends sections by the names of a block.
     pub fn note_names(&mut self, words: &Gathered) {
+        self.closes_section = false;
         for (index, name) in words.named.iter().copied() {
             let harmless =
                 matches!(name, Name::Silent | Name::Holds | Name::Label | Name::Turn | Name::Compressor | Name::Absolute);
@@ -82,6 +83,7 @@ impl Interpreter<'_> {
 
     fn close_named(&mut self, section: Section) {
         if self.sections.close(Cause::Named(section)) {
+            self.closes_section = true;
             self.forget_all();
         }
     }
@@ -101,6 +103,8 @@ impl Interpreter<'_> {
                 Name::Translate => self.translate(words, index, false),
                 Name::AddTranslate => self.translate(words, index, true),
                 Name::Replace | Name::Add => self.transform(words, index, name == Name::Replace),
+                // Without a section to close, the words of the block are those of a move: `X20 DIAMOF`, `F1000 FNORM G1 X8`.
+                Name::Closes(_) if !self.closes_section => continue,
                 Name::Opens(_) | Name::Closes(_) | Name::Untilted => {}
                 Name::Cycle => {
                     self.polar.lose();
@@ -126,7 +130,7 @@ impl Interpreter<'_> {
                 None => self.open_frame(index),
             }
         }
-        if words.geometry().is_some() || words.unknown.is_some() {
+        if words.geometry().is_some() || words.unknown.is_some() || words.explicit_motion().is_some() {
             self.open_frame(index);
         }
         for (axis, before) in before.into_iter().enumerate() {

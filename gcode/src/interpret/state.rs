@@ -1,5 +1,6 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
+use super::named_blocks::NamedBlocks;
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
@@ -78,6 +79,8 @@ pub(super) struct Interpreter<'a> {
     pub corner_moves: u8,
     pub rounds_corners: bool,
     pub compressor_noted: bool,
+    /// Whether a name of the block closed a section.
+    pub closes_section: bool,
     pub content_seen: bool,
     pub ended: bool,
     /// Whether the block stands behind the one that ran before it.
@@ -97,8 +100,10 @@ pub(super) struct StatedFrame {
 }
 
 /// What only all words of the program show.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Whole {
+    /// Blocks that others name by their numbers.
+    pub named_blocks: NamedBlocks,
     /// Linear axes that the program never names. Their position is constant and counts as known.
     pub idle: u8,
     /// Whether the program may be of another control than the dialect that was found in it.
@@ -117,6 +122,7 @@ impl Whole {
     fn of(program: &Program, options: &Options) -> Self {
         let is_offset = |word: &Word| word.is(b'G') && ((54.0..60.0).contains(&word.value) || word.value == 154.0);
         Self {
+            named_blocks: NamedBlocks::of(program, options),
             idle: idle_axes(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value))
@@ -209,6 +215,7 @@ impl<'a> Interpreter<'a> {
             corner_moves: 0,
             rounds_corners: false,
             compressor_noted: false,
+            closes_section: false,
             content_seen: false,
             ended: false,
             follows: false,

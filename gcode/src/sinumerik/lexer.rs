@@ -226,7 +226,9 @@ impl Reader<'_> {
             }
             _ => (index, false),
         };
-        match meaning(&text, has_arguments) {
+        // Frames are stated by words. Rexroth has them in parentheses: `Trans(X10,Y5)`.
+        let is_frame = |name: &Name| matches!(name, Name::Translate | Name::AddTranslate | Name::Replace | Name::Add);
+        match meaning(&text, has_arguments).filter(|name| !(has_arguments && is_frame(name))) {
             Some(name) => self.plain(WordKind::Keyword, end, name),
             None => self.plain(WordKind::Unknown, end, Name::None),
         }

@@ -40,7 +40,8 @@ impl Bench<'_> {
     pub(super) fn path(&self, path: &Input) -> Result<PathComparison> {
         let references = self.references(path)?;
         let seeds = (0..self.settings.seeds).into_par_iter().map(|seed| self.seed(path, &references, seed));
-        let mut result = PathComparison::empty(path.name(), path.desired());
+        let streams_part = path.part().is_some();
+        let mut result = PathComparison { streams_part, ..PathComparison::empty(path.name(), path.desired()) };
         for (index, seed) in seeds.collect::<Result<Vec<_>>>()?.into_iter().enumerate() {
             for (method, measured) in seed.measured {
                 result.push(method, &measured);

@@ -99,6 +99,8 @@ pub struct PathComparison {
     pub learning: Vec<(Ilc, Vec<f64>)>,
     /// Desired path.
     pub desired: DesiredPath,
+    /// Whether the path is that of a part program whose reference is streamed. ILC then shifts the moves too that a program keeps.
+    pub streams_part: bool,
     /// Runs of the first seed for plots.
     pub runs: Vec<KeptRun>,
 }
@@ -125,7 +127,14 @@ pub struct BestIlc {
 
 impl PathComparison {
     pub(super) fn empty(name: &str, desired: &DesiredPath) -> Self {
-        Self { name: name.to_owned(), methods: Vec::new(), learning: Vec::new(), desired: desired.clone(), runs: Vec::new() }
+        Self {
+            name: name.to_owned(),
+            methods: Vec::new(),
+            learning: Vec::new(),
+            desired: desired.clone(),
+            streams_part: false,
+            runs: Vec::new(),
+        }
     }
 
     pub(super) fn push(&mut self, method: Method, measured: &Measured) {

@@ -24,7 +24,7 @@ use laws::law;
 use on_program::{OnProgram, relearn_on_program};
 use outside::ranges;
 use stops::slow_stop;
-use task::{Runs, Task};
+use task::{Runs, STEPS, STEPS_OF_REPLANNED, Task};
 
 use crate::control::ControlledMachine;
 use crate::error::Result;
@@ -260,7 +260,9 @@ fn learn_on_reference<M: Machine + ?Sized>(
 ) -> Result<OnReference> {
     if settings.law == LawName::ModelBased {
         let worth = if input.part().is_some() { task.worth(settings.worth) } else { Descent::default().worth };
-        let (runs, ended) = task.descend(control, uncompensated, settings.iterations, worth)?;
+        let is_replanned = settings.written.is_some_and(|written| control.can_replan(written));
+        let steps_each = if is_replanned { STEPS_OF_REPLANNED } else { STEPS };
+        let (runs, ended) = task.descend(control, uncompensated, [settings.iterations, steps_each], worth)?;
         return Ok(OnReference { runs, ended });
     }
     let mut law = law(settings, input.trajectory(), control)?;

@@ -25,10 +25,10 @@ const TURN_RANGE_S: [f64; 2] = [0.01, 0.1];
 /// Largest length of a model's response, s: that of a slow integrator. A response that ends earlier is cut there.
 const MODEL_RESPONSE_S: f64 = 0.4;
 /// Runs of Gauss–Newton steps for each requested iteration. A step takes one run, or two where part of it is taken back. The reference of a program
-/// is only where learning on the replanned program starts: from 13 runs instead of 5, first runs of three programs on `ballscrew`, `random:142`, `143`,
-/// `145`, `146`, `160` and `162` had 5 % more RMS and 2 % less MAX.
-const STEPS: usize = 3;
-const STEPS_OF_PROGRAM: usize = 1;
+/// that its control plans again is only where learning on that program starts: from 13 runs instead of 5, first runs of three programs on `ballscrew`,
+/// `random:142`, `143`, `145`, `146`, `160` and `162` had 5 % more RMS and 2 % less MAX.
+pub(super) const STEPS: usize = 3;
+pub(super) const STEPS_OF_REPLANNED: usize = 1;
 /// Largest number of candidate cut-offs, and largest number of samples over all of them. A program of hours uses the
 /// first cut-off.
 const CUT_OFFS: usize = 5;
@@ -137,12 +137,13 @@ impl<'a> Task<'a> {
 
     /// Makes Gauss–Newton steps on the contour error, where the axes are coordinates of the tip. Where that is not so, or gains nothing, the
     /// spatial law is iterated with the cut-off of the best forecast. Returns every run with its figures, and why the steps ended.
-    /// The time around turns and stops follows from the machine's own response. The uncompensated run is made where it is not given.
+    /// The time around turns and stops follows from the machine's own response. The uncompensated run is made where it is not given. There are
+    /// `steps_each` runs of steps for each of the `iterations`.
     pub fn descend(
         &mut self,
         machine: &mut dyn Machine,
         uncompensated: Option<Trajectory>,
-        iterations: usize,
+        [iterations, steps_each]: [usize; 2],
         worth: Worth,
     ) -> Result<(Runs, Option<Ended>)> {
         let (desired, path) = (self.input.desired(), self.input.trajectory());
@@ -158,7 +159,6 @@ impl<'a> Task<'a> {
         let [least, most] = TURN_RANGE_S;
         let turn_s = late.clamp(least, most);
         self.correction_limits.settle_s = self.correction_limits.settle_s.max(turn_s);
-        let steps_each = if self.input.part().is_some() { STEPS_OF_PROGRAM } else { STEPS };
         let runs = 1 + steps_each * iterations;
         let most_runs = if steps { runs } else { 1 + CUT_OFFS * iterations };
         let mut known = Vec::new();
@@ -229,7 +229,7 @@ impl<'a> Task<'a> {
             return Ok(None);
         }
         let descent = Descent {
-            runs: 1 + STEPS_OF_PROGRAM * iterations,
+            runs: 1 + STEPS_OF_REPLANNED * iterations,
             floor: self.floor_mm(),
             worth: Worth::of_cost(FREED),
             patience: 1,
