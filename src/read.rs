@@ -11,6 +11,7 @@ use models::Bundle;
 use motion::Trajectory;
 use motion::curves::library;
 use pipeline::part::Subprograms;
+use pipeline::training::check_machine;
 use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
@@ -186,7 +187,11 @@ pub fn machine(machine: &str) -> Result<MachineSpec> {
 /// When there is no such machine, or its description is not sound.
 pub fn real_machine(named: Option<&str>, model: Option<(&Path, &Bundle)>) -> Result<Option<(MachineSpec, String)>> {
     let (spec, from) = match (named, model) {
-        (Some(named), _) => (machine(named)?, format!("--machine {named}")),
+        (Some(named), model) => {
+            let spec = machine(named)?;
+            model.map_or(Ok(()), |(_, bundle)| check_machine(bundle, &spec))?;
+            (spec, format!("--machine {named}"))
+        }
         (None, Some((path, bundle))) => (machine_of(bundle)?, format!("the model {}", path.display())),
         (None, None) => return Ok(None),
     };

@@ -334,3 +334,24 @@ fn no_bytes_of_any_format_make_reading_panic() {
     }
     assert!(read_well > 5 && refused > 20, "{read_well} {refused}");
 }
+
+#[test]
+fn a_second_header_in_another_order_is_refused() {
+    let row = |k: usize, order: [usize; 4]| order.map(|column| format!("{:.6}", sample(k)[column])).join(",");
+    let text = |second: &str, order: [usize; 4]| {
+        let mut text = "t,x_ref,x_act,z_ref,z_act\n".to_owned();
+        for k in 0..SAMPLES {
+            if k == SAMPLES / 2 {
+                writeln!(text, "{second}").unwrap();
+            }
+            let order = if k < SAMPLES / 2 { [0, 1, 2, 3] } else { order };
+            writeln!(text, "{:.4},{}", k as f64 * PERIOD_S, row(k, order)).unwrap();
+        }
+        text
+    };
+    let refused = read("log.csv", &text("t,z_ref,z_act,x_ref,x_act", [2, 3, 0, 1]), None, None).unwrap_err().to_string();
+    assert!(refused.contains("line 202 is a second header") && refused.contains("cut the file there"), "{refused}");
+    // The same header again, as of files that were joined.
+    let (log, _) = read("log.csv", &text("t,x_ref,x_act,z_ref,z_act", [0, 1, 2, 3]), None, None).unwrap();
+    assert_sample(&log, 0, SAMPLES);
+}

@@ -258,3 +258,22 @@ fn a_well_tuned_axis_under_a_command_without_jerk_limit_is_no_swapped_log() {
     let report = training(&log);
     assert!(!report.is_refused(), "{report}");
 }
+
+#[test]
+fn a_large_offset_of_an_axis_that_rests_is_taken_off() {
+    let logs = [with_rests(|_, _| 137.25)];
+    let report = assess_runs(&logs, Purpose::Training);
+    assert_found(&report, Warn, Check::Units, "training takes this offset off");
+    assert_eq!(report.worst(), Some(Warn), "{report}");
+    assert!(without_offsets(&without_offsets(&logs).unwrap()).is_none());
+}
+
+#[test]
+fn an_actual_position_that_is_that_of_another_axis_is_refused() {
+    for (axis, other) in [(0, 1), (1, 0)] {
+        let report = training(&hurt(|_, actual| actual[axis] = actual[other].clone()));
+        let name = ["x", "y"];
+        let text = format!("the actual position of `{}` follows the command of `{}`", name[axis], name[other]);
+        assert_found(&report, Refuse, Check::Pairing, &text);
+    }
+}

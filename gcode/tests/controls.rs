@@ -1,8 +1,6 @@
 //! Words that only some controls read as a move, and what is taken where the control is not known.
 
-use gcode::{
-    DecimalPoint, Dialect, Fixed, GcodeError, MoveKind, Options, Shiftable, Toolpath, WorkOffset, interpret, parse,
-};
+use gcode::{DecimalPoint, Dialect, Fixed, GcodeError, MoveKind, Options, Shiftable, Toolpath, WorkOffset, interpret, parse};
 
 const HEAD: &str = "G21 G90 G17 G54\nG0 X10. Y20. Z5.\nG1 Z4. F600\n";
 

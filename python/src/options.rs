@@ -137,6 +137,7 @@ impl CompensateOptions {
             law: self.law.into(),
             iterations: self.iterations.unwrap_or(self.effort.updates()),
             worth: self.effort.worth(),
+            tries_larger_limit: self.effort.tries_larger_limit(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             slow_stops: !self.keep_stops,

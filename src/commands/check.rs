@@ -68,7 +68,14 @@ impl Check {
         let figures = json!({ "logs": logs, "unread": unread, "findings": print::findings_json(&report), "verdict": print::verdict_name(verdict) });
         write_json(self.common.json.as_deref(), &figures)?;
         match verdict {
-            Some(Severity::Refuse) => Err(Refusal("the logs are not fit for training".to_owned()).into()),
+            Some(Severity::Refuse) => {
+                let all = found.iter().flat_map(|one| &one.report.findings).chain(&report.findings);
+                let refused = all.filter(|finding| finding.severity == Severity::Refuse).map(ToString::to_string);
+                let why: Vec<String> = unread.into_iter().chain(refused).filter(|_| self.common.quiet).collect();
+                let mut lines = vec!["the logs are not fit for training".to_owned()];
+                lines.extend(why);
+                Err(Refusal(lines.join("\n")).into())
+            }
             _ => Ok(()),
         }
     }

@@ -45,7 +45,7 @@ fn show_missed(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
         Goal::Slower { .. } | Goal::Fastest { .. } | Goal::WithinTime { .. } => {}
     }
     let at = match goal {
-        Goal::Fastest { .. } => "whatever its feed",
+        Goal::Fastest { .. } => "at the feeds that were tried",
         Goal::Slower { .. } | Goal::WithinTime { .. } => "at the slowest feed that helps",
     };
     for (line, error) in adjusted.above.iter().take(NAMED) {

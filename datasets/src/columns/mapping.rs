@@ -43,7 +43,8 @@ fn parse(text: &str, path: &Path, table: &Table) -> Result<ColumnMap, DatasetErr
     if let (true, Some(Err(error))) = (names_no_axis, recognised) {
         return Err(error);
     }
-    let axes = sides.into_iter().map(|stated| both_sides(completed(stated, table))).collect::<Result<Vec<_>, _>>().map_err(whole)?;
+    let axes =
+        sides.into_iter().map(|stated| both_sides(completed(stated, table))).collect::<Result<Vec<_>, _>>().map_err(whole)?;
     if axes.is_empty() {
         return Err(whole("no axis is named".to_owned()));
     }
@@ -70,7 +71,8 @@ fn completed(mut stated: Sides, table: &Table) -> Sides {
         return stated;
     }
     let Sides { axis, reference, actual, error } = &mut stated;
-    let stated_columns: Vec<usize> = [&*reference, &*actual, &*error].into_iter().flatten().map(|named| named.source.column).collect();
+    let stated_columns: Vec<usize> =
+        [&*reference, &*actual, &*error].into_iter().flatten().map(|named| named.source.column).collect();
     let named = |role| {
         let (column, unit) = column_of(table, axis, role).filter(|(column, _)| !stated_columns.contains(column))?;
         Some(Named::of_name(column, unit))
@@ -223,7 +225,8 @@ mod tests {
             let names = names.iter().map(|name| (*name).to_owned()).collect();
             parse(text, Path::new("log.csv"), &Table { names, ..Table::default() })
         };
-        let columns = |map: &ColumnMap| map.axes.iter().map(|axis| [axis.reference.column, axis.actual.column]).collect::<Vec<_>>();
+        let columns =
+            |map: &ColumnMap| map.axes.iter().map(|axis| [axis.reference.column, axis.actual.column]).collect::<Vec<_>>();
         assert_eq!(columns(&parsed(&["t", "x_ref", "pos"], "x_act=pos").unwrap()), [[1, 2]]);
         let map = parsed(&["t", "x_ref", "x_ferr"], "x_err=x_ferr:um").unwrap();
         assert_eq!((columns(&map), map.axes[0].error_for), (vec![[1, 2]], Some(Side::Actual)));

@@ -37,6 +37,9 @@ impl LogFormat for Csv {
         let names = header(&dialect, &lines[..first], &comments);
         let mut rows = lines[first..].to_vec();
         let mut findings = Vec::new();
+        if let Some(row) = rows.iter().find(|row| is_other_header(&dialect, &names, row.text)) {
+            return Err(DatasetError::format(path, other_header(row.number)));
+        }
         check_widths(path, &dialect, &mut rows, &mut findings)?;
         drop_cut_number(&text, &dialect, &mut rows, &mut findings);
         Ok(Table {
@@ -98,6 +101,24 @@ fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<
             .collect(),
         _ => last.iter().map(|name| (*name).to_owned()).collect(),
     }
+}
+
+/// Whether a row is a header of the same columns in another order: the rows behind it would be taken for those before it.
+pub(super) fn is_other_header(dialect: &Dialect, names: &[String], row: &str) -> bool {
+    let is_name = |byte: &u8| byte.is_ascii_alphabetic();
+    // Most rows hold numbers alone.
+    if !row.as_bytes().iter().any(is_name) {
+        return false;
+    }
+    let fields = dialect.fields(row);
+    let fields = &fields[..fields.len().min(names.len())];
+    let is_known = |field: &&str| dialect.plain_number(field).is_none() && names.iter().any(|name| name == field);
+    fields.len() == names.len() && fields.iter().all(is_known) && fields.iter().zip(names).any(|(field, name)| field != name)
+}
+
+/// What to say of such a row.
+pub(super) fn other_header(line: usize) -> String {
+    format!("line {line} is a second header, with the columns in another order: cut the file there into one log a run")
 }
 
 /// Refuses rows of the wrong width. An incomplete last row, from a stopped recording, is dropped.

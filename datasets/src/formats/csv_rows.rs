@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use super::csv::{is_other_header, other_header};
 use super::dialect::Dialect;
 use super::rows::Rows;
 use super::text::{self, COMMENTS, UTF16};
@@ -62,6 +63,7 @@ pub(crate) struct CsvRows {
     path: PathBuf,
     reader: BufReader<File>,
     dialect: Dialect,
+    names: Vec<String>,
     /// Slot of every column of the file among those that are wanted, with its scale.
     slots: Vec<Option<(usize, f64)>>,
     /// Values of a row.
@@ -91,6 +93,7 @@ impl CsvRows {
             path: path.to_owned(),
             reader: BufReader::with_capacity(BUFFER, file),
             dialect: head.dialect.clone(),
+            names: head.table.names.clone(),
             slots,
             values: vec![f64::NAN; wanted.len()],
             line: Vec::new(),
@@ -182,6 +185,11 @@ impl Rows for CsvRows {
                 let why = format!("the last row (line {number}) ends within a number, without a line end; it was left out");
                 self.cut_off = Some(why);
                 break;
+            }
+            if self.values.iter().all(|value| value.is_nan())
+                && is_other_header(&self.dialect, &self.names, trimmed(&String::from_utf8_lossy(&self.line)))
+            {
+                return Err(DatasetError::format(&self.path, other_header(self.number)));
             }
             columns.iter_mut().zip(&self.values).for_each(|(column, value)| column.push(*value));
             lines.push(self.number);

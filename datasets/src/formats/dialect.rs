@@ -99,7 +99,7 @@ impl Dialect {
         self.plain_number(field).is_some() || clock_s(field).is_some()
     }
 
-    fn plain_number(&self, field: &str) -> Option<f64> {
+    pub(super) fn plain_number(&self, field: &str) -> Option<f64> {
         if !self.decimal_comma {
             field.parse().ok()
         } else if field.contains('.') {

@@ -8,7 +8,7 @@
 use motion::AxisKind;
 
 use super::digits::step_of;
-use super::signals::{quantile, with_common_axes};
+use super::signals::{Signals, quantile, with_common_axes};
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Least length of a rest, s, and the part of its end over which the error is averaged: axes settle for up to 0.2 s.
@@ -92,6 +92,12 @@ fn at_rest(logs: &[Log], axis: usize) -> (Vec<Rest>, f64) {
     let rests = logs.iter().enumerate().flat_map(|(run, log)| rests_of(run, log, axis)).collect();
     let steps = logs.iter().filter_map(|log| step_of(&log.actual.columns()[axis]));
     (rests, ROUNDED * steps.fold(0.0, f64::max))
+}
+
+/// Whether the command of an axis rests long enough in a run to show what its columns are wrong by.
+pub(super) fn has_rest(axis: &Signals) -> bool {
+    let least = (RESTS_S / axis.period_s).round().max(1.0) as usize;
+    axis.reference.chunk_by(|a, b| a == b).any(|rest| rest.len() >= least)
 }
 
 fn rests_of(run: usize, log: &Log, axis: usize) -> Vec<Rest> {

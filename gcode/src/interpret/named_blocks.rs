@@ -21,7 +21,8 @@ impl NamedBlocks {
             return Self::default();
         }
         let blocks = 0..program.blocks().len();
-        let named: Vec<Vec<u32>> = blocks.clone().map(|block| named_in(program, block)).filter(|named| !named.is_empty()).collect();
+        let named: Vec<Vec<u32>> =
+            blocks.clone().map(|block| named_in(program, block)).filter(|named| !named.is_empty()).collect();
         if named.is_empty() {
             return Self::default();
         }
@@ -40,7 +41,7 @@ impl NamedBlocks {
 }
 
 /// The word with the number of a block.
-fn own_number<'a>(program: &'a Program, block: usize) -> Option<&'a Word> {
+fn own_number(program: &Program, block: usize) -> Option<&Word> {
     let mut words = program.block_words(block).iter().filter(|word| word.kind != WordKind::BlockDelete);
     words.next().filter(|word| word.is(b'N'))
 }

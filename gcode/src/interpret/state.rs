@@ -1,10 +1,10 @@
 //! Interpreter state: modal state, position, open sections and the moves so far.
 
-use super::named_blocks::NamedBlocks;
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
 use super::full_circles::FullCircles;
+use super::named_blocks::NamedBlocks;
 use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;

@@ -340,7 +340,9 @@ pub enum Error {
     #[error("the curve on which ILC is tuned does not fit the machine; give its gain and cut-off with --gain and --low-pass")]
     TuningCurve(#[source] Box<Error>),
     /// A program whose control does not plan its time cannot be compared as one.
-    #[error("{0}: it states the times of its lines, so that as a program it runs as the reference does; compare it without --programs")]
+    #[error(
+        "{0}: it states the times of its lines, so that as a program it runs as the reference does; compare it without --programs"
+    )]
     NotReplanned(String),
     /// A method made no run.
     #[error("{0} made no run")]

@@ -3,9 +3,8 @@
 use models::Bundle;
 
 use super::adjusted::Adjusted;
-use super::fastest::{fastest, within_time};
+use super::fastest::{fastest, slower, within_time};
 use super::limits::FeedLimits;
-use super::slower::{Tolerance, slower};
 use crate::error::Result;
 use crate::model_based_ilc::Settings;
 use crate::part::Part;
@@ -46,9 +45,7 @@ impl Goal {
 
 /// Compensates `part` with the feeds of this goal, within `limits`.
 ///
-/// With [`Goal::Slower`] the feed of a move above the tolerance is reduced by the square root of the ratio, since its error grows at most with
-/// the square of its speed (centripetal and inertial forces), and restored where that has no effect. With `keep_time` the feeds of moves
-/// clearly below the tolerance are then raised. The other goals search over all feeds; they do not exceed the speeds of the model's training
+/// Feeds are searched over groups of moves; they do not exceed the speeds of the model's training
 /// data. Moves that exceed a tolerance whatever their feed get the feed of their least error; [`Adjusted::above`] names them.
 ///
 /// # Errors
@@ -63,9 +60,7 @@ pub fn adjust(
 ) -> Result<Adjusted> {
     let settings = &Settings { unavoidable_apart: false, ..*settings };
     match goal {
-        Goal::Slower { tolerance_mm, keep_time } => {
-            slower(part, model, settings, Tolerance { tolerance_mm, keep_time }, limits, progress)
-        }
+        Goal::Slower { tolerance_mm, keep_time } => slower(part, model, settings, (tolerance_mm, keep_time), limits, progress),
         Goal::Fastest { tolerance_mm } => fastest(part, model, settings, tolerance_mm, limits, progress),
         Goal::WithinTime { change } => within_time(part, model, settings, change, limits, progress),
     }

@@ -137,10 +137,13 @@ impl Group {
         !any_holds && (factor <= LOWEST * SAME_FACTOR || (far_down && self.seen.iter().any(is_flat)))
     }
 
-    /// The highest factor whose error is about the least one.
+    /// The highest factor whose error is about the least one, up to the programmed feed where that was tried: what is above the tolerance is not
+    /// sped up.
     fn least_error(&self) -> f64 {
-        let least = self.seen.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
-        let about = self.seen.iter().filter(|(_, error)| *error <= ABOUT * least);
+        let is_tried = self.seen.iter().any(|(factor, _)| *factor <= 1.0);
+        let seen = || self.seen.iter().filter(|(factor, _)| *factor <= 1.0 || !is_tried);
+        let least = seen().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
+        let about = seen().filter(|(_, error)| *error <= ABOUT * least);
         about.map(|(factor, _)| *factor).fold(LOWEST, f64::max)
     }
 

@@ -8,12 +8,11 @@ mod goal;
 mod group;
 mod limits;
 mod search;
-mod slower;
 mod trade_off;
 mod trial;
 
 pub use adjusted::{Adjusted, Bounds, ChipLoad};
+pub use fastest::SAME_TIME;
 pub use goal::{Goal, adjust};
 pub use limits::FeedLimits;
-pub use slower::SAME_TIME;
 pub use trade_off::{TradeOff, trade_off};

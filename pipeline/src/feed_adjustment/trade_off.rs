@@ -15,6 +15,9 @@ const ROUNDS_EACH: usize = 2;
 /// Least tolerance as a share of the error at the programmed feeds.
 const LEAST_SHARE: f64 = 0.25;
 
+/// Share by which an error has to be less to count.
+const SAME: f64 = 5e-3;
+
 /// One choice of feeds, which no other one undercuts in both figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TradeOff {
@@ -43,6 +46,10 @@ pub fn trade_off(
     let programmed = part.feed_factors.clone();
     let (mut search, trial) = Search::begin(part, model, settings, limits, progress)?;
     let own = TradeOff::from(&search.visits[0]);
+    let mut trial = trial;
+    for cycle_limit in search.cycle_limits().into_iter().skip(1) {
+        trial = search.run_within(trial.into_part()?, Some(cycle_limit))?;
+    }
     let trial = search.run_at_bounds(trial)?;
     let most_mm = trial.max_mm();
     let trial = search.sweep(trial, (most_mm, LEAST_SHARE * own.max_mm.min(most_mm)), TOLERANCES, ROUNDS_EACH)?;
@@ -57,14 +64,17 @@ impl From<&Visit> for TradeOff {
     }
 }
 
-/// The trials that no other one undercuts in both figures, the shortest cycle first.
+/// The trials that no other one undercuts in both figures, the shortest cycle first. Of those that are the same in MAX, the least RMS counts.
 fn front(visits: &[Visit]) -> Vec<TradeOff> {
     let mut points: Vec<TradeOff> = visits.iter().map(TradeOff::from).collect();
     points.sort_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s).then(a.max_mm.total_cmp(&b.max_mm)));
-    let mut least_mm = f64::INFINITY;
+    let (mut least_mm, mut rms_mm) = (f64::INFINITY, f64::INFINITY);
     points.retain(|point| {
-        let better = point.max_mm < least_mm;
-        least_mm = least_mm.min(point.max_mm);
+        let is_less = point.max_mm < (1.0 - SAME) * least_mm;
+        let better = is_less || point.max_mm <= (1.0 + SAME) * least_mm && point.rms_mm < (1.0 - SAME) * rms_mm;
+        if better {
+            (least_mm, rms_mm) = (least_mm.min(point.max_mm), point.rms_mm);
+        }
         better
     });
     points
@@ -90,7 +100,7 @@ mod tests {
     use super::*;
 
     fn visit(cycle_s: f64, max_mm: f64) -> Visit {
-        Visit { factors: Vec::new(), cycle_s, max_mm, rms_mm: 0.3 * max_mm }
+        Visit { factors: Vec::new(), cycle_limit: 0.01, cycle_s, max_mm, rms_mm: 0.3 * max_mm }
     }
 
     #[test]

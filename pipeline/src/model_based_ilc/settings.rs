@@ -74,6 +74,10 @@ pub struct Settings {
     /// Largest relative increase of the cycle time of a replanned program. Points are further apart, and have no times of their own, where
     /// that keeps within it; otherwise nothing is changed.
     pub cycle_limit: f64,
+    /// Whether a program whose limit of the cycle time is larger than the usual one is also learned within that one.
+    pub tries_usual_limit: bool,
+    /// Whether a program is also learned within a larger limit of the cycle time, and the result taken where it keeps the own one.
+    pub tries_larger_limit: bool,
     /// When a program gets fewer points than `written` says.
     pub fewer_points: FewerPoints,
     /// Whether errors beside moves that are not changed count only where they exceed what corrections reach there. Not where feeds are sought, which
@@ -86,7 +90,7 @@ pub struct Settings {
 /// Default share of the expected error that a run has to save.
 const WORTH: f64 = 0.01;
 /// Default limit of the relative increase of the cycle time.
-const CYCLE_LIMIT: f64 = 0.01;
+pub(super) const CYCLE_LIMIT: f64 = 0.01;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -100,6 +104,8 @@ impl Default for Settings {
             max_rotation_rad: CorrectionLimits::MAX_ROTATION_DEG.to_radians(),
             written: None,
             cycle_limit: CYCLE_LIMIT,
+            tries_usual_limit: true,
+            tries_larger_limit: false,
             fewer_points: FewerPoints::WhereForecastAllows,
             unavoidable_apart: true,
             slow_stops: true,

@@ -189,10 +189,29 @@ const OTHER_UNIT: f64 = 10.0;
 /// Refuses logs that are far faster than the machine file allows.
 fn check_speeds(limits: &Limits<'_>, logs: &[Log]) -> Result<()> {
     let Limits::Given(spec) = limits else { return Ok(()) };
+    check_reached(spec, |name| {
+        let columns = logs.iter().filter_map(|log| Some((log.reference.column(name)?, log.period_s())));
+        columns.map(|(column, period_s)| limits_from_log::speed(column, period_s)).fold(0.0, f64::max)
+    })
+}
+
+/// Refuses a machine for a model whose logs were far faster than the machine allows.
+///
+/// # Errors
+/// [`Error::OtherSpeed`].
+pub fn check_machine(model: &Bundle, spec: &MachineSpec) -> Result<()> {
+    let (axes, coverage) = (model.axes(), model.coverage());
+    check_reached(spec, |name| {
+        let of_axis = axes.iter().zip(&coverage).filter(|(axis, _)| axis.name == name);
+        of_axis.map(|(_, range)| range.velocity).fold(0.0, f64::max)
+    })
+}
+
+/// Refuses axes that were far faster, mm/s or rad/s, than the machine allows.
+fn check_reached(spec: &MachineSpec, reached: impl Fn(&str) -> f64) -> Result<()> {
     for axis in &spec.axes {
         let (name, allowed) = (axis.name(), axis.limits().velocity);
-        let columns = logs.iter().filter_map(|log| Some((log.reference.column(name)?, log.period_s())));
-        let reached = columns.map(|(column, period_s)| limits_from_log::speed(column, period_s)).fold(0.0, f64::max);
+        let reached = reached(name);
         if reached > OTHER_UNIT * allowed {
             let unit = if axis.axis().kind == AxisKind::Linear { "mm/s" } else { "rad/s" };
             return Err(Error::OtherSpeed { axis: name.to_owned(), reached, allowed, unit });

@@ -26,7 +26,7 @@ pub struct FeedArgs {
     #[arg(long, requires = "tolerance")]
     keep_time: bool,
     /// With --tolerance: the feeds of the shortest cycle whose predicted contour error stays within it
-    #[arg(long, requires = "tolerance", conflicts_with = "keep_time")]
+    #[arg(long, requires = "tolerance", conflicts_with_all = ["keep_time", "max_time"])]
     fastest: bool,
     /// The feeds of the least predicted MAX, in a cycle that takes at most this much longer than programmed: +1%, 0%, -20%. Plans some twenty
     /// programs

@@ -14,6 +14,7 @@ use pipeline::control::is_replanned;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
+use pipeline::training::check_machine;
 use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
 use serde_json::{Value, json};
 
@@ -109,11 +110,17 @@ pub enum Effort {
     Fast,
     /// Four updates on the model, and up to twelve on the replanned program, as long as they save 1 %
     Normal,
-    /// Eight updates on the model, and up to 24 on the replanned program, as long as they save 0.2 %
+    /// Eight updates on the model, and up to 24 on the replanned program, as long as they save 0.2 %; a program whose corners need time is learned twice
     Best,
 }
 
 impl Effort {
+    /// Whether a program is also learned within a larger limit of the cycle time.
+    #[must_use]
+    pub fn tries_larger_limit(self) -> bool {
+        self == Self::Best
+    }
+
     /// Updates on the model.
     #[must_use]
     pub fn updates(self) -> usize {
@@ -215,7 +222,11 @@ impl Compensate {
     /// The machine that limits and control are those of.
     fn machine(&self, model: &Bundle) -> Result<MachineSpec> {
         match &self.machine {
-            Some(machine) => read::machine(machine),
+            Some(machine) => {
+                let spec = read::machine(machine)?;
+                check_machine(model, &spec)?;
+                Ok(spec)
+            }
             None => Ok(pipeline::machine_of(model)?),
         }
     }
@@ -267,6 +278,7 @@ impl Compensate {
             law: self.law.into(),
             iterations: self.iterations.unwrap_or(self.effort.updates()),
             worth: self.effort.worth(),
+            tries_larger_limit: self.effort.tries_larger_limit(),
             max_shift: self.max_shift,
             max_rotation_rad: self.max_rotation.to_radians(),
             slow_stops: !self.keep_stops,

@@ -225,7 +225,8 @@ impl Reproduce {
             ];
             found.push((UNCOMPENSATED, 0, run_program(part, &mut machine, desired.trajectory(), &MOVE_POINTS)?));
             for (method, mut law, pairing) in laws {
-                let learned = learn_program(part, &mut machine, law.as_mut(), (pairing, MOVE_POINTS), runs, &CorrectionLimits::default())?;
+                let learned =
+                    learn_program(part, &mut machine, law.as_mut(), (pairing, MOVE_POINTS), runs, &CorrectionLimits::default())?;
                 found.extend(learned.into_iter().next_back().map(|last| (method, runs, last)));
             }
             found.push((FIRST_RUN, 0, run_program(part, &mut machine, &first_run.reference, &first_points)?));

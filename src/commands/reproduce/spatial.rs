@@ -117,7 +117,8 @@ impl Reproduce {
         let part = curve_program_in_steps(curve, FEED_MM_S, STEP, &Setup::new(spec, None)?)?;
         let mut machine = SimulatedMachine::new(spec, self.common.seed)?;
         let mut law = SpatialIlc::new(Gain::Constant(gain), None)?;
-        let runs = learn_program(&part, &mut machine, &mut law, (Pairing::Place, MOVE_POINTS), updates, &CorrectionLimits::default())?;
+        let runs =
+            learn_program(&part, &mut machine, &mut law, (Pairing::Place, MOVE_POINTS), updates, &CorrectionLimits::default())?;
         Ok((part, runs))
     }
 

@@ -8,7 +8,7 @@ use compensation::Iteration;
 use machine::Machine;
 use motion::Trajectory;
 
-use super::settings::{LawName, Settings};
+use super::settings::{CYCLE_LIMIT, LawName, Settings};
 use super::task::Task;
 use crate::control::ControlledMachine;
 use crate::error::Result;
@@ -24,6 +24,9 @@ use search::{CUT_OFFS_HZ, REPLANNED_UPDATES, Search};
 /// the same for the errors expected on the machine.
 const AS_GOOD: f64 = 1.5;
 const NEAR: f64 = 1.2;
+/// Larger limit of the cycle time, as a multiple of the own one. Of seven programs on `random:60607` and `random:545547` an engraving comes to 3.9 instead of
+/// 5.2 µm RMS that way, and two to 1 % less, in twice the computing time; with 5 % instead of 1 a pocket came to 1.62 instead of 0.83 µm.
+const BEYOND: f64 = 3.0;
 /// Cost of an opening, as a multiple of the best cost so far, from which on it is not learned with.
 const LEARNABLE: f64 = 1.5;
 
@@ -56,10 +59,19 @@ pub(super) fn relearn_on_program<M: Machine + ?Sized>(
     ideals: &[&Iteration],
     resumed: Option<&Trajectory>,
 ) -> Result<OnProgram> {
-    let mut search =
-        Search { task, control, path: input.trajectory(), settings, ideals, low_pass_hz: CUT_OFFS_HZ[0], updates: 0 };
+    let mut search = Search {
+        task,
+        control,
+        path: input.trajectory(),
+        settings,
+        ideals,
+        low_pass_hz: CUT_OFFS_HZ[0],
+        cycle_limit: settings.cycle_limit,
+        updates: 0,
+    };
     let (found, kept_feeds) = search.cut_offs(written)?;
-    let mut found = search.stepped(found)?;
+    let found = search.stepped(found)?;
+    let (mut found, kept_feeds) = search.with_other_limits(found, kept_feeds, written)?;
     if let Some(command) = resumed {
         found = search.resume(found, command)?;
     }
@@ -109,6 +121,38 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
         }
         self.low_pass_hz = best.low_pass_hz;
         Ok((best.tried, best.kept_feeds))
+    }
+
+    /// The better one of `found` and what searches with other limits of the cycle time come to, where they keep the own one all the same: a larger limit, since
+    /// the points at which a search begins may be too many for the limit and those at which it ends not; and the usual one, where the limit is larger, since
+    /// other points then lead to another program.
+    fn with_other_limits(
+        &mut self,
+        mut found: Tried,
+        mut kept_feeds: Option<f64>,
+        written: RefitSettings,
+    ) -> Result<(Tried, Option<f64>)> {
+        let limit = self.cycle_limit;
+        if self.settings.law != LawName::ModelBased || !(limit > 0.0 && limit < f64::INFINITY) {
+            return Ok((found, kept_feeds));
+        }
+        let usual = Some(CYCLE_LIMIT).filter(|usual| *usual < limit && self.settings.tries_usual_limit);
+        let larger = self.settings.tries_larger_limit.then_some(BEYOND * limit);
+        for other in usual.into_iter().chain(larger) {
+            if self.is_near(&found) {
+                break;
+            }
+            let low_pass_hz = self.low_pass_hz;
+            self.cycle_limit = other;
+            let (other, other_kept_feeds) = self.cut_offs(written)?;
+            let (Tried::Short(candidate) | Tried::Long(candidate)) = self.stepped(other)?;
+            self.cycle_limit = limit;
+            match self.judged(candidate) {
+                other @ Tried::Short(_) if !found.is_better(&other) => (found, kept_feeds) = (other, other_kept_feeds),
+                _ => self.low_pass_hz = low_pass_hz,
+            }
+        }
+        Ok((found, kept_feeds))
     }
 
     /// Openings with the lower cut-offs.

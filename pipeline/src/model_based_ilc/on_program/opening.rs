@@ -65,7 +65,7 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
         let (mut at, mut slowdown) = (written, first);
         let is_lowest = CUT_OFFS_HZ.last() == Some(&self.low_pass_hz);
         for left in (1..=if self.may_coarsen(written) { DOUBLINGS } else { 0 }).rev() {
-            let is_far = slowdown > self.settings.cycle_limit * f64::from(1 << left);
+            let is_far = slowdown > self.cycle_limit * f64::from(1 << left);
             if matches!(best, Tried::Short(_)) || is_far && !is_lowest {
                 break;
             }

@@ -61,6 +61,8 @@ pub(super) struct Search<'a, 'b, 'm, M: ?Sized> {
     pub(super) ideals: &'a [&'a Iteration],
     /// Cut-off of the start and of the updates, Hz.
     pub(super) low_pass_hz: f64,
+    /// Largest relative increase of the cycle time.
+    pub(super) cycle_limit: f64,
     /// Updates so far.
     pub(super) updates: usize,
 }
@@ -117,7 +119,7 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
         let (Tried::Short(known) | Tried::Long(known)) = &first;
         let (start, written) = (&known.run.0, known.written);
         let is_same = (start.measure / self.ideal_mm() - 1.0).abs() <= SAME_FORECAST;
-        let is_too_slow = self.slowdown(known.cycle_s) > HOPELESS_CYCLE * self.settings.cycle_limit;
+        let is_too_slow = self.slowdown(known.cycle_s) > HOPELESS_CYCLE * self.cycle_limit;
         if self.settings.law != LawName::ModelBased || is_same || is_too_slow || start.measure > HOPELESS * allowed {
             return Ok(first);
         }
@@ -169,8 +171,12 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
 
     /// A run as a candidate.
     fn tried(&self, run: (Iteration, Figures), cycle_s: f64, written: RefitSettings) -> Tried {
-        let candidate = Box::new(Candidate { run, cycle_s, written });
-        if self.is_short(cycle_s) { Tried::Short(candidate) } else { Tried::Long(candidate) }
+        self.judged(Box::new(Candidate { run, cycle_s, written }))
+    }
+
+    /// A candidate by the limit of the cycle time.
+    pub(super) fn judged(&self, candidate: Box<Candidate>) -> Tried {
+        if self.is_short(candidate.cycle_s) { Tried::Short(candidate) } else { Tried::Long(candidate) }
     }
 
     /// Least cost on the reference, mm.
@@ -199,7 +205,7 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
         let mut share = 1.0;
         let mut cycle_s = shortest.cycle_s;
         for _ in 0..REDUCTIONS {
-            share *= REDUCED_TO * self.settings.cycle_limit / self.slowdown(cycle_s);
+            share *= REDUCED_TO * self.cycle_limit / self.slowdown(cycle_s);
             if share < LEAST_SHARE {
                 break;
             }
@@ -219,7 +225,7 @@ impl<M: Machine + ?Sized> Search<'_, '_, '_, M> {
     }
 
     fn is_short(&self, cycle_s: f64) -> bool {
-        self.slowdown(cycle_s) <= self.settings.cycle_limit
+        self.slowdown(cycle_s) <= self.cycle_limit
     }
 
     /// Relative increase of the cycle time.
