@@ -58,6 +58,9 @@ pub fn compare_programs(
         let Some(own) = tuned.of(*law) else { return Ok(None) };
         let tried = CUT_OFFS_HZ.into_iter().filter(|_| settings.ilc_low_pass_hz.is_none()).chain(own.low_pass_hz());
         let tried: Vec<LawSettings> = tried.map(|hz| own.for_programs(hz)).collect();
+        if let [only] = tried[..] {
+            return Ok(Some((*law, only)));
+        }
         let cost = |one: &LawSettings| -> Result<f64> {
             let mut machine = plant.machine(settings.seed.wrapping_add(TUNING_SEED), settings.simulation)?;
             let run = learned(&tuning, machine.as_mut(), settings.ilc_runs, *law, *one, MOVE_POINTS);
@@ -190,5 +193,29 @@ impl Measured {
         let mut counted = (0..run.path_positions.len()).map(position).filter(|sample| part.feeds_at(*sample));
         let max_sample = counted.nth(figures.tip.max_at).unwrap_or_default();
         Self { figures: *figures, max_sample, seconds: Some(run.command.duration_s()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use machine::MachineSpec;
+
+    use super::*;
+    use crate::part::WorkOffsets;
+
+    #[test]
+    fn a_program_that_states_its_times_is_none_to_compare_and_a_reference_has_no_program() {
+        let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
+        let planned = |text: &str| {
+            let (program, options) = (gcode::parse(text), gcode::Dialect::LinuxCnc.into());
+            let part = Part::planned("a.nc", program, options, &WorkOffsets::default().or_zero(), &setup, &setup.plan_settings());
+            Programmed::of(Input::from(part.unwrap()), &setup)
+        };
+        let refused = planned("G21 G90\nG0 X0 Y0 Z0\nG93\nG1 F60 X20\nF60 Y20\nM2\n").err().unwrap().to_string();
+        assert!(refused.contains("a.nc: it states the times of its lines"), "{refused}");
+        let program = planned("G21 G90\nG0 X0 Y0 Z0\nG1 F600 X20\nY20\nM2\n").unwrap().unwrap();
+        assert!(program.points[0].spacing_s.is_finite() && program.points[1] == MOVE_POINTS);
+        let curve = Programmed::of(Input::curve("circle", FEED_MM_S, &setup).unwrap(), &setup).unwrap().unwrap();
+        assert!(curve.points == [MOVE_POINTS] && curve.program.part().is_some());
     }
 }

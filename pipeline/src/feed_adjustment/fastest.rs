@@ -75,9 +75,11 @@ pub(super) fn slower(
         if trial.max_mm() > tolerance_mm {
             trial = search.settle(trial, tolerance_mm, ROUNDS)?;
         }
-        if keep_time && let Some(visit) = search.best_within(before.cycle_s * (1.0 + SAME_TIME)).cloned() {
-            let keeps = visit.max_mm <= tolerance_mm || trial.max_mm() > tolerance_mm;
-            trial = if keeps { search.run_as(trial, &visit)? } else { trial };
+        let most_s = if keep_time { before.cycle_s * (1.0 + SAME_TIME) } else { f64::INFINITY };
+        if (trial.max_mm() > tolerance_mm || keep_time)
+            && let Some(visit) = search.least_excess(tolerance_mm, most_s).cloned()
+        {
+            trial = search.run_as(trial, &visit)?;
         }
     }
     let settings = &Settings { cycle_limit: search.last_limit(), ..*settings };
@@ -94,9 +96,9 @@ fn wider(search: &mut Search<'_>, mut trial: Trial, tolerance_mm: f64) -> Result
         trial = search.run_within(trial.into_part()?, Some(cycle_limit))?;
     }
     if trial.max_mm() > tolerance_mm
-        && let Some(shortest) = search.shortest_of_least_max().cloned()
+        && let Some(best) = search.least_excess(tolerance_mm, f64::INFINITY).cloned()
     {
-        trial = search.run_as(trial, &shortest)?;
+        trial = search.run_as(trial, &best)?;
     }
     search.limit(search.last_limit());
     Ok(trial)

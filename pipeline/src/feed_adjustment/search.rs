@@ -23,6 +23,8 @@ const REACH_S: f64 = 0.02;
 /// feeds of an engraving take 0.78 to 0.96 of the processor time of trials with 4 updates and 1 %, and end with the same MAX or less.
 const TRIAL_ITERATIONS: usize = 1;
 const TRIAL_WORTH: f64 = 0.03;
+/// Share of the excess over a tolerance that a trial has to take off for as much time again.
+const PRICE_OF_TIME: f64 = 0.1;
 /// Larger limits of the increase of the cycle time by a correction, and the largest one.
 const WIDER_LIMITS: [f64; 2] = [0.03, 0.1];
 const MOST_CYCLE_LIMIT: f64 = 0.1;
@@ -35,6 +37,8 @@ pub(super) struct Visit {
     pub cycle_limit: f64,
     /// Duration of the program as written, s.
     pub cycle_s: f64,
+    /// Largest predicted error of every group, mm.
+    pub errors_mm: Vec<f64>,
     /// Predicted errors over feed moves, mm.
     pub max_mm: f64,
     pub rms_mm: f64,
@@ -98,13 +102,14 @@ impl<'a> Search<'a> {
         let cycle_limit = cycle_limit.unwrap_or(self.settings.cycle_limit.max(left));
         let trial = Trial::of(part, self.model, &Settings { cycle_limit, ..self.settings }, self.progress)?;
         let errors = self.errors_mm(&trial)?;
-        for (group, error) in self.groups.iter_mut().zip(errors) {
-            group.note(error);
+        for (group, error) in self.groups.iter_mut().zip(&errors) {
+            group.note(*error);
         }
         self.visits.push(Visit {
             factors: self.groups.iter().map(|group| group.factor).collect(),
             cycle_limit,
             cycle_s: trial.cycle_s(),
+            errors_mm: errors,
             max_mm: trial.max_mm(),
             rms_mm: trial.outcome.after.tip.rms_mm,
         });
@@ -202,11 +207,15 @@ impl<'a> Search<'a> {
         best_within(&self.visits, most_s)
     }
 
-    /// The trial of the shortest cycle whose MAX is about the least one.
-    pub fn shortest_of_least_max(&self) -> Option<&Visit> {
-        let most_mm = SAME_MAX * self.least_max_mm(f64::INFINITY)?;
-        let as_good = self.visits.iter().filter(|visit| visit.max_mm <= most_mm);
-        as_good.min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s))
+    /// Of the trials whose cycle takes at most `most_s` and whose MAX is not above that at the programmed feeds, the one whose groups exceed the tolerance
+    /// least, where time has its price: what takes as long again as the first one has to take a tenth off the excess.
+    pub fn least_excess(&self, tolerance_mm: f64, most_s: f64) -> Option<&Visit> {
+        let first = self.visits.first()?;
+        let excess = |visit: &Visit| visit.errors_mm.iter().map(|error| (error - tolerance_mm).max(0.0)).sum::<f64>();
+        let own = excess(first).max(f64::MIN_POSITIVE);
+        let cost = |visit: &Visit| excess(visit) / own + PRICE_OF_TIME * (visit.cycle_s / first.cycle_s - 1.0);
+        let allowed = |visit: &&Visit| visit.cycle_s <= most_s && visit.max_mm <= first.max_mm;
+        self.visits.iter().filter(allowed).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
     /// The least MAX of the trials whose cycle takes at most `most_s`, mm.
@@ -276,8 +285,14 @@ mod tests {
 
     #[test]
     fn of_trials_with_the_same_max_the_least_rms_is_the_best() {
-        let visit =
-            |cycle_s: f64, max_mm: f64, rms_mm: f64| Visit { factors: Vec::new(), cycle_limit: 0.01, cycle_s, max_mm, rms_mm };
+        let visit = |cycle_s: f64, max_mm: f64, rms_mm: f64| Visit {
+            factors: Vec::new(),
+            cycle_limit: 0.01,
+            cycle_s,
+            errors_mm: Vec::new(),
+            max_mm,
+            rms_mm,
+        };
         let visits = [visit(33.0, 42.7, 1.67), visit(34.0, 42.0, 2.88), visit(30.0, 50.0, 1.0), visit(40.0, 20.0, 0.5)];
         assert_eq!(best_within(&visits, 35.0).map(|best| best.rms_mm), Some(1.67));
         assert_eq!(best_within(&visits, 50.0).map(|best| best.rms_mm), Some(0.5));

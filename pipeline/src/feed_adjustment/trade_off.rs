@@ -15,7 +15,7 @@ const ROUNDS_EACH: usize = 2;
 /// Least tolerance as a share of the error at the programmed feeds.
 const LEAST_SHARE: f64 = 0.25;
 
-/// Share by which an error has to be less to count.
+/// Share by which MAX has to be less for a longer cycle to count.
 const SAME: f64 = 5e-3;
 
 /// One choice of feeds, which no other one undercuts in both figures.
@@ -64,18 +64,17 @@ impl From<&Visit> for TradeOff {
     }
 }
 
-/// The trials that no other one undercuts in both figures, the shortest cycle first. Of those that are the same in MAX, the least RMS counts.
+/// The trials that no other one undercuts in both figures, the shortest cycle first.
 fn front(visits: &[Visit]) -> Vec<TradeOff> {
     let mut points: Vec<TradeOff> = visits.iter().map(TradeOff::from).collect();
     points.sort_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s).then(a.max_mm.total_cmp(&b.max_mm)));
-    let (mut least_mm, mut rms_mm) = (f64::INFINITY, f64::INFINITY);
+    let mut least_mm = f64::INFINITY;
     points.retain(|point| {
         let is_less = point.max_mm < (1.0 - SAME) * least_mm;
-        let better = is_less || point.max_mm <= (1.0 + SAME) * least_mm && point.rms_mm < (1.0 - SAME) * rms_mm;
-        if better {
-            (least_mm, rms_mm) = (least_mm.min(point.max_mm), point.rms_mm);
+        if is_less {
+            least_mm = point.max_mm;
         }
-        better
+        is_less
     });
     points
 }
@@ -100,7 +99,7 @@ mod tests {
     use super::*;
 
     fn visit(cycle_s: f64, max_mm: f64) -> Visit {
-        Visit { factors: Vec::new(), cycle_limit: 0.01, cycle_s, max_mm, rms_mm: 0.3 * max_mm }
+        Visit { factors: Vec::new(), cycle_limit: 0.01, cycle_s, errors_mm: Vec::new(), max_mm, rms_mm: 0.3 * max_mm }
     }
 
     #[test]
