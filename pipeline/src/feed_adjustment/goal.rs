@@ -3,8 +3,9 @@
 use models::Bundle;
 
 use super::adjusted::Adjusted;
-use super::fastest::{fastest, slower, within_time};
+use super::fastest::{fastest, within_time};
 use super::limits::FeedLimits;
+use super::slower::slower;
 use crate::error::Result;
 use crate::model_based_ilc::Settings;
 use crate::part::Part;
@@ -58,7 +59,6 @@ pub fn adjust(
     limits: &FeedLimits,
     progress: Progress<'_>,
 ) -> Result<Adjusted> {
-    let settings = &Settings { unavoidable_apart: false, ..*settings };
     match goal {
         Goal::Slower { tolerance_mm, keep_time } => slower(part, model, settings, (tolerance_mm, keep_time), limits, progress),
         Goal::Fastest { tolerance_mm } => fastest(part, model, settings, tolerance_mm, limits, progress),

@@ -19,10 +19,6 @@ use crate::progress::Progress;
 /// Time on both sides of a sample whose groups may cause its error, s: a model-based correction reaches as far.
 const REACH_S: f64 = 0.02;
 
-/// Updates of a trial, and what a run of it has to save, as a share of the expected error; the last trial learns as it was asked to. Four searches over the
-/// feeds of an engraving take 0.78 to 0.96 of the processor time of trials with 4 updates and 1 %, and end with the same MAX or less.
-const TRIAL_ITERATIONS: usize = 1;
-const TRIAL_WORTH: f64 = 0.03;
 /// Share of the excess over a tolerance that a trial has to take off for as much time again.
 const PRICE_OF_TIME: f64 = 0.1;
 /// Larger limits of the increase of the cycle time by a correction, and the largest one.
@@ -33,8 +29,8 @@ const MOST_CYCLE_LIMIT: f64 = 0.1;
 #[derive(Debug, Clone)]
 pub(super) struct Visit {
     pub factors: Vec<f64>,
-    /// Limit of the increase of the cycle time by the correction, as a share of the plan with these feeds.
-    pub cycle_limit: f64,
+    /// How the correction was learned.
+    pub settings: Settings,
     /// Duration of the program as written, s.
     pub cycle_s: f64,
     /// Largest predicted error of every group, mm.
@@ -48,6 +44,8 @@ pub(super) struct Visit {
 pub(super) struct Search<'a> {
     model: &'a Bundle,
     ranges: Vec<OperatingRange>,
+    /// Settings that were asked for, which the first trial has, and those of the others.
+    pub asked: Settings,
     settings: Settings,
     progress: Progress<'a>,
     /// Cycle time up to which a correction may lengthen the cycle of slower trials beyond its own limit, s.
@@ -58,56 +56,58 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Begins with a trial at the programmed feeds, within the limits.
+    /// Begins with a trial at the programmed feeds, within the limits. It is what becomes of the program without other feeds.
     pub fn begin(
         part: Part,
         model: &'a Bundle,
-        settings: &Settings,
+        asked: &Settings,
         limits: &FeedLimits,
         progress: Progress<'a>,
     ) -> Result<(Self, Trial)> {
         limits.check(&part)?;
         let groups = groups(&part, limits, &durations_s(&part));
-        // Of the points of a trial only the error counts, not their number; the last learns as it was asked to.
-        let fewer_points = match settings.fewer_points {
+        // Of the points of a trial only the error counts, not their number.
+        let fewer_points = match asked.fewer_points {
             FewerPoints::Never => FewerPoints::Never,
             FewerPoints::WhereTooSlow | FewerPoints::WhereForecastAllows => FewerPoints::WhereTooSlow,
         };
         // Other limits are trials of their own.
-        let settings = Settings {
-            fewer_points,
-            tries_usual_limit: false,
-            tries_larger_limit: false,
-            iterations: settings.iterations.min(TRIAL_ITERATIONS),
-            worth: settings.worth.max(TRIAL_WORTH),
-            ..*settings
-        };
-        let mut search = Self { model, ranges: model.coverage(), settings, progress, most_s: None, groups, visits: Vec::new() };
-        let trial = search.run(part)?;
+        let settings =
+            Settings { fewer_points, tries_usual_limit: false, tries_larger_limit: false, unavoidable_apart: false, ..*asked };
+        let (ranges, asked) = (model.coverage(), *asked);
+        let mut search = Self { model, ranges, asked, settings, progress, most_s: None, groups, visits: Vec::new() };
+        let trial = search.run_with(part, asked)?;
         Ok((search, trial))
     }
 
     /// Plans, compensates and forecasts `part` with the factors of the groups.
     pub fn run(&mut self, part: Part) -> Result<Trial> {
-        self.run_within(part, None)
-    }
-
-    /// The same with this limit of the increase of the cycle time by the correction; by default that of the settings, or what is left up to
-    /// [`Search::most_s`].
-    pub fn run_within(&mut self, part: Part, cycle_limit: Option<f64>) -> Result<Trial> {
-        let factors = self.factors(part.toolpath.moves.len());
-        let part = if part.feed_factors == factors { part } else { part.with_feeds(factors)? };
+        let part = self.with_factors(part)?;
         let planned_s = part.plan.desired.trajectory().duration_s();
         let left = self.most_s.map_or(0.0, |most_s| (most_s / planned_s - 1.0).min(MOST_CYCLE_LIMIT));
-        let cycle_limit = cycle_limit.unwrap_or(self.settings.cycle_limit.max(left));
-        let trial = Trial::of(part, self.model, &Settings { cycle_limit, ..self.settings }, self.progress)?;
+        let cycle_limit = self.settings.cycle_limit.max(left);
+        self.run_with(part, Settings { cycle_limit, ..self.settings })
+    }
+
+    /// The same with this limit of the increase of the cycle time by the correction.
+    pub fn run_within(&mut self, part: Part, cycle_limit: f64) -> Result<Trial> {
+        self.run_with(part, Settings { cycle_limit, ..self.settings })
+    }
+
+    fn with_factors(&self, part: Part) -> Result<Part> {
+        let factors = self.factors(part.toolpath.moves.len());
+        if part.feed_factors == factors { Ok(part) } else { part.with_feeds(factors) }
+    }
+
+    fn run_with(&mut self, part: Part, settings: Settings) -> Result<Trial> {
+        let trial = Trial::of(self.with_factors(part)?, self.model, &settings, self.progress)?;
         let errors = self.errors_mm(&trial)?;
         for (group, error) in self.groups.iter_mut().zip(&errors) {
             group.note(*error);
         }
         self.visits.push(Visit {
             factors: self.groups.iter().map(|group| group.factor).collect(),
-            cycle_limit,
+            settings,
             cycle_s: trial.cycle_s(),
             errors_mm: errors,
             max_mm: trial.max_mm(),
@@ -118,11 +118,11 @@ impl<'a> Search<'a> {
 
     /// Runs the program once more as in a visit, unless that is the last one.
     pub fn run_as(&mut self, trial: Trial, visit: &Visit) -> Result<Trial> {
-        if self.visits.last().is_some_and(|last| last.factors == visit.factors && last.cycle_limit == visit.cycle_limit) {
+        if self.visits.last().is_some_and(|last| last.factors == visit.factors && last.settings == visit.settings) {
             return Ok(trial);
         }
         self.set_factors(&visit.factors);
-        self.run_within(trial.into_part()?, Some(visit.cycle_limit))
+        self.run_with(trial.into_part()?, visit.settings)
     }
 
     fn set_factors(&mut self, factors: &[f64]) {
@@ -134,14 +134,14 @@ impl<'a> Search<'a> {
     /// Limits of the correction's increase of the cycle time for settings that state none: the usual one, and larger ones. A program whose corners need
     /// time gains more from these than from lower feeds: an engraving on `random:60607` has 26.6 µm MAX within 1 %, and 20.7 within 5.
     pub fn cycle_limits(&self) -> Vec<f64> {
-        let own = self.settings.cycle_limit;
+        let own = self.asked.cycle_limit;
         let is_usual = own == Settings::default().cycle_limit;
         std::iter::once(own).chain(WIDER_LIMITS.into_iter().filter(|_| is_usual)).collect()
     }
 
-    /// The limit of the last trial.
-    pub fn last_limit(&self) -> f64 {
-        self.visits.last().map_or(self.settings.cycle_limit, |visit| visit.cycle_limit)
+    /// Settings of the last trial.
+    pub fn last_settings(&self) -> Settings {
+        self.visits.last().map_or(self.settings, |visit| visit.settings)
     }
 
     /// Takes this limit for all further trials.
@@ -287,7 +287,7 @@ mod tests {
     fn of_trials_with_the_same_max_the_least_rms_is_the_best() {
         let visit = |cycle_s: f64, max_mm: f64, rms_mm: f64| Visit {
             factors: Vec::new(),
-            cycle_limit: 0.01,
+            settings: Settings::default(),
             cycle_s,
             errors_mm: Vec::new(),
             max_mm,

@@ -42,13 +42,12 @@ pub fn trade_off(
     limits: &FeedLimits,
     progress: Progress<'_>,
 ) -> Result<(Part, TradeOff, Vec<TradeOff>)> {
-    let settings = &Settings { unavoidable_apart: false, ..*settings };
     let programmed = part.feed_factors.clone();
     let (mut search, trial) = Search::begin(part, model, settings, limits, progress)?;
     let own = TradeOff::from(&search.visits[0]);
     let mut trial = trial;
     for cycle_limit in search.cycle_limits().into_iter().skip(1) {
-        trial = search.run_within(trial.into_part()?, Some(cycle_limit))?;
+        trial = search.run_within(trial.into_part()?, cycle_limit)?;
     }
     let trial = search.run_at_bounds(trial)?;
     let most_mm = trial.max_mm();
@@ -99,7 +98,7 @@ mod tests {
     use super::*;
 
     fn visit(cycle_s: f64, max_mm: f64) -> Visit {
-        Visit { factors: Vec::new(), cycle_limit: 0.01, cycle_s, errors_mm: Vec::new(), max_mm, rms_mm: 0.3 * max_mm }
+        Visit { factors: Vec::new(), settings: Settings::default(), cycle_s, errors_mm: Vec::new(), max_mm, rms_mm: 0.3 * max_mm }
     }
 
     #[test]
