@@ -38,19 +38,7 @@ const ROUGHER: f64 = 1.05;
 
 pub(super) fn check(moving: &[&Signals], purpose: Purpose, report: &mut Report) {
     for (index, axis) in moving.iter().enumerate() {
-        if let Some(other) = exchanged_with(index, moving) {
-            let message = format!(
-                "the actual position of `{}` follows the command of `{}` far better than its own does: the axes' columns are exchanged",
-                other.axis, axis.axis
-            );
-            report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
-            continue;
-        }
-        if let Some(other) = follows_command_of(index, moving) {
-            let message = format!(
-                "the actual position of `{}` follows the command of `{}`, not its own: its column is that of the other axis",
-                axis.axis, other.axis
-            );
+        if let Some(message) = of_other_axis(index, moving) {
             report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
             continue;
         }
@@ -85,6 +73,23 @@ pub(super) fn check(moving: &[&Signals], purpose: Purpose, report: &mut Report) 
         };
         report.push(Finding::new(Severity::Refuse, Check::Pairing, message).in_column(axis.actual_name()));
     }
+}
+
+/// What to say where another axis's column leaves a fraction of the error of axis `index`'s own.
+fn of_other_axis(index: usize, moving: &[&Signals]) -> Option<String> {
+    let axis = &moving[index].axis;
+    let exchanged = exchanged_with(index, moving).map(|other| {
+        format!(
+            "the actual position of `{}` follows the command of `{axis}` far better than its own does: the axes' columns are exchanged",
+            other.axis
+        )
+    });
+    exchanged.or_else(|| {
+        let other = &follows_command_of(index, moving)?.axis;
+        Some(format!(
+            "the actual position of `{axis}` follows the command of `{other}`, not its own: its column is that of the other axis"
+        ))
+    })
 }
 
 /// The axis whose actual position leaves a fraction of the error of axis `index`'s own, without
