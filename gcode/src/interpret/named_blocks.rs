@@ -56,6 +56,10 @@ fn named_in(program: &Program, block: usize) -> Vec<u32> {
     let own = own_number(program, block).map(|word| word.span.start);
     let words = program.block_words(block).iter();
     let rest = words.filter(|word| word.kind != WordKind::Comment && Some(word.span.start) != own);
+    // Hardly any block has an N but its own.
+    if !rest.clone().any(|word| program.text(word.span).iter().any(|byte| matches!(byte, b'N' | b'n'))) {
+        return Vec::new();
+    }
     let text: Vec<u8> = rest.flat_map(|word| program.text(word.span)).copied().filter(|byte| *byte != b' ').collect();
     let begins = |at: &usize| text[*at].eq_ignore_ascii_case(&b'N') && (*at == 0 || !text[*at - 1].is_ascii_alphabetic());
     let numbers = |at: usize| {
