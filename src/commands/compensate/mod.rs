@@ -1,12 +1,13 @@
 //! `precomp compensate`: the main job.
 
+mod effort;
 mod feeds;
 mod long;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use compensation::CorrectionLimits;
 use machine::MachineSpec;
 use models::Bundle;
@@ -34,6 +35,7 @@ use crate::print::written::{self, Shares};
 use crate::read::{self, Source};
 use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
 
+pub use effort::Effort;
 pub use feeds::{Chosen, FeedArgs};
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
@@ -101,45 +103,6 @@ pub struct Compensate {
     report: ReportArgs,
     #[command(flatten)]
     plot: PlotArgs,
-}
-
-/// How much time the search may take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Effort {
-    /// One update on the model, and up to three on the replanned program, as long as they save 3 % of the error expected on the machine
-    Fast,
-    /// Four updates on the model, and up to twelve on the replanned program, as long as they save 1 %
-    Normal,
-    /// Eight updates on the model, and up to 24 on the replanned program, as long as they save 0.2 %; a program whose corners need time is learned twice
-    Best,
-}
-
-impl Effort {
-    /// Whether a program is also learned within a larger limit of the cycle time.
-    #[must_use]
-    pub fn tries_larger_limit(self) -> bool {
-        self == Self::Best
-    }
-
-    /// Updates on the model.
-    #[must_use]
-    pub fn updates(self) -> usize {
-        match self {
-            Self::Fast => 1,
-            Self::Normal => 4,
-            Self::Best => 8,
-        }
-    }
-
-    /// Share of the expected error that a run of a program has to save to count.
-    #[must_use]
-    pub fn worth(self) -> f64 {
-        match self {
-            Self::Fast => 0.03,
-            Self::Normal => 0.01,
-            Self::Best => 0.002,
-        }
-    }
 }
 
 impl Compensate {
