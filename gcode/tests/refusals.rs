@@ -46,7 +46,7 @@ error: no circle: its radius is 8.0000 mm at the start and 10.1980 mm at the end
 #[test]
 fn each_fault_has_its_own_message() {
     let cases = [
-        (Dialect::Fanuc, "G1 G2 X1 R5", "G2 contradicts G1 in the same block", "^^"),
+        (Dialect::Sinumerik, "G1 G2 X1 CR=5", "G2 contradicts G1 in the same block", "^^"),
         (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
         (Dialect::Fanuc, "G90 X1 G91 Y2", "G91 contradicts G90 in the same block", "^^^"),
         (Dialect::LinuxCnc, "G1 X1 G20 G21", "G21 contradicts G20 in the same block", "^^^"),
@@ -64,12 +64,12 @@ fn each_fault_has_its_own_message() {
         (Dialect::Fanuc, "G2 X1 Y1 I1 K1", "not in the plane of the arc", "^^"),
         (Dialect::Fanuc, "G2 R5 X0 Y0", "from a point to itself", "^^"),
         (Dialect::Fanuc, "G2 X10 Y0 R3", "half its chord 5.0000 mm", "^^"),
-        (Dialect::Fanuc, "G1 X1 X2", "this letter stands twice", "^^"),
-        (Dialect::Fanuc, "G1 X1 E5", "E has no meaning in this feed move", "^^"),
-        (Dialect::Fanuc, "G1 X1 I5", "I has no meaning in this feed move", "^^"),
-        (Dialect::Fanuc, "G1 X1 U5", "U has no meaning in this feed move", "^^"),
+        (Dialect::LinuxCnc, "G1 X1 X2", "this letter stands twice", "^^"),
+        (Dialect::LinuxCnc, "G1 X1 E5", "E has no meaning in this feed move", "^^"),
+        (Dialect::LinuxCnc, "G1 X1 I5", "I has no meaning in this feed move", "^^"),
+        (Dialect::LinuxCnc, "G1 X1 U5", "U has no meaning in this feed move", "^^"),
         (Dialect::Fanuc, "G1 Y1 X10000000000", "this number is beyond any machine", "^^^^^^^^^^^^"),
-        (Dialect::Fanuc, "G1 X=5", "not understood in a feed move", "^"),
+        (Dialect::LinuxCnc, "G1 X=5", "not understood in a feed move", "^"),
         (Dialect::Fanuc, "G1 X1 F0", "the feed is not positive", "^^"),
         (Dialect::Fanuc, "G1 X1 F#500", "the feed of line 2 is known only when the program runs", "^^"),
         (Dialect::LinuxCnc, "F#1\nG1 X1", "the feed of line 2 is known only when the program runs", "^^"),
@@ -130,9 +130,9 @@ fn a_feed_a_turn_that_is_read_a_minute_is_refused() {
 fn one_cause_is_reported_once_and_the_list_is_capped() {
     let (_, once) = refused_as(Dialect::Fanuc, &format!("{HEAD}F#500\nG1 X1\nX2\nX3\nX4\n"));
     assert_eq!(once, 1);
-    let (_, many) = refused_as(Dialect::Fanuc, &format!("{HEAD}{}", "G1 X1 E1\n".repeat(100)));
+    let (_, many) = refused_as(Dialect::LinuxCnc, &format!("{HEAD}{}", "G1 X1 E1\n".repeat(100)));
     assert_eq!(many, 20);
-    let error = interpret(&parse(format!("{HEAD}G1 X1 E1\nX2 E2\n")), &Dialect::Fanuc.into()).expect_err("refused");
+    let error = interpret(&parse(format!("{HEAD}G1 X1 E1\nX2 E2\n")), &Dialect::LinuxCnc.into()).expect_err("refused");
     assert_eq!(error.to_string(), "the program is refused: line 2: E has no meaning in this feed move (and 1 more)");
 }
 

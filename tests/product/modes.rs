@@ -153,7 +153,7 @@ fn moves_behind_an_unknown_code_stay_and_are_reported() {
     assert!(said.contains("M428: what it changes is not known") && said.contains("--passive M428"), "{said}");
     assert!(
         said.contains(
-            "moves left as they are: 3 after codes whose effect on path or frame is not known (from line 8); 50.0 % of the feed length"
+            "moves left as they are: 3 not understood, or after codes whose effect on path or frame is not known (from line 8); 50.0 % of the feed length"
         ),
         "{said}"
     );
@@ -172,7 +172,7 @@ fn moves_behind_a_code_given_as_passive_are_compensated() {
 fn moves_behind_a_macro_that_is_not_found_stay_unless_it_is_said_to_keep_the_modes() {
     let program = UNKNOWN_CODE.replace("M428\nG0 X0 Y0", "M98 P1000\nG0 X0 Y0 Z0");
     let said = folder_with(&program).prints(&UNKNOWN_CODE_WORDS);
-    assert!(said.contains("--macros keep") && said.contains("3 after codes whose effect"), "{said}");
+    assert!(said.contains("--macros keep") && said.contains("3 not understood, or after codes whose effect"), "{said}");
     let (_, figures) = compensate(&folder_with(&program), &["--dialect", "fanuc", "--macros", "keep"]);
     assert_eq!(figures["left_alone"]["feed_length_share"], 0.0, "{figures}");
 }

@@ -8,7 +8,7 @@ use crate::dialect::Dialect;
 use crate::execution::Ran;
 use crate::modal::{CutterCompensation, FeedMode, Units};
 use crate::position::{AXIS_LETTERS, LARGEST_COORDINATE, Position};
-use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
+use crate::sinumerik::signs::SINUMERIK_HELP;
 use crate::toolpath::Feed;
 use crate::word::Span;
 
@@ -29,8 +29,8 @@ impl Interpreter<'_> {
         if !self.check_runs_once(span) {
             return false;
         }
-        if let Some(index) = words.duplicate {
-            self.report.error(self.span(index), "this letter stands twice in a feed move", None);
+        if let Some((index, what, help)) = self.unread_word(words, motion) {
+            self.report.error(self.span(index), what, help);
             return false;
         }
         let is_arc = motion != Motion::Line;
@@ -38,15 +38,6 @@ impl Interpreter<'_> {
         let too_large = |letter: &u8| words.number(self.program, *letter).is_some_and(|n| n.abs() > LARGEST_COORDINATE);
         if let Some(index) = SHAPING.iter().find(|letter| too_large(letter)).and_then(|letter| words.index(*letter)) {
             self.report.error(self.span(index), "this number is beyond any machine", None);
-            return false;
-        }
-        if let Some(index) = self.stray(words, is_arc) {
-            let letter = char::from(self.program.words()[index].letter);
-            let help = match letter {
-                'U'..='W' => "state its end with X, Y and Z: increments and parallel axes in U, V and W are not read",
-                _ => "take the word out, or name the control: --dialect",
-            };
-            self.report.error(self.span(index), format!("{letter} has no meaning in this feed move"), Some(help));
             return false;
         }
         if let Some(index) = words.index(b'L').filter(|_| words.m.is_empty() && words.g.iter().all(|g| takes_no_l(g.code))) {
@@ -79,10 +70,46 @@ impl Interpreter<'_> {
         true
     }
 
-    /// Whether a feed move in an open section is not read: its coordinates are not those of the path, or it has words without a known meaning.
+    /// Whether a feed move is not read: its coordinates are not those of the path, or it has words without a known meaning. LinuxCNC runs no program with
+    /// such words.
     pub fn is_not_read(&self, words: &Gathered, motion: Motion) -> bool {
-        let has_others = || words.duplicate.is_some() || self.stray(words, motion != Motion::Line).is_some();
-        self.sections.transforms() || ((self.sections.is_open() || self.is_doubtful()) && has_others())
+        let is_uncertain = || words.unknown.is_none() && (self.sections.is_open() || self.is_doubtful());
+        let may_mean = || self.options.dialect != Dialect::LinuxCnc || is_uncertain();
+        self.sections.transforms() || (self.unread_word(words, motion).is_some() && may_mean())
+    }
+
+    /// Why a feed move is left alone that is not understood by itself, unless a warning before said it.
+    pub fn warn_unread(&mut self, words: &Gathered, motion: Motion) {
+        if self.sections.transforms() || self.sections.is_open() || self.is_doubtful() {
+            return;
+        }
+        if let Some((index, what, help)) = self.unread_word(words, motion) {
+            self.report.warning(self.span(index), format!("{what}: the move is left alone"), help);
+        }
+    }
+
+    /// Refuses a statement that may run the moves before it once more.
+    pub fn refuse_statement(&mut self, words: &Gathered, index: usize) {
+        self.position = self.target(words, 1);
+        self.report.error(self.span(index), "not understood in a feed move", Some(SINUMERIK_HELP));
+    }
+
+    /// The first word of a feed move without a known meaning: what is said of it, and the remedy.
+    fn unread_word(&self, words: &Gathered, motion: Motion) -> Option<(usize, String, Option<&'static str>)> {
+        const NAME_IT: &str = "take the word out, or name the control: --dialect";
+        if let Some(index) = words.unknown {
+            return Some((index, "not understood in a feed move".into(), Some(NAME_IT)));
+        }
+        if let Some(index) = words.duplicate {
+            return Some((index, "this letter stands twice in a feed move".into(), None));
+        }
+        let index = self.stray(words, motion != Motion::Line)?;
+        let letter = char::from(self.program.words()[index].letter);
+        let help = match letter {
+            'U'..='W' => "state its end with X, Y and Z: increments and parallel axes in U, V and W are not read",
+            _ => NAME_IT,
+        };
+        Some((index, format!("{letter} has no meaning in this feed move"), Some(help)))
     }
 
     /// Whether a macro may have changed what a feed move needs in order to be read: the plane or the start of an arc, the feed.
@@ -121,14 +148,6 @@ impl Interpreter<'_> {
             let message = "this value is known only when the program runs: the move is left alone";
             self.report.warning(self.span(index), message, None);
         }
-    }
-
-    /// Refuses a feed move because of a word that is not interpreted.
-    pub fn refuse_unknown(&mut self, words: &Gathered, index: usize) {
-        self.position = self.target(words, 1);
-        let is_likely = is_likely(self.program.text(self.span_of_block()));
-        let help = Some(if is_likely { SINUMERIK_HELP } else { "take the word out, or name the control: --dialect" });
-        self.report.error(self.span(index), "not understood in a feed move", help);
     }
 
     /// The first word that no code of the block uses.

@@ -208,8 +208,9 @@ fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
     }
 }
 
-/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark.
+/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark, but for calls.
 const REMARKS: &[u8] = b"NMSTDHOP";
+const CALLS: [f64; 3] = [97.0, 98.0, 198.0];
 
 /// Whether a comment behind `;` reads as words of a block, `; X10. G91`, that its own block does not state.
 fn is_block(comment: &[u8], states: impl Fn(u8, f64) -> bool) -> bool {
@@ -223,7 +224,8 @@ fn is_block(comment: &[u8], states: impl Fn(u8, f64) -> bool) -> bool {
         }
         let Some((end, number)) = scan_number(value, 0).filter(|_| letter.is_ascii_alphabetic()) else { return false };
         let letter = letter.to_ascii_uppercase();
-        is_other |= !REMARKS.contains(&letter) && !states(letter, number);
+        let is_remark = REMARKS.contains(&letter) && !(letter == b'M' && CALLS.contains(&number));
+        is_other |= !is_remark && !states(letter, number);
         rest = value[end..].trim_ascii_start();
     }
     is_other

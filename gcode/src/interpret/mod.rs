@@ -45,7 +45,7 @@ use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
 use crate::sinumerik::names::Name;
-use crate::toolpath::Toolpath;
+use crate::toolpath::{Fixed, Move, MoveKind, Shiftable, Toolpath};
 use crate::word::{Span, Word};
 
 /// Axis and arc letters.
@@ -189,7 +189,8 @@ impl Interpreter<'_> {
             self.call(self.span(statement));
             return;
         }
-        if self.refuse_conflicts(words) || self.refuse_jumps(words) {
+        let conflict = self.conflicting_motion(words);
+        if self.refuse_conflicts(words, conflict) || self.refuse_jumps(words) {
             return;
         }
         self.note_unknown(words);
@@ -200,7 +201,9 @@ impl Interpreter<'_> {
         self.apply_settings(words);
         let names_taken = self.apply_names(words);
         let axes_taken = self.apply_one_shots(words) || names_taken || self.keeps_axis_words(words);
-        if axes_taken {
+        if let Some(conflict) = conflict {
+            self.doubt_motion(words, conflict);
+        } else if axes_taken {
             self.state_motion(words);
         } else {
             let path = self.modal.path;
@@ -238,23 +241,50 @@ impl Interpreter<'_> {
         self.report_ends();
     }
 
-    /// Two motion codes in one block conflict. Unknown codes with axis words may be motion.
-    fn refuse_conflicts(&mut self, words: &Gathered) -> bool {
+    /// The first two motion codes of the block that are not the same, by their words.
+    fn conflicting_motion(&self, words: &Gathered) -> Option<(usize, usize)> {
         let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
         let mut motions = words.g.iter().filter(|g| is_motion(g.code));
-        let text = |index: usize| String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase();
-        if let (Some(first), Some(second)) = (motions.next(), motions.next())
-            && (first.tenths != second.tenths || (first.is_named() && text(first.index) != text(second.index)))
-        {
-            let message = format!("{} contradicts {} in the same block", text(second.index), text(first.index));
-            self.report.error(self.span(second.index), message, Some("one motion code a block"));
+        let (first, second) = (motions.next()?, motions.next()?);
+        let differ = first.tenths != second.tenths || (first.is_named() && self.upper(first.index) != self.upper(second.index));
+        differ.then_some((first.index, second.index))
+    }
+
+    /// The text of a word in capitals.
+    fn upper(&self, index: usize) -> String {
+        String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase()
+    }
+
+    /// Which of two motion codes in a block is in force, there and in the blocks after it, differs among controls (on Fanuc mostly the last one).
+    fn doubt_motion(&mut self, words: &Gathered, (first, second): (usize, usize)) {
+        let message = format!(
+            "{} contradicts {} in the same block: moves are left alone until a block states one of them",
+            self.upper(second),
+            self.upper(first)
+        );
+        self.report.warning(self.span(second), message, Some("one motion code a block"));
+        (self.motion, self.cycle, self.optional_motion) = (None, None, true);
+        let start = self.position;
+        self.position = self.target(words, 1);
+        self.forget_all();
+        self.keep_code_of_last_arc(words.optional, true);
+        let feed = self.known_feed(words);
+        let step = self.step(MoveKind::Line, start, Shiftable::No(Fixed::NotUnderstood));
+        self.moves.push(Move { feed, explicit_motion: true, ..step });
+    }
+
+    /// Two motion codes in one block conflict: LinuxCNC and SINUMERIK run no such program. Unknown codes with axis words may be motion.
+    fn refuse_conflicts(&mut self, words: &Gathered, motion: Option<(usize, usize)>) -> bool {
+        if let Some((first, second)) = motion.filter(|_| self.options.dialect != Dialect::Fanuc) {
+            let message = format!("{} contradicts {} in the same block", self.upper(second), self.upper(first));
+            self.report.error(self.span(second), message, Some("one motion code a block"));
             return true;
         }
         if let Some((first, second)) = self.contradicting_modes(words) {
             let message = format!(
                 "{} contradicts {} in the same block: controls differ in which of them a word follows",
-                text(second),
-                text(first)
+                self.upper(second),
+                self.upper(first)
             );
             self.report.error(self.span(second), message, Some("write them in blocks of their own"));
             return true;

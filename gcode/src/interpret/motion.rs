@@ -44,18 +44,21 @@ impl Interpreter<'_> {
         self.state_motion(words);
         let explicit = words.explicit_motion();
         let machine = words.g.iter().find(|g| g.code == Code::MachineCoordinates).map(|g| g.index);
-        let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let is_arc = matches!(self.motion, Some(Motion::ArcClockwise | Motion::ArcCounterClockwise));
         let axes = words.any(&AXIS_LETTERS).or_else(|| if is_arc { words.any(b"IJK") } else { None });
         let axes = axes.or_else(|| words.geometry());
         let unknown = words.unknown.filter(|index| self.may_be_geometry(*index) || axes.is_some() || self.may_jump());
+        let feeds = matches!(self.motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        // A feed move is left alone there, also where no word of it is read: `X=5`.
+        let is_unread_feed = unknown.is_some() && feeds && self.cycle.is_none() && !self.is_sinumerik();
         match unknown {
-            Some(index) if feeds && self.cycle.is_none() && !self.is_sinumerik() && !self.sections.transforms() => {
-                return self.refuse_unknown(words, index);
+            Some(index) if is_unread_feed && self.may_jump() && !self.sections.transforms() => {
+                return self.refuse_statement(words, index);
             }
-            Some(_) => self.forget_all(),
-            None => {}
+            Some(_) if !is_unread_feed => self.forget_all(),
+            _ => {}
         }
+        let axes = axes.or(unknown.filter(|_| is_unread_feed));
         if let Some(cycle) = self.cycle {
             match machine {
                 Some(index) => self.report.error(self.span(index), "G53 cannot go with a canned cycle", None),
@@ -178,6 +181,9 @@ impl Interpreter<'_> {
             _ => (self.is_not_read(words, motion) || self.is_unsure(motion)).then_some((Fixed::NotUnderstood, "")),
         };
         if let Some(why) = why {
+            if !self.is_sinumerik() {
+                self.warn_unread(words, motion);
+            }
             return self.opaque_move(words, why, at, explicit_motion);
         }
         let start = self.position;

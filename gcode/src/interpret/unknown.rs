@@ -55,7 +55,11 @@ impl Interpreter<'_> {
             if command == Some(Grbl::Homing) {
                 self.forget_all();
                 self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
-            } else if command.is_none() && !self.is_program_number() && !SILENT.iter().any(|silent| text.starts_with(silent)) {
+            } else if command.is_none()
+                && !self.is_program_number()
+                && !self.is_malformed_coordinate(index)
+                && !SILENT.iter().any(|silent| text.starts_with(silent))
+            {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
                 let what = self.quoted(index, "this statement");
                 self.open_section(index, &what, Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
@@ -86,6 +90,17 @@ impl Interpreter<'_> {
             self.forget_all();
         }
         ends
+    }
+
+    /// Whether a word that is not read is a coordinate with a value that is not one, such as `X22,5`, `X=VC1` or `X--5`: it concerns its own move alone.
+    fn is_malformed_coordinate(&self, index: usize) -> bool {
+        let letter = |byte: &u8| b"XYZABCIJKRUVW".contains(&byte.to_ascii_uppercase());
+        let is_one = match self.program.text(self.span(index)) {
+            [b',', ..] => true,
+            [first, rest @ ..] => letter(first) && rest.first().is_none_or(|byte| b"=+-.,".contains(byte)),
+            [] => false,
+        };
+        is_one && self.options.dialect == Dialect::Fanuc && !is_likely(self.program.text(self.span_of_block()))
     }
 
     /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").

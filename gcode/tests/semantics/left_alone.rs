@@ -192,8 +192,48 @@ fn moves_beside_a_corner_that_the_control_rounds_are_left_alone() {
     assert_eq!(kinds, [Shiftable::Yes, adjoining, adjoining, adjoining, Shiftable::Yes]);
     assert_eq!(last(&path).start.xyz_mm(), Some([20.0, 10.0, 0.0]));
     // LinuxCNC has no such words.
-    for (dialect, word) in [(Dialect::Fanuc, ",R"), (Dialect::LinuxCnc, ",R2.")] {
-        let text = format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X10 {word} F100\nY10\n");
-        assert!(interpret(&parse(text), &dialect.into()).is_err(), "{word}");
+    let text = "G21 G17 G90 G0 X0 Y0 Z0\nG1 X10 ,R2. F100\nY10\n";
+    assert!(interpret(&parse(text), &Dialect::LinuxCnc.into()).is_err());
+}
+
+#[test]
+fn a_feed_move_with_words_that_are_not_read_is_left_alone() {
+    // The position behind it is unknown until it is stated, and nothing else is.
+    for block in [
+        "X20 X21",
+        "X20 I1",
+        "X20 Q5",
+        "X20 U5",
+        "X20 V-1 W2",
+        "X20,5",
+        "X--20",
+        "X=20",
+        "X=VC1",
+        "X.",
+        "X",
+        "Y=-3",
+        "X20 ,R",
+        "X20 ,",
+    ] {
+        let path = read(&format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X5 F100\n{block}\nX30 Y5 Z-1\nX40\nM30\n"));
+        let kinds: Vec<_> = path.moves.iter().filter(|step| step.is_feed()).map(|step| step.shiftable).collect();
+        let (left, unknown) = (Shiftable::No(Fixed::NotUnderstood), Shiftable::No(Fixed::UnknownStart));
+        assert_eq!(kinds, [Shiftable::Yes, left, unknown, Shiftable::Yes], "{block}");
+        assert!(path.warnings.iter().any(|warning| warning.line == 3), "{block}: {:?}", path.warnings);
+    }
+    // Which of two codes is in force is another matter of the control.
+    for block in ["G0 G1 X20", "G1 G0 X20", "G1 G2 X20 R40", "G0 G81 X20 Z-1 R2", "G1 G33 X20"] {
+        let path =
+            read(&format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X5 F100\n{block}\nX30 Y5 Z-1\nX35 Y6 Z-1\nG1 X40 Y5 Z-1\nX45\nM30\n"));
+        let changed: Vec<_> = path.moves.iter().filter(|step| step.shiftable == Shiftable::Yes).map(|step| step.block).collect();
+        assert_eq!(changed, [1, 6], "{block}");
+    }
+    // A statement, which may concern what follows.
+    for block in ["X20 E5", "X20 'REMARK", "X20 \"REMARK\"", "X20 !", "X20 /M8", "X20 & Y1", "> X20", "X20 FOO(3)", "X20;M98 P5"]
+    {
+        let path = read(&format!("G21 G17 G90 G0 X0 Y0 Z0\nG1 X5 F100\n{block}\nX30 Y5 Z-1\nX40\nM30\n"));
+        let changed = path.moves.iter().filter(|step| step.shiftable == Shiftable::Yes).count();
+        assert_eq!(changed, 1, "{block}");
+        assert!(path.warnings.iter().any(|warning| warning.line == 3), "{block}: {:?}", path.warnings);
     }
 }

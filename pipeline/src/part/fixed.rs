@@ -130,7 +130,7 @@ fn why_fixed(of: &Move) -> Option<&'static str> {
                 "whose ends the control needs for what it computes itself (,R ,C RND CHF APPR DEP CIP CT CC, poles and polar coordinates)"
             }
             Fixed::Threading => "that follow the spindle or a probe",
-            Fixed::NotUnderstood => "after codes whose effect on path or frame is not known",
+            Fixed::NotUnderstood => "not understood, or after codes whose effect on path or frame is not known",
             Fixed::RunTime => "that depend on what only the running program knows",
             Fixed::Rapid | Fixed::Cycle | Fixed::Home | Fixed::Probing | Fixed::Dwell => "of another kind",
         },
