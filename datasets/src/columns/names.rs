@@ -4,7 +4,22 @@ use super::meaning::{Meaning, Role};
 use super::numbered::{is_edge_name, numbered};
 use super::unit::{Quantity, Unit};
 
-const TIME: &[&str] = &["t", "time", "timestamp", "datetime", "elapsed", "zeit", "zeitstempel"];
+const TIME: &[&str] = &[
+    "t",
+    "time",
+    "timestamp",
+    "datetime",
+    "elapsed",
+    "zeit",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "czas",
+    "时间",
+    "時間",
+    "時刻",
+];
 const REFERENCE: &[&str] = &[
     "ref",
     "reference",
@@ -24,6 +39,18 @@ const REFERENCE: &[&str] = &[
     "demand",
     "demanded",
     "consigne",
+    "consigna",
+    "commande",
+    "comando",
+    "comandata",
+    "zadana",
+    "指令",
+    "命令",
+    "设定",
+    "給定",
+    "给定",
+    "目标",
+    "目標",
     "soll",
     "sollposition",
     "sollpos",
@@ -42,6 +69,19 @@ const ACTUAL: &[&str] = &[
     "meas",
     "measured",
     "real",
+    "reel",
+    "réel",
+    "réelle",
+    "mesurée",
+    "medida",
+    "reale",
+    "misurata",
+    "rzeczywista",
+    "实际",
+    "実際",
+    "実",
+    "反馈",
+    "フィードバック",
     "ist",
     "istposition",
     "istpos",
@@ -62,11 +102,32 @@ const ERROR: &[&str] = &[
     "lageabweichung",
     "regelabweichung",
     "regeldifferenz",
+    "跟随误差",
+    "追従誤差",
+    "位置偏差",
 ];
 /// Words that say of which kind an error is.
 const OF_ERROR: &[&str] = &["following", "follow", "tracking", "distance", "control", "servo"];
 const TABLE: &[&str] = &["enc2", "encoder2"];
-const NEUTRAL: &[&str] = &["pos", "position", "axis", "joint", "value", "achse", "lage", "wert", "mc", "date", "datum"];
+const NEUTRAL: &[&str] = &[
+    "pos",
+    "position",
+    "axis",
+    "joint",
+    "value",
+    "achse",
+    "lage",
+    "wert",
+    "mc",
+    "date",
+    "datum",
+    "posición",
+    "posizione",
+    "axe",
+    "eje",
+    "asse",
+    "位置",
+];
 
 /// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
 /// for a position.
@@ -138,17 +199,18 @@ fn side_of(word: &str) -> Option<Role> {
     }
 }
 
-/// Lower-case words: split at everything that is neither letter nor digit, where a capital follows a small letter or digit, and before the
-/// last of several capitals that a small letter follows: `XSoll` is `x` and `soll`.
+/// Lower-case words: split at everything that is neither letter nor digit, where a capital follows a small letter or digit, before the
+/// last of several capitals that a small letter follows, and between scripts with capitals and without: `XSoll` is `x` and `soll`, `X轴指令位置` is `x` and `指令`.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let characters: Vec<char> = name.chars().collect();
     for (index, &character) in characters.iter().enumerate() {
         let before = if index > 0 { characters[index - 1] } else { ' ' };
-        let is_word = character.is_alphanumeric() || character == '°';
+        let is_word = (character.is_alphanumeric() || character == '°') && !AXIS_SIGNS.contains(&character);
         let starts = before.is_uppercase() && characters.get(index + 1).is_some_and(|next| next.is_lowercase());
         let hump = character.is_uppercase() && (before.is_lowercase() || before.is_ascii_digit() || starts);
-        if !is_word || hump {
+        let changes = before.is_alphanumeric() && is_word && has_no_case(before) != has_no_case(character);
+        if !is_word || hump || changes {
             words.push(String::new());
         }
         if is_word && let Some(word) = words.last_mut() {
@@ -156,7 +218,21 @@ fn words(name: &str) -> Vec<String> {
         }
     }
     words.retain(|word| !word.is_empty());
-    words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![word])).collect()
+    words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![without_suffix(&word).to_owned()])).collect()
+}
+
+/// "Axis" in Chinese and Japanese.
+const AXIS_SIGNS: [char; 2] = ['轴', '軸'];
+/// "Position" and "value", behind what kind of one it is.
+const SUFFIXES: [&str; 3] = ["位置", "值", "値"];
+
+/// Whether a letter belongs to a script without capitals.
+fn has_no_case(character: char) -> bool {
+    character.is_alphabetic() && !character.is_lowercase() && !character.is_uppercase()
+}
+
+fn without_suffix(word: &str) -> &str {
+    SUFFIXES.iter().find_map(|suffix| word.strip_suffix(suffix)).filter(|rest| !rest.is_empty()).unwrap_or(word)
 }
 
 /// Roles that stand beside an axis in letters of one size: `XSOLL`, `istx`, `xcmd`.
@@ -231,6 +307,17 @@ mod tests {
             ("ZACT", Role::Actual, "z"),
             ("Date Time", Role::Time, ""),
             ("elapsed_ms", Role::Time, ""),
+            ("Temps (s)", Role::Time, ""),
+            ("X consigne (mm)", Role::Reference, "x"),
+            ("Position réelle Y", Role::Actual, "y"),
+            ("Consigna X [mm]", Role::Reference, "x"),
+            ("Posizione reale Z", Role::Actual, "z"),
+            ("时间(ms)", Role::Time, ""),
+            ("X轴指令位置(mm)", Role::Reference, "x"),
+            ("X实际位置", Role::Actual, "x"),
+            ("Y1軸指令値", Role::Reference, "y1"),
+            ("実位置Z", Role::Actual, "z"),
+            ("X跟随误差", Role::Error, "x"),
             ("x_err", Role::Error, "x"),
             ("Axis1_FollowingError [um]", Role::Error, "axis1"),
             ("X1_PosDiff", Role::Error, "x1"),
@@ -269,6 +356,8 @@ mod tests {
             "xsolly",
             "bistro",
             "X_Soll_Ist",
+            "X实际速度",
+            "X指令实际",
         ] {
             assert_eq!(meaning(name), None, "{name}");
         }

@@ -2,7 +2,7 @@
 
 /// Seconds of `HH:MM:SS`, with a fraction after a point or comma, behind a date or none, in s: since the start of 1970 where there is a date, else
 /// since midnight. Dates are `2026-11-27`, `27.11.2026` and `11/27/2026`; `T` or a blank follows. `Z`, a time zone such as `+02:00`, and AM or PM may
-/// stand behind. `MM:SS` has to have a fraction, and no date.
+/// stand behind. `MM:SS` has to have a fraction, and no date. A fraction of three or six digits may follow a colon: `HH:MM:SS:mmm`.
 pub(super) fn clock_s(text: &str) -> Option<f64> {
     let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
     if !text.contains(':') || !text.is_ascii() {
@@ -22,13 +22,21 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
         _ => (time, None),
     };
     let mut parts: Vec<&str> = time.split(':').collect();
+    let fraction = match parts.last() {
+        Some(last) if parts.len() == 4 && matches!(last.len(), 3 | 6) && last.bytes().all(|byte| byte.is_ascii_digit()) => {
+            let fraction = format!("0.{last}").parse().ok()?;
+            parts.pop();
+            fraction
+        }
+        _ => 0.0,
+    };
     let has_hours = parts.len() == 3;
     if parts.len() == 2 && date.is_none() && half_day.is_none() && parts[1].contains(['.', ',']) {
         parts.insert(0, "0");
     }
     let &[hours, minutes, seconds] = parts.as_slice() else { return None };
     let (hours, minutes) = (digits(hours)?, digits(minutes)?);
-    let seconds: f64 = seconds.replace(',', ".").parse().ok()?;
+    let seconds = seconds.replace(',', ".").parse::<f64>().ok()? + fraction;
     if has_hours && minutes >= 60 || !(0.0..61.0).contains(&seconds) {
         return None;
     }
@@ -93,6 +101,7 @@ mod tests {
         assert_eq!(clock_s("2026-11-27 18:50:03-0130"), clock_s("2026-11-27 20:20:03"));
         assert_eq!([clock_s("01:02.250"), clock_s("60:00.000")], [Some(62.25), Some(3600.0)]);
         assert_eq!(clock_s("00:00:01+02:00"), Some(79_201.0));
+        assert_eq!([clock_s("00:00:01:250"), clock_s("00:01:01:250000")], [Some(1.25), Some(61.25)]);
         assert_eq!(clock_s("6:50:03 PM +02:00"), clock_s("16:50:03"));
         for text in [
             "12:00:00 +99",
@@ -106,6 +115,8 @@ mod tests {
             "a:b:c",
             "2026-13-01 00:00:00",
             "1:2:3:4",
+            "00:00:01:25",
+            "00:00:1.5:250:100",
             "x_ref:mm",
             "\u{b5}:1:2",
             "12:00:00 +1",

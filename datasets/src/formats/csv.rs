@@ -21,7 +21,7 @@ impl LogFormat for Csv {
 
     fn recognises(&self, head: &[u8]) -> bool {
         let head = &head[..head.len().min(HEAD_BYTES)];
-        head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]) || !head.contains(&0)
+        text::is_utf16(head) || !head.contains(&0)
     }
 
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
@@ -35,7 +35,7 @@ impl LogFormat for Csv {
             return Err(DatasetError::format(path, "no line holds numbers; a log holds recorded positions, one row a sample"));
         };
         let names = header(&dialect, &lines[..first], &comments);
-        let mut rows = lines[first..].to_vec();
+        let mut rows: Vec<Line<'_>> = lines[first..].iter().filter(|line| !dialect.is_remark(line.text)).cloned().collect();
         let mut findings = Vec::new();
         if let Some(row) = rows.iter().find(|row| is_other_header(&dialect, &names, row.text)) {
             return Err(DatasetError::format(path, other_header(row.number)));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::csv::{is_other_header, other_header};
 use super::dialect::Dialect;
 use super::rows::Rows;
-use super::text::{self, COMMENTS, UTF16};
+use super::text::{self, COMMENTS};
 use super::{Csv, LogFormat, format_of};
 use crate::{DatasetError, Source, Table};
 
@@ -42,7 +42,7 @@ impl CsvHead {
         let mut bytes = Vec::new();
         file.take(HEAD).read_to_end(&mut bytes).map_err(failed)?;
         let is_text = format_of(&bytes).is_some_and(|format| format.name() == Csv.name());
-        let is_utf16 = UTF16.iter().any(|mark| bytes.starts_with(mark));
+        let is_utf16 = text::is_utf16(&bytes);
         let Some(end) = bytes.iter().rposition(|byte| *byte == b'\n') else { return Ok(None) };
         if !is_text || is_utf16 || length < 2 * HEAD {
             return Ok(None);
@@ -123,7 +123,8 @@ impl CsvRows {
             let start =
                 self.line.iter().position(|byte| !matches!(byte, b' ' | b'\r' | b'\n' | b'\t')).unwrap_or(self.line.len());
             let content = &self.line[start..];
-            if !content.is_empty() && !COMMENTS.iter().any(|mark| content.starts_with(mark.as_bytes())) {
+            let is_comment = COMMENTS.iter().any(|mark| content.starts_with(mark.as_bytes()));
+            if !content.is_empty() && !is_comment && !self.dialect.has_remark(content) {
                 return Ok(true);
             }
         }

@@ -65,6 +65,16 @@ impl Dialect {
         Self { separator, decimal_comma, width }
     }
 
+    /// Whether a line is a remark behind `;`, which separates nothing here.
+    pub fn is_remark(&self, line: &str) -> bool {
+        self.has_remark(line.as_bytes())
+    }
+
+    /// The same of the bytes of a line without blanks before.
+    pub fn has_remark(&self, line: &[u8]) -> bool {
+        self.separator != ';' && line.first() == Some(&b';')
+    }
+
     /// The fields of a line; separators between double quotes do not count.
     pub fn fields<'a>(&self, line: &'a str) -> Vec<&'a str> {
         let mut fields = Vec::new();

@@ -14,17 +14,34 @@ pub(crate) const COMMENTS: [&str; 3] = ["#", "%", "//"];
 /// Byte-order marks of UTF-16.
 pub(crate) const UTF16: [&[u8]; 2] = [&[0xFF, 0xFE], &[0xFE, 0xFF]];
 
-/// The text of a log: UTF-8 with or without a byte-order mark, UTF-16 with one; bytes that are no
-/// UTF-8 are taken as Latin-1. Otherwise `[µm]` of such a file would lose its `µ` and be metres.
+/// Bytes by whose zeros UTF-16 without a mark is recognised.
+const SIGNS: usize = 64;
+
+/// From two bytes to a unit of UTF-16, where bytes begin with its mark, or every other one of the first is zero as in plain text.
+fn unit16(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    let head = &bytes[..bytes.len().min(SIGNS)];
+    let zeros = |from: usize| head.len() > 1 && head.iter().enumerate().all(|(at, byte)| (at % 2 == from) == (*byte == 0));
+    if bytes.starts_with(UTF16[0]) || zeros(1) {
+        Some(u16::from_le_bytes)
+    } else if bytes.starts_with(UTF16[1]) || zeros(0) {
+        Some(u16::from_be_bytes)
+    } else {
+        None
+    }
+}
+
+/// Whether bytes are UTF-16.
+pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
+    unit16(bytes).is_some()
+}
+
+/// The text of a log: UTF-8 or UTF-16, with or without a byte-order mark; bytes that are no
+/// UTF-8 are taken as Latin-1. Otherwise `[µm]` of such a file would lose its `µ` and be metres. Lines that end with CR alone end with LF.
 pub(crate) fn decode(bytes: &[u8]) -> String {
-    let utf16 = |read: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| read([pair[0], pair[1]])).collect();
-        String::from_utf16_lossy(&units)
-    };
-    if bytes.starts_with(&[0xFF, 0xFE]) {
-        utf16(u16::from_le_bytes)
-    } else if bytes.starts_with(&[0xFE, 0xFF]) {
-        utf16(u16::from_be_bytes)
+    let text = if let Some(read) = unit16(bytes) {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| read([pair[0], pair[1]])).collect();
+        let text = String::from_utf16_lossy(&units);
+        text.strip_prefix('\u{FEFF}').map(str::to_owned).unwrap_or(text)
     } else {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut text = String::with_capacity(bytes.len());
@@ -33,7 +50,8 @@ pub(crate) fn decode(bytes: &[u8]) -> String {
             text.extend(chunk.invalid().iter().copied().map(char::from));
         }
         text
-    }
+    };
+    if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n") } else { text }
 }
 
 /// Lines with content, and the comment lines (`#`, `%`, `//`, without their mark) before the first of them.
@@ -63,6 +81,8 @@ mod tests {
         assert_eq!(decode(b"\xEF\xBB\xBFt,x"), "t,x");
         assert_eq!(decode(b"\xFF\xFEt\0,\0"), "t,");
         assert_eq!(decode(b"\xFE\xFF\0t\0,"), "t,");
+        assert_eq!([decode(b"t\0,\0"), decode(b"\0t\0,"), decode(b"t,\0"), decode(b"t")], ["t,", "t,", "t,\0", "t"]);
+        assert_eq!(decode(b"t,x\r1,2\r"), "t,x\n1,2\n");
         assert_eq!(decode(b"x_ist [\xB5m]"), "x_ist [µm]");
         let (content, comments) = lines("# t x\r\n\r\n 1 2 \n# later\n3\t\n");
         assert_eq!(comments[0].text, "t x");
