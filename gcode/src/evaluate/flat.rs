@@ -42,6 +42,10 @@ impl Flatten for Run<'_> {
             // Numbers of repeated blocks would stand twice.
             WordKind::Number if matches!(word.letter, b'N' | b'O') && is_repeated => Vec::new(),
             WordKind::Percent if executed.source() > 0 => Vec::new(),
+            // A parameter whose assignment is left out.
+            WordKind::Unknown if self.sources[executed.source()].program.text(word.span).contains(&b'#') => {
+                return Err("a parameter stands in a word that is not read: the program cannot be written without it");
+            }
             // What it puts out are values of the run.
             WordKind::Unknown if is_output(self.sources[executed.source()].program.text(word.span)) => return Err(reason(word)),
             _ => self.sources[executed.source()].program.text(word.span).to_vec(),

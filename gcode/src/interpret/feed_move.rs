@@ -166,7 +166,8 @@ impl Interpreter<'_> {
             b'P' => taken_by_code || is_arc,
             // Repeats of cycles and calls.
             b'L' => taken_by_code || !linux_cnc,
-            b'Q' | b'E' => taken_by_code,
+            b'Q' => taken_by_code,
+            b'E' => taken_by_code && self.free_exponent(words).is_none(),
             _ => false,
         };
         (b'A'..=b'Z').filter(|letter| !allowed(*letter)).filter_map(|letter| words.index(letter)).min()

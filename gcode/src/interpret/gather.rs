@@ -8,7 +8,8 @@ use super::sinumerik_codes::classify_sinumerik;
 use crate::dialect::Dialect;
 use crate::lexer::is_output;
 use crate::number::scan_number;
-use crate::program::Program;
+use crate::passive::changes_nothing;
+use crate::program::{Language, Program, parse_in};
 use crate::sinumerik::names::Name;
 use crate::word::{Word, WordKind};
 
@@ -208,27 +209,48 @@ fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
     }
 }
 
-/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark, but for calls.
-const REMARKS: &[u8] = b"NMSTDHOP";
-const CALLS: [f64; 3] = [97.0, 98.0, 198.0];
+/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark.
+const REMARKS: &[u8] = b"NSTDHOP";
+/// M codes that end or stop a program, which leave nothing to the moves behind them.
+const ENDS: [f64; 5] = [0.0, 1.0, 2.0, 30.0, 99.0];
+/// Tool changes and calls, which are followed in blocks of their own.
+const ACTING: [f64; 4] = [6.0, 97.0, 98.0, 198.0];
 
 /// Whether a comment behind `;` reads as words of a block, `; X10. G91`, that its own block does not state.
 fn is_block(comment: &[u8], states: impl Fn(u8, f64) -> bool) -> bool {
     let [b';', behind @ ..] = comment else { return false };
-    let mut rest = behind.trim_ascii();
-    let mut is_other = false;
-    while let [letter, value @ ..] = rest {
-        if *letter == b';' {
-            rest = value.trim_ascii_start();
-            continue;
+    // Most remarks begin with a word of several letters.
+    let begins = |text: &[u8]| match text {
+        [first, second, ..] => {
+            !first.is_ascii_alphabetic() || !second.is_ascii_alphabetic() || text.to_ascii_uppercase().starts_with(b"GOTO")
         }
-        let Some((end, number)) = scan_number(value, 0).filter(|_| letter.is_ascii_alphabetic()) else { return false };
-        let letter = letter.to_ascii_uppercase();
-        let is_remark = REMARKS.contains(&letter) && !(letter == b'M' && CALLS.contains(&number));
-        is_other |= !is_remark && !states(letter, number);
-        rest = value[end..].trim_ascii_start();
+        _ => false,
+    };
+    let parts = behind.split(|byte| *byte == b';').map(<[u8]>::trim_ascii).filter(|part| !part.is_empty());
+    let mut is_other = false;
+    for part in parts {
+        if !begins(part) {
+            return false;
+        }
+        let block = parse_in(part.to_vec(), Language::Rs274);
+        for word in block.words() {
+            let text = block.text(word.span);
+            is_other |= match word.kind {
+                WordKind::Unknown if !is_corner(text) && !is_drawing(text) => return false,
+                WordKind::Number if word.letter == b'M' => !is_harmless(word.value),
+                WordKind::Number => !REMARKS.contains(&word.letter) && !states(word.letter, word.value),
+                WordKind::Comment | WordKind::Percent | WordKind::BlockDelete => false,
+                _ => true,
+            };
+        }
     }
     is_other
+}
+
+/// Whether an M code moves nothing, and changes nothing for what follows.
+fn is_harmless(code: f64) -> bool {
+    let acts = ACTING.contains(&code);
+    ENDS.contains(&code) || !acts && code.fract() == 0.0 && (0.0..1024.0).contains(&code) && changes_nothing(code as u16)
 }
 
 /// Whether a value begins with two signs.
@@ -242,7 +264,9 @@ fn has_two_signs(value: &[u8]) -> bool {
 /// (Mitsubishi).
 fn is_drawing(text: &[u8]) -> bool {
     let [b',', letter, value @ ..] = text else { return false };
-    letter.is_ascii_alphabetic() && scan_number(value, 0).is_some_and(|(end, _)| end == value.len())
+    // Codes, feeds and coordinates are no dimensions: some controls pass over the comma.
+    let is_dimension = letter.is_ascii_alphabetic() && !b"GMFSTNOXYZ".contains(&letter.to_ascii_uppercase());
+    is_dimension && scan_number(value, 0).is_some_and(|(end, _)| end == value.len())
 }
 
 /// Whether a word rounds or chamfers a corner: `,R5.` or `,C1` (Fanuc 0i-F Operator's Manual, "Optional Chamfering and Corner R").

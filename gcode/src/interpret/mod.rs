@@ -33,7 +33,7 @@ mod unknown;
 pub use parts::{Reader, Resume, interpret_part};
 
 use codes::{Code, Motion, written};
-use gather::Gathered;
+use gather::{GWord, Gathered};
 use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
@@ -193,8 +193,8 @@ impl Interpreter<'_> {
         if self.refuse_conflicts(words, conflict) || self.refuse_jumps(words) {
             return;
         }
-        self.note_unknown(words);
         self.settle_doubts(words);
+        self.note_unknown(words);
         self.cutter_before = self.modal.cutter;
         let before = (self.motion, self.cycle);
         self.forget_by_tool(words);
@@ -245,9 +245,11 @@ impl Interpreter<'_> {
     fn conflicting_motion(&self, words: &Gathered) -> Option<(usize, usize)> {
         let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
         let mut motions = words.g.iter().filter(|g| is_motion(g.code));
-        let (first, second) = (motions.next()?, motions.next()?);
-        let differ = first.tenths != second.tenths || (first.is_named() && self.upper(first.index) != self.upper(second.index));
-        differ.then_some((first.index, second.index))
+        let first = motions.next()?;
+        let differs = |other: &&GWord| {
+            first.tenths != other.tenths || (first.is_named() && self.upper(first.index) != self.upper(other.index))
+        };
+        motions.find(differs).map(|other| (first.index, other.index))
     }
 
     /// The text of a word in capitals.

@@ -9,6 +9,7 @@ use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
 use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 use crate::toolpath::{Fixed, MoveKind};
+use crate::word::WordKind;
 
 /// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
@@ -57,7 +58,7 @@ impl Interpreter<'_> {
                 self.push_fixed(MoveKind::Home, self.position, Fixed::Home, false);
             } else if command.is_none()
                 && !self.is_program_number()
-                && !self.is_malformed_coordinate(index)
+                && !self.is_malformed_move(words)
                 && !SILENT.iter().any(|silent| text.starts_with(silent))
             {
                 let is_likely = !self.is_sinumerik() && is_likely(self.program.text(self.span_of_block()));
@@ -65,6 +66,7 @@ impl Interpreter<'_> {
                 self.open_section(index, &what, Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
         }
+        self.note_duplicate(words);
         if let Some(index) = words.blocks_behind {
             let help = "write one block a line, or the comment in parentheses";
             self.open_section(index, "words behind `;` may be a block of their own", Cause::Lasting, Some(help));
@@ -82,6 +84,25 @@ impl Interpreter<'_> {
         self.note_optional_modes(words);
     }
 
+    /// A letter that stands twice: which of the two is in force is not known. LinuxCNC runs no such program, SINUMERIK reads names.
+    fn note_duplicate(&mut self, words: &Gathered) {
+        let Some(index) = words.duplicate.filter(|_| self.options.dialect == Dialect::Fanuc) else { return };
+        match self.program.words()[index].letter {
+            b'F' => {
+                self.report.warning(
+                    self.span(index),
+                    "F stands twice: moves are left alone until the feed is stated again",
+                    None,
+                );
+                self.doubts.feed = true;
+            }
+            b'D' | b'H' | b'T' | b'P' | b'L' | b'Q' => {
+                self.open_section(index, "a letter that stands twice", Cause::Lasting, None);
+            }
+            _ => {}
+        }
+    }
+
     /// G54.2 P0 ends the dynamic fixture offset of G54.2 (Fanuc 30i Operator's Manual, "Rotary Table Dynamic Fixture Offset").
     fn ends_fixture_offset(&mut self, words: &Gathered, tenths: u16) -> bool {
         let ends = self.options.dialect == Dialect::Fanuc && tenths == 542 && words.number(self.program, b'P') == Some(0.0);
@@ -92,15 +113,40 @@ impl Interpreter<'_> {
         ends
     }
 
-    /// Whether a word that is not read is a coordinate with a value that is not one, such as `X22,5`, `X=VC1` or `X--5`: it concerns its own move alone.
-    fn is_malformed_coordinate(&self, index: usize) -> bool {
-        let letter = |byte: &u8| b"XYZABCIJKRUVW".contains(&byte.to_ascii_uppercase());
-        let is_one = match self.program.text(self.span(index)) {
-            [b',', ..] => true,
-            [first, rest @ ..] => letter(first) && rest.first().is_none_or(|byte| b"=+-.,".contains(byte)),
-            [] => false,
+    /// Whether the block is a feed move whose only words that are not read are coordinates with values that are none, such as `X22,5` or `X--5`: they concern
+    /// the move alone.
+    fn is_malformed_move(&self, words: &Gathered) -> bool {
+        let motion = match words.explicit_motion() {
+            Some((_, Code::Motion(motion))) => Some(motion),
+            Some(_) => None,
+            None => self.motion.filter(|_| self.cycle.is_none()),
         };
-        is_one && self.options.dialect == Dialect::Fanuc && !is_likely(self.program.text(self.span_of_block()))
+        let feeds = matches!(motion, Some(Motion::Line | Motion::ArcClockwise | Motion::ArcCounterClockwise));
+        let is_plain = words.m.is_empty() && words.g.iter().all(|g| matches!(g.code, Code::Motion(_)));
+        if self.options.dialect != Dialect::Fanuc || !feeds || !is_plain || is_likely(self.program.text(self.span_of_block())) {
+            return false;
+        }
+        let mut behind_coordinate = false;
+        self.program.block_words(self.block).iter().all(|word| {
+            let text = self.program.text(word.span);
+            let first = text.first().map_or(0, u8::to_ascii_uppercase);
+            let is_coordinate = b"XYZABCIJKR".contains(&first);
+            let is_tail = || text.iter().all(|byte| byte.is_ascii_digit() || b"=+-.,#".contains(byte));
+            match word.kind {
+                WordKind::Comment => true,
+                WordKind::Number | WordKind::Expression => {
+                    behind_coordinate = is_coordinate;
+                    is_coordinate || b"GNF".contains(&first)
+                }
+                WordKind::Unknown => {
+                    let is_bare = is_coordinate && text.len() == 1;
+                    let reads = is_bare || behind_coordinate && is_tail();
+                    behind_coordinate |= is_bare;
+                    reads
+                }
+                _ => false,
+            }
+        })
     }
 
     /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").
@@ -130,7 +176,10 @@ impl Interpreter<'_> {
         let is_motion = |code: &Code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::CancelCycle);
         if let Some(g) = words.g.iter().find(|g| is_motion(&g.code)) {
             let same = self.motion.is_some_and(|motion| g.code == Code::Motion(motion));
-            self.optional_motion = optional && (self.optional_motion || !same);
+            // The end of cycles states no motion.
+            let states = g.code != Code::CancelCycle || self.motion.is_some();
+            self.optional_motion =
+                if states { optional && (self.optional_motion || !same) } else { self.optional_motion || optional };
             self.optional_since_code = optional;
         }
         if words.has(b'F') {

@@ -3,6 +3,7 @@
 mod frames;
 mod left_alone;
 mod moves;
+mod unread;
 
 use gcode::{Arc, Dialect, Move, MoveKind, Shiftable, Toolpath, interpret, parse};
 
