@@ -11,6 +11,8 @@ use crate::model_based_ilc::{Settings, model_based_ilc};
 use crate::part::Part;
 use crate::progress::Progress;
 
+/// Trials of a search within a tolerance in which factors rise and fall.
+pub(super) const ROUNDS: usize = 8;
 /// Relative increase of the cycle time that the program may have once it is learned as was asked.
 const SAME_CYCLE: f64 = 2e-3;
 
@@ -80,4 +82,22 @@ impl<'a> Adjustment<'a> {
             outcome: trial.outcome,
         })
     }
+}
+
+/// Trials at the programmed feeds with larger limits of the correction's increase of the cycle time, until one keeps the tolerance. Takes the limit of
+/// the least excess for what follows.
+pub(super) fn wider(search: &mut Search<'_>, mut trial: Trial, tolerance_mm: f64) -> Result<Trial> {
+    for cycle_limit in search.cycle_limits().into_iter().skip(1) {
+        if trial.max_mm() <= tolerance_mm {
+            break;
+        }
+        trial = search.run_within(trial.into_part()?, cycle_limit)?;
+    }
+    if trial.max_mm() > tolerance_mm
+        && let Some(best) = search.least_excess(tolerance_mm, f64::INFINITY).cloned()
+    {
+        trial = search.run_as(trial, &best)?;
+    }
+    search.limit(search.last_settings().cycle_limit);
+    Ok(trial)
 }

@@ -3,16 +3,13 @@
 use models::Bundle;
 
 use super::adjusted::Adjusted;
-use super::adjustment::Adjustment;
+use super::adjustment::{Adjustment, ROUNDS, wider};
 use super::limits::FeedLimits;
-use super::slower::wider;
 use crate::error::Result;
 use crate::model_based_ilc::Settings;
 use crate::part::Part;
 use crate::progress::Progress;
 
-/// Trials of a search within a tolerance in which factors rise and fall.
-pub(super) const ROUNDS: usize = 8;
 /// Tolerances in the search for the least error, from the error at the highest feeds down to this share of it, and trials for each of them.
 const TOLERANCES: usize = 6;
 const LEAST_TOLERANCE: f64 = 0.2;

@@ -3,11 +3,8 @@
 use models::Bundle;
 
 use super::adjusted::Adjusted;
-use super::adjustment::Adjustment;
-use super::fastest::ROUNDS;
+use super::adjustment::{Adjustment, ROUNDS, wider};
 use super::limits::FeedLimits;
-use super::search::Search;
-use super::trial::Trial;
 use crate::error::Result;
 use crate::model_based_ilc::Settings;
 use crate::part::Part;
@@ -54,22 +51,4 @@ pub(super) fn slower(
         }
     }
     task.finish(trial, tolerance_mm)
-}
-
-/// Trials at the programmed feeds with larger limits of the correction's increase of the cycle time, until one keeps the tolerance. Takes the limit of
-/// the least excess for what follows.
-pub(super) fn wider(search: &mut Search<'_>, mut trial: Trial, tolerance_mm: f64) -> Result<Trial> {
-    for cycle_limit in search.cycle_limits().into_iter().skip(1) {
-        if trial.max_mm() <= tolerance_mm {
-            break;
-        }
-        trial = search.run_within(trial.into_part()?, cycle_limit)?;
-    }
-    if trial.max_mm() > tolerance_mm
-        && let Some(best) = search.least_excess(tolerance_mm, f64::INFINITY).cloned()
-    {
-        trial = search.run_as(trial, &best)?;
-    }
-    search.limit(search.last_settings().cycle_limit);
-    Ok(trial)
 }
