@@ -30,6 +30,7 @@
 
 mod acting;
 mod arc;
+mod block_end;
 mod cycle;
 mod decimal_point;
 mod diagnostic;

@@ -84,6 +84,13 @@ fn slow_number(text: &[u8]) -> Option<f64> {
     packed.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
+/// Whether a value begins with two signs.
+pub(crate) fn has_two_signs(value: &[u8]) -> bool {
+    let mut marks = value.iter().filter(|byte| !is_blank(**byte));
+    let mut is_sign = || marks.next().is_some_and(|byte| b"+-".contains(byte));
+    is_sign() && is_sign()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

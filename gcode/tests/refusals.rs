@@ -48,7 +48,7 @@ fn each_fault_has_its_own_message() {
     let cases = [
         (Dialect::Sinumerik, "G1 G2 X1 CR=5", "G2 contradicts G1 in the same block", "^^"),
         (Dialect::LinuxCnc, "G0 G81 X1 Z1 R1", "G81 contradicts G0 in the same block", "^^^"),
-        (Dialect::Fanuc, "G90 X1 G91 Y2", "G91 contradicts G90 in the same block", "^^^"),
+        (Dialect::LinuxCnc, "G90 X1 G91 Y2", "G91 contradicts G90 in the same block", "^^^"),
         (Dialect::LinuxCnc, "G1 X1 G20 G21", "G21 contradicts G20 in the same block", "^^^"),
         (Dialect::Fanuc, "G1 X1\nM96 P10 Q27\nX5\nN10 X2", "whether this block jumps is decided at run time", "^^^^^^^^^^^"),
         (

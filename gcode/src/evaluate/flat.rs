@@ -6,7 +6,8 @@ use super::trace::Executed;
 use crate::dialect::Dialect;
 use crate::execution::Note;
 use crate::lexer::is_output;
-use crate::word::{Word, WordKind};
+use crate::number::has_two_signs;
+use crate::word::{Span, Word, WordKind};
 
 /// Writes the executed blocks.
 pub(super) fn write(run: &Run<'_>) -> Result<Vec<u8>, Note> {
@@ -38,22 +39,30 @@ impl Flatten for Run<'_> {
         }
         Ok(match word.kind {
             WordKind::Flow | WordKind::Assignment => return Err(reason(word)),
+            WordKind::Expression if self.dialect == Dialect::Fanuc && has_two_signs(self.text(executed, word.value_span())) => {
+                return Err("two signs, which controls differ in: the value cannot be written");
+            }
             WordKind::Expression => valued(word.letter, word.number().ok_or(reason(word))?).into_bytes(),
             // Numbers of repeated blocks would stand twice.
             WordKind::Number if matches!(word.letter, b'N' | b'O') && is_repeated => Vec::new(),
             WordKind::Percent if executed.source() > 0 => Vec::new(),
             // A parameter whose assignment is left out.
-            WordKind::Unknown if self.sources[executed.source()].program.text(word.span).contains(&b'#') => {
+            WordKind::Unknown if self.text(executed, word.span).contains(&b'#') => {
                 return Err("a parameter stands in a word that is not read: the program cannot be written without it");
             }
             // What it puts out are values of the run.
-            WordKind::Unknown if is_output(self.sources[executed.source()].program.text(word.span)) => return Err(reason(word)),
-            _ => self.sources[executed.source()].program.text(word.span).to_vec(),
+            WordKind::Unknown if is_output(self.text(executed, word.span)) => return Err(reason(word)),
+            _ => self.text(executed, word.span).to_vec(),
         })
     }
 }
 
 impl Run<'_> {
+    /// The text of a part of an executed block.
+    fn text(&self, executed: &Executed, span: Span) -> &[u8] {
+        self.sources[executed.source()].program.text(span)
+    }
+
     /// G70 to G72 of LinuxCNC: cycles whose profile is a subprogram.
     fn is_profile(&self, word: &Word) -> bool {
         let number = word.number().unwrap_or_default();

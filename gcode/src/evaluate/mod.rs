@@ -31,12 +31,13 @@ mod words;
 
 pub use files::Files;
 
+use crate::block_end::{has_remarks, is_behind};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::dialect::Options;
+use crate::dialect::{Dialect, Options};
 use crate::error::GcodeError;
 use crate::execution::Note;
 use crate::program::{Language, Program};
-use crate::word::WordKind;
+use crate::word::{Word, WordKind};
 use run::Run;
 
 /// Evaluates a program in place: its expressions get their values, and [`interpret`](crate::interpret) reads the blocks in the order of
@@ -83,6 +84,13 @@ pub fn expand(program: &Program, options: &Options, files: Files<'_>) -> Result<
     if is_plain(program) {
         return Ok(program.bytes().to_vec());
     }
+    if let Some(word) = block_behind(program, options.dialect) {
+        let message =
+            "words behind `;` may be a block of their own: the program cannot be written without what it does".to_owned();
+        let help = Some("write one block a line, or the comment in parentheses");
+        let diagnostic = Diagnostic::new(program, Severity::Error, word.span, message);
+        return Err(GcodeError::Refused { diagnostics: vec![Diagnostic { help: help.map(str::to_owned), ..diagnostic }] });
+    }
     if program.language() == Language::Sinumerik {
         let mut run = sinumerik::Run::new(program, options, files);
         run.execute().map_err(|note| refused(program, note))?;
@@ -91,6 +99,18 @@ pub fn expand(program: &Program, options: &Options, files: Files<'_>) -> Result<
     let mut run = Run::new(program, options, files);
     run.execute().map_err(|note| refused(program, note))?;
     flat::write(&run).map_err(|note| refused(program, note))
+}
+
+/// The first words behind `;` that may be a block of their own.
+fn block_behind(program: &Program, dialect: Dialect) -> Option<Word> {
+    if dialect != Dialect::Fanuc || has_remarks(program) {
+        return None;
+    }
+    let of_block = |block: usize| {
+        let words = program.block_words(block).iter().enumerate();
+        words.clone().find(|(index, word)| is_behind(program, word, *index == 0)).map(|(_, word)| *word)
+    };
+    (0..program.blocks().len()).find_map(of_block)
 }
 
 /// Whether a program has nothing to evaluate.

@@ -5,11 +5,11 @@ use std::ops::Range;
 use super::classify::classify;
 use super::codes::{Code, Motion, tenths};
 use super::sinumerik_codes::classify_sinumerik;
+use crate::block_end::is_behind;
 use crate::dialect::Dialect;
 use crate::lexer::is_output;
-use crate::number::scan_number;
-use crate::passive::changes_nothing;
-use crate::program::{Language, Program, parse_in};
+use crate::number::{has_two_signs, scan_number};
+use crate::program::Program;
 use crate::sinumerik::names::Name;
 use crate::word::{Word, WordKind};
 
@@ -42,7 +42,9 @@ pub(super) struct Gathered {
     /// G words whose value is an expression or no code.
     pub bad_g: Option<usize>,
     pub unknown: Option<usize>,
+    /// The first letter that stands twice with different values, and all of them, a bit each.
     pub duplicate: Option<usize>,
+    doubled: u32,
     /// Whether the control rounds or chamfers the corner at the end of the block (`,R`, `,C`).
     pub corner: bool,
     /// A dimension of a drawing, `,A45.`: the control computes the end of the line from it.
@@ -60,8 +62,8 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// Sorts the words with these indices.
-    pub fn fill(&mut self, program: &Program, range: Range<usize>, dialect: Dialect) {
+    /// Sorts the words with these indices. `ends_blocks`: whether `;` may end a block.
+    pub fn fill(&mut self, program: &Program, range: Range<usize>, dialect: Dialect, ends_blocks: bool) {
         let (mut g, mut m, mut named) =
             (std::mem::take(&mut self.g), std::mem::take(&mut self.m), std::mem::take(&mut self.named));
         g.clear();
@@ -69,17 +71,15 @@ impl Gathered {
         named.clear();
         *self = Self { g, m, named, is_empty: true, ..Self::default() };
         let block = &program.words()[range.clone()];
+        let first = range.start;
         for index in range {
             let word = &program.words()[index];
-            if word.kind != WordKind::Comment {
-                self.is_empty = false;
-            }
+            let is_block = ends_blocks && is_behind(program, word, index == first);
+            self.is_empty &= word.kind == WordKind::Comment && !is_block;
             self.note_name(index, word.name);
             match word.kind {
                 WordKind::Comment => {
-                    let states = |letter: u8, value: f64| block.iter().any(|word| word.is(letter) && word.value == value);
-                    let may_be_block = dialect == Dialect::Fanuc && !self.is_empty && is_block(program.text(word.span), states);
-                    self.blocks_behind = self.blocks_behind.or(may_be_block.then_some(index));
+                    self.blocks_behind = self.blocks_behind.or(is_block.then_some(index));
                 }
                 WordKind::Keyword if word.name != Name::None => {}
                 WordKind::Assignment => self.assignment = self.assignment.or(Some(index)),
@@ -133,8 +133,12 @@ impl Gathered {
             b'M' => self.m.push(index),
             letter => {
                 let Some(slot) = self.by_letter.get_mut(usize::from(letter.wrapping_sub(b'A'))) else { return };
-                if slot.is_some() {
+                // The same number twice is one on controls that take it.
+                let differs =
+                    |other: &Word| dialect != Dialect::Fanuc || other.number().is_none() || other.number() != word.number();
+                if slot.is_some() && block.iter().any(|other| other.is(letter) && differs(other)) {
                     self.duplicate = self.duplicate.or(Some(index));
+                    self.doubled |= 1 << (letter - b'A');
                 }
                 // The last one is active, as on controls that accept several.
                 *slot = u32::try_from(index).ok();
@@ -150,6 +154,11 @@ impl Gathered {
     /// Index of the word with this letter (not G or M).
     pub fn index(&self, letter: u8) -> Option<usize> {
         self.by_letter.get(usize::from(letter.wrapping_sub(b'A'))).copied().flatten().map(|index| index as usize)
+    }
+
+    /// Whether a letter stands twice.
+    pub fn is_doubled(&self, letter: u8) -> bool {
+        self.doubled & (1 << (letter - b'A')) != 0
     }
 
     /// Whether the block has a word with this letter.
@@ -209,63 +218,12 @@ fn moves_nothing(text: &[u8], dialect: Dialect) -> bool {
     }
 }
 
-/// Words behind `;` that neither move the tool nor change how it moves: they may as well be a remark.
-const REMARKS: &[u8] = b"NSTDHOP";
-/// M codes that end or stop a program, which leave nothing to the moves behind them.
-const ENDS: [f64; 5] = [0.0, 1.0, 2.0, 30.0, 99.0];
-/// Tool changes and calls, which are followed in blocks of their own.
-const ACTING: [f64; 4] = [6.0, 97.0, 98.0, 198.0];
-
-/// Whether a comment behind `;` reads as words of a block, `; X10. G91`, that its own block does not state.
-fn is_block(comment: &[u8], states: impl Fn(u8, f64) -> bool) -> bool {
-    let [b';', behind @ ..] = comment else { return false };
-    // Most remarks begin with a word of several letters.
-    let begins = |text: &[u8]| match text {
-        [first, second, ..] => {
-            !first.is_ascii_alphabetic() || !second.is_ascii_alphabetic() || text.to_ascii_uppercase().starts_with(b"GOTO")
-        }
-        _ => false,
-    };
-    let parts = behind.split(|byte| *byte == b';').map(<[u8]>::trim_ascii).filter(|part| !part.is_empty());
-    let mut is_other = false;
-    for part in parts {
-        if !begins(part) {
-            return false;
-        }
-        let block = parse_in(part.to_vec(), Language::Rs274);
-        for word in block.words() {
-            let text = block.text(word.span);
-            is_other |= match word.kind {
-                WordKind::Unknown if !is_corner(text) && !is_drawing(text) => return false,
-                WordKind::Number if word.letter == b'M' => !is_harmless(word.value),
-                WordKind::Number => !REMARKS.contains(&word.letter) && !states(word.letter, word.value),
-                WordKind::Comment | WordKind::Percent | WordKind::BlockDelete => false,
-                _ => true,
-            };
-        }
-    }
-    is_other
-}
-
-/// Whether an M code moves nothing, and changes nothing for what follows.
-fn is_harmless(code: f64) -> bool {
-    let acts = ACTING.contains(&code);
-    ENDS.contains(&code) || !acts && code.fract() == 0.0 && (0.0..1024.0).contains(&code) && changes_nothing(code as u16)
-}
-
-/// Whether a value begins with two signs.
-fn has_two_signs(value: &[u8]) -> bool {
-    let mut marks = value.iter().filter(|byte| !byte.is_ascii_whitespace());
-    let mut is_sign = || marks.next().is_some_and(|byte| b"+-".contains(byte));
-    is_sign() && is_sign()
-}
-
 /// Whether a word is another dimension of a drawing: `,A45.` (Fanuc 0i-F Operator's Manual, "Direct Drawing Dimension Programming"), `,I3.`
 /// (Mitsubishi).
 fn is_drawing(text: &[u8]) -> bool {
     let [b',', letter, value @ ..] = text else { return false };
     // Codes, feeds and coordinates are no dimensions: some controls pass over the comma.
-    let is_dimension = letter.is_ascii_alphabetic() && !b"GMFSTNOXYZ".contains(&letter.to_ascii_uppercase());
+    let is_dimension = letter.is_ascii_alphabetic() && !b"GMFTNOXYZ".contains(&letter.to_ascii_uppercase());
     is_dimension && scan_number(value, 0).is_some_and(|(end, _)| end == value.len())
 }
 

@@ -6,6 +6,7 @@ mod calls;
 mod circles;
 mod classify;
 mod codes;
+mod conflicts;
 mod doubts;
 mod feed_move;
 mod frames;
@@ -32,8 +33,8 @@ mod unknown;
 
 pub use parts::{Reader, Resume, interpret_part};
 
-use codes::{Code, Motion, written};
-use gather::{GWord, Gathered};
+use codes::{Code, Motion};
+use gather::Gathered;
 use state::{FeedWord, Interpreter};
 
 use crate::cycle::CycleState;
@@ -45,7 +46,7 @@ use crate::execution::Ran;
 use crate::modal::{Distance, PathMode};
 use crate::program::{Language, Program};
 use crate::sinumerik::names::Name;
-use crate::toolpath::{Fixed, Move, MoveKind, Shiftable, Toolpath};
+use crate::toolpath::Toolpath;
 use crate::word::{Span, Word};
 
 /// Axis and arc letters.
@@ -134,7 +135,7 @@ impl Interpreter<'_> {
         self.follows = step.block as usize == self.block + 1;
         self.block = step.block as usize;
         self.ran = step.ran;
-        words.fill(self.program, step.words(), self.options.dialect);
+        words.fill(self.program, step.words(), self.options.dialect, self.whole.ends_blocks);
         let skips = words.block_delete && self.options.block_delete.is_none();
         words.optional = skips || step.ran == Ran::Perhaps;
         self.shared_since |= step.ran != Ran::Once && !words.is_empty;
@@ -199,6 +200,8 @@ impl Interpreter<'_> {
         let before = (self.motion, self.cycle);
         self.forget_by_tool(words);
         self.apply_settings(words);
+        self.note_doubled(words);
+        self.doubt_distance(words);
         let names_taken = self.apply_names(words);
         let axes_taken = self.apply_one_shots(words) || names_taken || self.keeps_axis_words(words);
         if let Some(conflict) = conflict {
@@ -213,6 +216,9 @@ impl Interpreter<'_> {
             self.note_corner_alone(words);
             self.apply_motion(words);
             self.modal.path = path;
+        }
+        if self.doubts.distance {
+            self.forget_all();
         }
         // Whether a change of the tool comes before the motion of its block or behind it is the machine's.
         if self.options.dialect != Dialect::LinuxCnc && self.changes_tool(words) {
@@ -239,83 +245,6 @@ impl Interpreter<'_> {
         }
         self.apply_stops(words);
         self.report_ends();
-    }
-
-    /// The first two motion codes of the block that are not the same, by their words.
-    fn conflicting_motion(&self, words: &Gathered) -> Option<(usize, usize)> {
-        let is_motion = |code| matches!(code, Code::Motion(_) | Code::Cycle(_) | Code::UnsupportedMotion);
-        let mut motions = words.g.iter().filter(|g| is_motion(g.code));
-        let first = motions.next()?;
-        let differs = |other: &&GWord| {
-            first.tenths != other.tenths || (first.is_named() && self.upper(first.index) != self.upper(other.index))
-        };
-        motions.find(differs).map(|other| (first.index, other.index))
-    }
-
-    /// The text of a word in capitals.
-    fn upper(&self, index: usize) -> String {
-        String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase()
-    }
-
-    /// Which of two motion codes in a block is in force, there and in the blocks after it, differs among controls (on Fanuc mostly the last one).
-    fn doubt_motion(&mut self, words: &Gathered, (first, second): (usize, usize)) {
-        let message = format!(
-            "{} contradicts {} in the same block: moves are left alone until a block states one of them",
-            self.upper(second),
-            self.upper(first)
-        );
-        self.report.warning(self.span(second), message, Some("one motion code a block"));
-        (self.motion, self.cycle, self.optional_motion) = (None, None, true);
-        let start = self.position;
-        self.position = self.target(words, 1);
-        self.forget_all();
-        self.keep_code_of_last_arc(words.optional, true);
-        let feed = self.known_feed(words);
-        let step = self.step(MoveKind::Line, start, Shiftable::No(Fixed::NotUnderstood));
-        self.moves.push(Move { feed, explicit_motion: true, ..step });
-    }
-
-    /// Two motion codes in one block conflict: LinuxCNC and SINUMERIK run no such program. Unknown codes with axis words may be motion.
-    fn refuse_conflicts(&mut self, words: &Gathered, motion: Option<(usize, usize)>) -> bool {
-        if let Some((first, second)) = motion.filter(|_| self.options.dialect != Dialect::Fanuc) {
-            let message = format!("{} contradicts {} in the same block", self.upper(second), self.upper(first));
-            self.report.error(self.span(second), message, Some("one motion code a block"));
-            return true;
-        }
-        if let Some((first, second)) = self.contradicting_modes(words) {
-            let message = format!(
-                "{} contradicts {} in the same block: controls differ in which of them a word follows",
-                self.upper(second),
-                self.upper(first)
-            );
-            self.report.error(self.span(second), message, Some("write them in blocks of their own"));
-            return true;
-        }
-        if self.is_sinumerik() {
-            return false;
-        }
-        if let Some(index) = words.bad_g {
-            self.report.error(self.span(index), "this G code cannot be identified", Some("write the code as a number"));
-            return true;
-        }
-        let cycle = words.g.iter().find(|g| g.code == Code::UnsupportedMotion);
-        if let Some(g) = cycle {
-            let message = format!("{} is a cycle of lathes, which is not interpreted", written(g.tenths));
-            self.report.error(self.span(g.index), message, Some("write its moves with G1, G2, G3"));
-        }
-        cycle.is_some()
-    }
-
-    /// G90 and G91, or both units, in a block with coordinates. Fanuc takes the last one for all words, Beckhoff the last one before a word (P-CHAN-00116),
-    /// LinuxCNC refuses them.
-    fn contradicting_modes(&self, words: &Gathered) -> Option<(usize, usize)> {
-        words.any(b"XYZABCUVWIJKR")?;
-        let of = |is: fn(Code) -> bool| words.g.iter().filter(move |g| is(g.code));
-        let groups: [fn(Code) -> bool; 2] = [|code| matches!(code, Code::Distance(_)), |code| matches!(code, Code::Units(_))];
-        groups.into_iter().find_map(|is| {
-            let first = of(is).next()?;
-            of(is).find(|other| other.code != first.code).map(|other| (first.index, other.index))
-        })
     }
 
     /// Jumps that run time decides: M96 of Haas (to P where an input is 0) and of Fanuc (a macro that a signal calls), and G65 H80 to H86 of Fanuc's

@@ -9,6 +9,7 @@ use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;
 use super::shifts::Shifts;
+use crate::block_end::has_remarks;
 use crate::cycle::CycleState;
 use crate::dialect::{Dialect, Options};
 use crate::execution::Ran;
@@ -17,7 +18,7 @@ use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
 use crate::toolpath::Move;
-use crate::word::{Span, Word};
+use crate::word::{Span, Word, WordKind};
 
 /// Interpreter state.
 pub(super) struct Interpreter<'a> {
@@ -106,6 +107,8 @@ pub(super) struct Whole {
     pub named_blocks: NamedBlocks,
     /// Linear axes that the program never names. Their position is constant and counts as known.
     pub idle: u8,
+    /// Whether words behind `;` may be a block of their own.
+    pub ends_blocks: bool,
     /// Whether the program may be of another control than the dialect that was found in it.
     pub is_guessed: bool,
     /// Whether G43, G44 or their like select a tool's length anywhere, or D stands beside G41 or G42: D is no tool's length then.
@@ -124,6 +127,7 @@ impl Whole {
         Self {
             named_blocks: NamedBlocks::of(program, options),
             idle: idle_axes(program),
+            ends_blocks: options.dialect == Dialect::Fanuc && !has_remarks(program),
             is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value))
                 || (0..program.blocks().len()).any(|block| states_radius(program, block)),
@@ -255,6 +259,10 @@ impl<'a> Interpreter<'a> {
 
 /// Bit mask of the linear axes that no word of the program names.
 fn idle_axes(program: &Program) -> u8 {
-    let named = |letter: u8| program.words().iter().any(|word| word.is(letter));
+    // A word that is not read may name the axis too.
+    let begins =
+        |word: &Word, letter: u8| program.text(word.span).first().is_some_and(|first| first.eq_ignore_ascii_case(&letter));
+    let is_named = |word: &Word, letter: u8| word.is(letter) || word.kind == WordKind::Unknown && begins(word, letter);
+    let named = |letter: u8| program.words().iter().any(|word| is_named(word, letter));
     b"XYZ".iter().enumerate().filter(|(_, letter)| !named(**letter)).map(|(axis, _)| 1 << axis).sum()
 }

@@ -66,7 +66,6 @@ impl Interpreter<'_> {
                 self.open_section(index, &what, Cause::Lasting, is_likely.then_some(SINUMERIK_HELP));
             }
         }
-        self.note_duplicate(words);
         if let Some(index) = words.blocks_behind {
             let help = "write one block a line, or the comment in parentheses";
             self.open_section(index, "words behind `;` may be a block of their own", Cause::Lasting, Some(help));
@@ -82,25 +81,6 @@ impl Interpreter<'_> {
             self.note_optional(words);
         }
         self.note_optional_modes(words);
-    }
-
-    /// A letter that stands twice: which of the two is in force is not known. LinuxCNC runs no such program, SINUMERIK reads names.
-    fn note_duplicate(&mut self, words: &Gathered) {
-        let Some(index) = words.duplicate.filter(|_| self.options.dialect == Dialect::Fanuc) else { return };
-        match self.program.words()[index].letter {
-            b'F' => {
-                self.report.warning(
-                    self.span(index),
-                    "F stands twice: moves are left alone until the feed is stated again",
-                    None,
-                );
-                self.doubts.feed = true;
-            }
-            b'D' | b'H' | b'T' | b'P' | b'L' | b'Q' => {
-                self.open_section(index, "a letter that stands twice", Cause::Lasting, None);
-            }
-            _ => {}
-        }
     }
 
     /// G54.2 P0 ends the dynamic fixture offset of G54.2 (Fanuc 30i Operator's Manual, "Rotary Table Dynamic Fixture Offset").
@@ -136,7 +116,7 @@ impl Interpreter<'_> {
                 WordKind::Comment => true,
                 WordKind::Number | WordKind::Expression => {
                     behind_coordinate = is_coordinate;
-                    is_coordinate || b"GNF".contains(&first)
+                    is_coordinate || word.kind == WordKind::Number && b"GNF".contains(&first)
                 }
                 WordKind::Unknown => {
                     let is_bare = is_coordinate && text.len() == 1;
