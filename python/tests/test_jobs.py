@@ -96,7 +96,7 @@ def test_errors_are_those_of_the_command(model: precomp.Model, folder: Path) -> 
         return done.returncode, done.stderr.removeprefix("error: ").rstrip("\n")
 
     bad = folder / "bad.nc"
-    bad.write_text("G21 G90\nG1 X10 F1000\nG2 X12 Y0\n")
+    bad.write_text("G21 G90\nG1 X10 F1000\nG1 X12 F0\n")
     saved = str(folder / "machine.model")
     with pytest.raises(precomp.Error) as refused:
         model.predict(bad)
