@@ -107,8 +107,8 @@ fn block_behind(program: &Program, dialect: Dialect) -> Option<Word> {
         return None;
     }
     let of_block = |block: usize| {
-        let words = program.block_words(block).iter().enumerate();
-        words.clone().find(|(index, word)| is_behind(program, word, *index == 0)).map(|(_, word)| *word)
+        let mut words = program.block_words(block).iter().enumerate();
+        words.find(|(index, word)| is_behind(program, word, *index == 0)).map(|(_, word)| *word)
     };
     (0..program.blocks().len()).find_map(of_block)
 }

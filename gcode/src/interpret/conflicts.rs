@@ -28,13 +28,13 @@ impl Interpreter<'_> {
         String::from_utf8_lossy(self.program.text(self.span(index))).to_ascii_uppercase()
     }
 
+    fn contradiction(&self, first: usize, second: usize) -> String {
+        format!("{} contradicts {} in the same block", self.upper(second), self.upper(first))
+    }
+
     /// Which of two motion codes in a block is in force, there and in the blocks after it, differs among controls (on Fanuc mostly the last one).
     pub fn doubt_motion(&mut self, words: &Gathered, (first, second): (usize, usize)) {
-        let message = format!(
-            "{} contradicts {} in the same block: moves are left alone until a block states one of them",
-            self.upper(second),
-            self.upper(first)
-        );
+        let message = format!("{}: moves are left alone until a block states one of them", self.contradiction(first, second));
         self.report.warning(self.span(second), message, Some("one motion code a block"));
         (self.motion, self.cycle, self.optional_motion) = (None, None, true);
         let start = self.position;
@@ -49,16 +49,11 @@ impl Interpreter<'_> {
     /// Two motion codes in one block conflict: LinuxCNC and SINUMERIK run no such program. Unknown codes with axis words may be motion.
     pub fn refuse_conflicts(&mut self, words: &Gathered, motion: Option<(usize, usize)>) -> bool {
         if let Some((first, second)) = motion.filter(|_| self.options.dialect != Dialect::Fanuc) {
-            let message = format!("{} contradicts {} in the same block", self.upper(second), self.upper(first));
-            self.report.error(self.span(second), message, Some("one motion code a block"));
+            self.report.error(self.span(second), self.contradiction(first, second), Some("one motion code a block"));
             return true;
         }
         if let Some((first, second)) = self.contradicting_modes(words).filter(|modes| !self.may_be_either(*modes)) {
-            let message = format!(
-                "{} contradicts {} in the same block: controls differ in which of them a word follows",
-                self.upper(second),
-                self.upper(first)
-            );
+            let message = format!("{}: controls differ in which of them a word follows", self.contradiction(first, second));
             self.report.error(self.span(second), message, Some("write them in blocks of their own"));
             return true;
         }
@@ -86,11 +81,7 @@ impl Interpreter<'_> {
     /// Moves are left alone behind both of G90 and G91 until one of them is stated, as in `G91 G28 Z0 G90`.
     pub fn doubt_distance(&mut self, words: &Gathered) {
         let Some((first, second)) = self.contradicting_modes(words).filter(|modes| self.may_be_either(*modes)) else { return };
-        let message = format!(
-            "{} contradicts {} in the same block: moves are left alone until a block states one of them",
-            self.upper(second),
-            self.upper(first)
-        );
+        let message = format!("{}: moves are left alone until a block states one of them", self.contradiction(first, second));
         self.report.warning(self.span(second), message, Some("write them in blocks of their own"));
         self.doubts.distance = true;
     }

@@ -96,7 +96,7 @@ impl Gathered {
                 WordKind::Expression if dialect == Dialect::Fanuc && has_two_signs(program.text(word.value_span())) => {
                     self.unknown = self.unknown.or(Some(index));
                 }
-                WordKind::Number | WordKind::Expression => self.add(index, word, dialect, block),
+                WordKind::Number | WordKind::Expression => self.add(index, word, dialect, (first, block)),
             }
         }
     }
@@ -118,7 +118,8 @@ impl Gathered {
         }
     }
 
-    fn add(&mut self, index: usize, word: &Word, dialect: Dialect, block: &[Word]) {
+    /// `block`: all words of the block, of which the first has the index `first`.
+    fn add(&mut self, index: usize, word: &Word, dialect: Dialect, (first, block): (usize, &[Word])) {
         match word.letter {
             b'G' => match word.number().and_then(tenths) {
                 Some(tenths) => {
@@ -134,9 +135,10 @@ impl Gathered {
             letter => {
                 let Some(slot) = self.by_letter.get_mut(usize::from(letter.wrapping_sub(b'A'))) else { return };
                 // The same number twice is one on controls that take it.
+                let before = slot.and_then(|before| block.get((before as usize).checked_sub(first)?));
                 let differs =
-                    |other: &Word| dialect != Dialect::Fanuc || other.number().is_none() || other.number() != word.number();
-                if slot.is_some() && block.iter().any(|other| other.is(letter) && differs(other)) {
+                    |before: &Word| dialect != Dialect::Fanuc || before.number().is_none() || before.number() != word.number();
+                if before.is_some_and(differs) {
                     self.duplicate = self.duplicate.or(Some(index));
                     self.doubled |= 1 << (letter - b'A');
                 }
