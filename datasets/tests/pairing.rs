@@ -62,6 +62,44 @@ fn columns_that_disagree_at_rest_are_seen() {
 }
 
 #[test]
+fn zeros_that_differ_are_seen_in_motion_where_nothing_rests() {
+    let of = |offset_mm: f64| hurt(move |_, actual| actual[0].iter_mut().for_each(|at| *at += offset_mm));
+    for offset_mm in [0.05, -0.5, 2.0, -300.0] {
+        let report = assess_runs(&[of(offset_mm)], Purpose::Training);
+        assert!(!report.is_refused(), "{report}");
+        assert_found(&report, Warn, Check::Units, &format!("x_act: in motion the actual position stands {offset_mm:.2}"));
+        let without = without_offsets(&[of(offset_mm)]).unwrap();
+        let own = healthy();
+        let left = without[0].actual.columns()[0].iter().zip(&own.actual.columns()[0]).map(|(left, own)| left - own);
+        let most = left.fold(0.0_f64, |most, left| most.max(left.abs()));
+        assert!(most < 1e-3, "{most}");
+        assert_found(&assess(&of(1000.0 * offset_mm), Purpose::Measuring), Warn, Check::Units, "different zeros");
+    }
+    assert!(without_offsets(&[of(0.0)]).is_none());
+}
+
+#[test]
+fn a_scale_that_no_machine_has_is_seen_in_one_run() {
+    let of = |scale: f64| {
+        let log = hurt(move |_, actual| actual[0].iter_mut().for_each(|at| *at *= scale));
+        assess_runs(&[log], Purpose::Training)
+    };
+    assert_found(&of(1.02), Refuse, Check::Units, "grows by 2.0");
+    assert!(!of(1.0).findings.iter().any(|finding| finding.check == Check::Units), "{}", of(1.0));
+}
+
+#[test]
+fn a_lead_that_no_machine_has_is_refused() {
+    let lead = |rows: usize| {
+        hurt(|reference, actual| {
+            reference.iter_mut().for_each(|column| column.truncate(5000 - rows));
+            actual.iter_mut().for_each(|column| drop(column.drain(..rows)));
+        })
+    };
+    assert_found(&training(&lead(50)), Refuse, Check::Pairing, "no axis leads by so much");
+}
+
+#[test]
 fn rows_that_are_lost_without_a_trace_are_seen() {
     let report = training(&hurt(|reference, actual| {
         for column in reference.iter_mut().chain(actual) {
@@ -103,6 +141,27 @@ fn copies_of_the_command_are_seen() {
     }));
     assert_found(&report, Warn, Check::Copied, "200 of 5000 rows");
     assert_found(&report, Warn, Check::Copied, "rows 101-300");
+    for rows in [1, 7] {
+        let report = training(&hurt(|reference, actual| {
+            actual[0].clone_from(&reference[0]);
+            actual[0].rotate_right(rows);
+        }));
+        assert_found(
+            &report,
+            Refuse,
+            Check::Copied,
+            &format!("x_act: the actual position equals the command {rows} row(s) before"),
+        );
+    }
+    // A tracking error of a few steps of rounding is 0 now and then.
+    let coarse = training(&hurt(|reference, actual| {
+        for (reference, actual) in reference.iter().zip(actual) {
+            for (at, command) in actual.iter_mut().zip(reference) {
+                *at = command - ((command - *at) * 0.05 * 1e3).round() / 1e3;
+            }
+        }
+    }));
+    assert!(!coarse.findings.iter().any(|finding| finding.check == Check::Copied), "{coarse}");
 }
 
 #[test]

@@ -350,6 +350,25 @@ impl Servo {
         in_loop + self.channel_delay_s + 0.5 * self.command_average_s + self.command_lag_s
     }
 
+    /// The friction of this axis with the loops, delays and smoothing of another one.
+    #[must_use]
+    pub fn with_loops_of(&self, other: &Self) -> Self {
+        Self {
+            position_gain_1_s: other.position_gain_1_s,
+            feed_forward: other.feed_forward,
+            bandwidth_1_s: other.bandwidth_1_s,
+            integral: other.integral,
+            loop_delay_s: other.loop_delay_s,
+            acceleration_feed_forward: other.acceleration_feed_forward,
+            channel_delay_s: other.channel_delay_s,
+            command_average_s: other.command_average_s,
+            position_integral_1_s: other.position_integral_1_s,
+            velocity_per_acceleration_s: other.velocity_per_acceleration_s,
+            command_lag_s: other.command_lag_s,
+            ..*self
+        }
+    }
+
     /// The axis without friction, backlash and constant force.
     #[must_use]
     pub fn linear(&self) -> Self {

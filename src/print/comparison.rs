@@ -38,11 +38,19 @@ pub fn render_programs(results: &[PathComparison], tuned: &Tuned, settings: &Com
     let mut text = rows(results, first, "as G-code, RMS / MAX, µm", &TIP);
     text.push('\n');
     text.push_str(&footer(results, tuned, settings));
-    let seconds =
-        |method: Method| -> Option<Vec<f64>> { results.iter().map(|result| Some(mean(&result.of(method)?.seconds))).collect() };
-    if let (Some(before), Some(after)) = (seconds(Method::Uncompensated), seconds(Method::FirstRun)) {
-        let change = 100.0 * (mean(&after) / mean(&before) - 1.0);
-        text.push_str(&format!("\ncycle time of the compensated programs: {change:+.1} %"));
+    let cycle_s = |method: Method| -> Option<f64> {
+        let all: Option<Vec<f64>> = results.iter().map(|result| Some(mean(&result.of(method)?.seconds))).collect();
+        all.map(|all| mean(&all))
+    };
+    if let (Some(before), Some(after)) = (cycle_s(Method::Uncompensated), cycle_s(Method::FirstRun)) {
+        let change = |after: f64| format!("{:+.1} %", 100.0 * (after / before - 1.0));
+        let laws = tuned.laws.iter().filter_map(|(law, _)| Some((law.name(), cycle_s(Method::Ilc(*law))?)));
+        let laws: Vec<String> = laws.map(|(law, after)| format!("{law} {}", change(after))).collect();
+        text.push_str(&format!(
+            "\ncycle time of the compensated programs: {}; ILC, which has no limit of it: {}",
+            change(after),
+            laws.join(", ")
+        ));
     }
     text
 }

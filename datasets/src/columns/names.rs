@@ -38,6 +38,7 @@ const REFERENCE: &[&str] = &[
     "programmed",
     "demand",
     "demanded",
+    "noml",
     "consigne",
     "consigna",
     "commande",
@@ -65,7 +66,13 @@ const ACTUAL: &[&str] = &[
     "enc1",
     "encoder",
     "fb",
+    "fbk",
+    "fdbk",
     "feedback",
+    "actl",
+    "posf",
+    "mesure",
+    "mesuré",
     "meas",
     "measured",
     "real",
@@ -109,6 +116,8 @@ const ERROR: &[&str] = &[
 /// Words that say of which kind an error is.
 const OF_ERROR: &[&str] = &["following", "follow", "tracking", "distance", "control", "servo"];
 const TABLE: &[&str] = &["enc2", "encoder2"];
+/// Word before the number of an encoder of SINUMERIK: 1 is usually at the motor, 2 at the table.
+const MEASURING_SYSTEM: &str = "system";
 const NEUTRAL: &[&str] = &[
     "pos",
     "position",
@@ -119,6 +128,12 @@ const NEUTRAL: &[&str] = &[
     "lage",
     "wert",
     "mc",
+    "nc",
+    "to",
+    "plc",
+    "s",
+    "measuring",
+    "system",
     "date",
     "datum",
     "posición",
@@ -142,8 +157,13 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
     let is_error = words(name).iter().any(|word| ERROR.contains(&word.as_str()));
     let mut axis = String::new();
     let mut unit = None;
-    for (index, word) in words(name).iter().enumerate() {
+    let words = words(name);
+    for (index, word) in words.iter().enumerate() {
         let word = word.as_str();
+        if index > 0 && words[index - 1] == MEASURING_SYSTEM && ["1", "2"].contains(&word) {
+            is_table = word == "2";
+            continue;
+        }
         if TIME.contains(&word) {
             is_time = true;
             continue;
@@ -324,6 +344,15 @@ mod tests {
             ("LagDistance Z", Role::Error, "z"),
             ("Schleppabstand X (mm)", Role::Error, "x"),
             ("joint.0.f-error", Role::Error, "x"),
+            ("X_FBK_POS", Role::Actual, "x"),
+            ("s noml X [mm]", Role::Reference, "x"),
+            ("s actl X [mm]", Role::Actual, "x"),
+            ("X POSF(mm)", Role::Actual, "x"),
+            ("X ERR(um)", Role::Error, "x"),
+            ("X mesure (mm)", Role::Actual, "x"),
+            ("Axis X.NcToPlc.SetPos", Role::Reference, "x"),
+            ("X1: Position setpoint", Role::Reference, "x1"),
+            ("X1: Actual position value measuring system 1", Role::Actual, "x1"),
         ] {
             assert_eq!(meaning(name), Some((role, axis.to_owned())), "{name}");
         }
@@ -357,6 +386,9 @@ mod tests {
             "bistro",
             "X_Soll_Ist",
             "X实际速度",
+            "X1: Actual position value measuring system 3",
+            "X1: Actual position 2",
+            "s",
             "X指令实际",
         ] {
             assert_eq!(meaning(name), None, "{name}");

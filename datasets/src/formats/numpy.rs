@@ -72,7 +72,7 @@ fn array(name: &str, mut file: impl Read, most: (usize, usize)) -> Result<Option
     let mut header = vec![0; length];
     fill(&mut header)?;
     let header = String::from_utf8_lossy(&header).into_owned();
-    let Some(Header { number, is_big_endian, by_columns, shape }) = Header::of(&header) else { return Ok(None) };
+    let Some(Header { number, tick_s, is_big_endian, by_columns, shape }) = Header::of(&header) else { return Ok(None) };
     let (rows, columns) = match shape.as_slice() {
         // A row is a signal too.
         [rows] | [1, rows] => (*rows, 1),
@@ -89,7 +89,10 @@ fn array(name: &str, mut file: impl Read, most: (usize, usize)) -> Result<Option
     })?;
     let mut data = vec![0; bytes];
     fill(&mut data)?;
-    let values = number.read(&data, is_big_endian);
+    let mut values = number.read(&data, is_big_endian);
+    if let Some(tick_s) = tick_s {
+        values.iter_mut().for_each(|value| *value *= tick_s);
+    }
     let name = name.to_owned();
     Ok(Some(if by_columns { Array::by_columns(name, &values, rows) } else { Array::by_rows(name, &values, columns) }))
 }
@@ -97,6 +100,8 @@ fn array(name: &str, mut file: impl Read, most: (usize, usize)) -> Result<Option
 /// Header of an array file: a dictionary in Python's notation.
 struct Header {
     number: Number,
+    /// Unit of points in time, or of durations.
+    tick_s: Option<f64>,
     is_big_endian: bool,
     by_columns: bool,
     shape: Vec<usize>,
@@ -108,7 +113,15 @@ impl Header {
         let after = |key: &str| text.split_once(key).map(|(_, after)| after.trim_start_matches([' ', ':']));
         let kind = after("'descr'")?.strip_prefix('\'')?.split('\'').next()?;
         let (order, kind) = kind.split_at_checked(1)?;
+        let tick_s = match kind {
+            "M8[s]" | "m8[s]" => Some(1.0),
+            "M8[ms]" | "m8[ms]" => Some(1e-3),
+            "M8[us]" | "m8[us]" => Some(1e-6),
+            "M8[ns]" | "m8[ns]" => Some(1e-9),
+            _ => None,
+        };
         let number = match kind {
+            _ if tick_s.is_some() => Number::I64,
             "f8" => Number::F64,
             "f4" => Number::F32,
             "i8" => Number::I64,
@@ -129,6 +142,6 @@ impl Header {
             .filter(|part| !part.is_empty())
             .map(|part| part.parse().ok())
             .collect::<Option<_>>()?;
-        Some(Self { number, is_big_endian: order == ">", by_columns, shape })
+        Some(Self { number, tick_s, is_big_endian: order == ">", by_columns, shape })
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
@@ -22,7 +22,7 @@ use crate::{DatasetError, Table};
 /// Number of values read from a column at once.
 const BATCH: usize = 1 << 16;
 
-/// Parquet files with one numeric column per signal; columns of other types are kept empty.
+/// Parquet files with one numeric column per signal, or one of points in time, in s; columns of other types are kept empty.
 #[derive(Debug, Clone, Copy)]
 pub struct Parquet;
 
@@ -95,11 +95,26 @@ pub(super) fn check_codec(group: &RowGroupMetaData, leaf: usize) -> Result<(), P
     Ok(())
 }
 
-/// Whether a leaf holds plain numbers: no lists, booleans, text, dates, times or decimals.
+/// Ticks a second of a leaf of points in time, as since 1970.
+fn ticks_per_s(leaf: &ColumnDescriptor) -> Option<i64> {
+    match (leaf.logical_type_ref(), leaf.converted_type()) {
+        (Some(LogicalType::Timestamp(time)), _) => Some(match time.unit {
+            TimeUnit::MILLIS => 1_000,
+            TimeUnit::MICROS => 1_000_000,
+            TimeUnit::NANOS => 1_000_000_000,
+        }),
+        (None, ConvertedType::TIMESTAMP_MILLIS) => Some(1_000),
+        (None, ConvertedType::TIMESTAMP_MICROS) => Some(1_000_000),
+        _ => None,
+    }
+}
+
+/// Whether a leaf holds plain numbers or points in time: no lists, booleans, text, dates or decimals.
 fn is_number(leaf: &ColumnDescriptor) -> bool {
     use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE, UINT_8, UINT_16, UINT_32, UINT_64};
     let plain = match (leaf.logical_type_ref(), leaf.converted_type()) {
         (Some(LogicalType::Integer(_)), _) => true,
+        _ if ticks_per_s(leaf).is_some() => true,
         (Some(_), _) => false,
         (None, converted) => matches!(converted, NONE | INT_8 | INT_16 | INT_32 | INT_64 | UINT_8 | UINT_16 | UINT_32 | UINT_64),
     };
@@ -119,7 +134,13 @@ pub(super) fn read_numbers(
         Some(LogicalType::Integer(integer)) => !integer.is_signed,
         _ => matches!(leaf.converted_type(), ConvertedType::UINT_32 | ConvertedType::UINT_64),
     };
+    let ticks = ticks_per_s(leaf);
     match reader {
+        ColumnReader::Int64ColumnReader(reader) if ticks.is_some() => {
+            let ticks = ticks.unwrap_or(1);
+            // Nanoseconds since 1970 are no number of 53 bits; their whole seconds and the rest are.
+            read_as(reader, |value| (value / ticks) as f64 + (value % ticks) as f64 / ticks as f64, most, column)
+        }
         ColumnReader::Int32ColumnReader(reader) if unsigned => {
             read_as(reader, |value| f64::from(value.cast_unsigned()), most, column)
         }
@@ -264,7 +285,7 @@ mod tests {
                         let notes = ["a", "b", "c"].map(ByteArray::from);
                         column.typed::<ByteArrayType>().write_batch(&notes, None, None)
                     }
-                    5 => column.typed::<Int64Type>().write_batch(&[1, 2, 3], None, None),
+                    5 => column.typed::<Int64Type>().write_batch(&[1_790_000_000_250_000_000, 2, 3_000_000_000], None, None),
                     _ => column.typed::<DoubleType>().write_batch(&[1.0; 4], Some(&[1; 4]), Some(&[0, 1, 0, 0])),
                 }
                 .unwrap();
@@ -290,7 +311,8 @@ mod tests {
             assert!(x.len() == 6 && x[0] == 0.5 && x[1].is_nan() && x[2] == 1.5 && x[3] == 0.5, "{x:?}");
             assert_eq!(table.columns[2][..3], [4_294_967_295.0, 0.0, 7.0]);
             assert_eq!(table.columns[3][..3], [-1.0, 0.0, 1_099_511_627_776.0]);
-            for column in &table.columns[4..] {
+            assert_eq!(table.columns[5][..3], [1_790_000_000.25, 2e-9, 3.0]);
+            for column in [&table.columns[4], &table.columns[6]] {
                 assert!(column.len() == 6 && column.iter().all(|value| value.is_nan()));
             }
         }

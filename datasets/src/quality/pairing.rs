@@ -27,6 +27,8 @@ const NOISIER: f64 = 1.5;
 const LEAST_LEAD_S: f64 = 6e-3;
 const LEAST_LEAD_PERIODS: f64 = 2.0;
 const OWN_LEAD: f64 = 0.5;
+/// Lead that no machine has, s.
+const MOST_LEAD_S: f64 = 0.02;
 /// Samples without any change that are a rest.
 const RESTING: usize = 5;
 /// Ratio of errors below which the actual positions of two axes are swapped.
@@ -143,6 +145,11 @@ fn check_lead(axis: &Signals, others: &[&Signals], purpose: Purpose, report: &mu
         (
             Severity::Refuse,
             "and the command has the noise of a sensor, the actual position less of it: the two columns are swapped",
+        )
+    } else if lead_s > MOST_LEAD_S.max(LEAST_LEAD_PERIODS * axis.period_s) {
+        (
+            purpose.grave(),
+            "and no axis leads by so much: the columns are stamped at different instants, or the columns are swapped. Log both at the same instant",
         )
     } else if lead_s > LEAST_LEAD_S.max(LEAST_LEAD_PERIODS * axis.period_s)
         && !others.is_empty()

@@ -8,12 +8,15 @@
 use motion::AxisKind;
 
 use super::digits::step_of;
-use super::signals::{Signals, quantile, with_common_axes};
+use super::in_motion;
+use super::signals::{quantile, range, with_common_axes};
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Least length of a rest, s, and the part of its end over which the error is averaged: axes settle for up to 0.2 s.
 const RESTS_S: f64 = 0.3;
 const AVERAGED_S: f64 = 0.1;
+/// Travel of the actual position in that part from which on the axis does not rest, mm.
+const AT_REST_MM: f64 = 0.1;
 /// Median error at rest from which on the columns have different zeros, mm, and as a multiple of the spread of the errors.
 const OFFSET_MM: f64 = 0.010;
 const OF_SPREAD: f64 = 2.0;
@@ -52,6 +55,11 @@ pub(super) fn check(logs: &[Log], report: &mut Report) {
     for axis in axes_of(logs) {
         let (rests, rounded) = at_rest(logs, axis);
         let offset = offset_mm(&rests, rounded).map(|offset_mm| (Severity::Warn, offset_message(offset_mm, rests.len())));
+        let in_motion = || {
+            let offset_mm = in_motion::offset_mm(logs, axis).filter(|_| rests.is_empty())?;
+            Some((Severity::Warn, in_motion::message(offset_mm)))
+        };
+        let offset = offset.or_else(in_motion);
         let found = offset.or_else(|| drift(&rests, rounded)).or_else(|| scale(&rests, rounded));
         if let Some((severity, message)) = found {
             let column = format!("{}_act", logs[0].axes()[axis]);
@@ -67,7 +75,8 @@ pub(super) fn check(logs: &[Log], report: &mut Report) {
 pub fn without_offsets(logs: &[Log]) -> Option<Vec<Log>> {
     let offset = |axis| {
         let (rests, rounded) = at_rest(logs, axis);
-        Some((axis, offset_mm(&rests, rounded)?))
+        let in_motion = || in_motion::offset_mm(logs, axis).filter(|_| rests.is_empty());
+        Some((axis, offset_mm(&rests, rounded).or_else(in_motion)?))
     };
     let offsets: Vec<(usize, f64)> = axes_of(logs).into_iter().filter_map(offset).collect();
     let without = |log: &Log| {
@@ -94,12 +103,6 @@ fn at_rest(logs: &[Log], axis: usize) -> (Vec<Rest>, f64) {
     (rests, ROUNDED * steps.fold(0.0, f64::max))
 }
 
-/// Whether the command of an axis rests long enough in a run to show what its columns are wrong by.
-pub(super) fn has_rest(axis: &Signals) -> bool {
-    let least = (RESTS_S / axis.period_s).round().max(1.0) as usize;
-    axis.reference.chunk_by(|a, b| a == b).any(|rest| rest.len() >= least)
-}
-
 fn rests_of(run: usize, log: &Log, axis: usize) -> Vec<Rest> {
     let (command, actual) = (&log.reference.columns()[axis], &log.actual.columns()[axis]);
     let rows = |seconds: f64| (seconds / log.period_s()).round().max(1.0) as usize;
@@ -111,6 +114,10 @@ fn rests_of(run: usize, log: &Log, axis: usize) -> Vec<Rest> {
         }
         if end - start >= least {
             let of = end - averaged.min(end - start)..end;
+            if range(&actual[of.clone()]) > AT_REST_MM {
+                start = end;
+                continue;
+            }
             let error = of.clone().map(|k| actual[k] - command[k]).sum::<f64>() / of.len() as f64;
             let from = if start > 0 { (command[start] - command[start - 1]).signum() } else { 0.0 };
             rests.push(Rest { run, position: command[start], error, from });

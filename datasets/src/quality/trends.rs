@@ -6,8 +6,9 @@
 //! a single run of 6 s (`random:777`) showed a drift of 32 µm that it did not have.
 
 use motion::AxisKind;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
+use super::regression::{Motion, motions, slopes};
 use super::signals::{Signals, with_common_axes};
 use crate::{Check, Finding, Log, Report, Severity};
 
@@ -15,10 +16,9 @@ use crate::{Check, Finding, Log, Report, Severity};
 const TERMS: usize = 5;
 const PLACE: usize = 3;
 const TIME: usize = 4;
-/// Runs from which on place and time are told apart from the other terms.
+/// Runs from which on place and time are told apart from the other terms, and motion from which on a place that grows as no machine's does is in fewer, s.
 const FEWEST_RUNS: f64 = 3.0;
-/// Rows of a run that count.
-const ROWS: usize = 2000;
+const FEW_RUNS_S: f64 = 8.0;
 /// Growth of the error with the position from which on the scales differ, as a share and as a multiple of what is left of the error; and the share
 /// from which on no machine has it.
 const SLOPE: f64 = 5e-3;
@@ -49,16 +49,8 @@ pub(super) fn check(logs: &[Log], report: &mut Report) {
 
 /// Terms and error of the counted rows of a run, less their means.
 fn rows(axis: &Signals) -> Vec<(SVector<f64, TERMS>, f64)> {
-    let period_s = axis.period_s;
-    let length = axis.reference.len();
-    let at = |k: usize| {
-        let [before, here, after] = [axis.reference[k - 2], axis.reference[k], axis.reference[k + 2]];
-        let (speed, bend) = ((after - before) / (4.0 * period_s), (after - 2.0 * here + before) / (4.0 * period_s * period_s));
-        let direction = if speed.abs() > super::standstill_speed(axis.axis.kind) { speed.signum() } else { 0.0 };
-        (SVector::from([speed, bend, direction, here, k as f64 * period_s]), axis.error[k])
-    };
-    let step = length.div_ceil(ROWS).max(1);
-    let mut rows: Vec<_> = (2..length.saturating_sub(2)).step_by(step).map(at).collect();
+    let of = |at: Motion| (SVector::from([at.speed, at.acceleration, at.direction, at.position, at.time_s]), at.error);
+    let mut rows: Vec<_> = motions(axis).into_iter().map(of).collect();
     let count = rows.len().max(1) as f64;
     let (terms, error) = rows.iter().fold((SVector::zeros(), 0.0), |(terms, error), row| (terms + row.0, error + row.1));
     rows.iter_mut().for_each(|row| *row = (row.0 - terms / count, row.1 - error / count));
@@ -67,32 +59,25 @@ fn rows(axis: &Signals) -> Vec<(SVector<f64, TERMS>, f64)> {
 
 /// An error of one axis that grows with the position, or with time.
 fn growth(logs: &[Log], index: usize) -> Option<Finding> {
-    let (mut normal, mut right, mut all) = (SMatrix::<f64, TERMS, TERMS>::zeros(), SVector::<f64, TERMS>::zeros(), Vec::new());
+    let mut all = Vec::new();
     let (mut low, mut high, mut moving_s, mut runs) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0_f64);
     for log in logs {
         let signals = Signals::of(log);
         let Some(axis) = signals.get(index).filter(|axis| axis.moves()) else { continue };
         (low, high) = axis.reference.iter().fold((low, high), |(low, high), at| (low.min(*at), high.max(*at)));
         (moving_s, runs) = (moving_s + log.reference.duration_s(), runs + 1.0);
-        for (terms, error) in rows(axis) {
-            normal += terms * terms.transpose();
-            right += terms * error;
-            all.push((terms, error));
-        }
+        all.extend(rows(axis));
     }
-    if runs < FEWEST_RUNS {
+    let few = runs < FEWEST_RUNS;
+    if few && moving_s < FEW_RUNS_S {
         return None;
     }
-    // Units of the terms alike, so that their sizes do not matter.
-    let scale = normal.diagonal().map(|square| if square > 0.0 { square.sqrt() } else { 1.0 });
-    let scaled = normal.component_div(&(scale * scale.transpose())) + SMatrix::identity() * 1e-12;
-    let slopes = scaled.cholesky()?.solve(&right.component_div(&scale)).component_div(&scale);
-    let rest = (all.iter().map(|(terms, error)| (error - slopes.dot(terms)).powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+    let (slopes, rest) = slopes(&all)?;
     let axis = &logs[0].axes()[index];
     let column = format!("{axis}_act");
     // The error is command minus actual position.
     let (slope, span) = (-slopes[PLACE], high - low);
-    if slope.abs() > SLOPE && slope.abs() * span > OF_REST * rest {
+    if slope.abs() > if few { NO_MACHINE } else { SLOPE } && slope.abs() * span > OF_REST * rest {
         let severity = if slope.abs() > NO_MACHINE { Severity::Refuse } else { Severity::Warn };
         let message = format!(
             "in motion the actual position grows by {:.2} % more than its command, by {:.4} mm over {span:.1} mm: the scale of the encoder or of the \
@@ -102,6 +87,9 @@ fn growth(logs: &[Log], index: usize) -> Option<Finding> {
             1.0 / (1.0 + slope)
         );
         return Some(Finding::new(severity, Check::Units, message).in_column(column));
+    }
+    if few {
+        return None;
     }
     let drift = -slopes[TIME] * moving_s / runs.max(1.0);
     if drift.abs() > DRIFT_MM.max(DRIFT_OF_REST * rest) {

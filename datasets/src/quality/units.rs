@@ -1,7 +1,6 @@
 //! Implausible units and scales.
 
 use super::purpose::Purpose;
-use super::rests;
 use super::signals::{Signals, correlation, largest, quantile, range, rms};
 use crate::{Check, Finding, Report, Severity};
 
@@ -102,17 +101,13 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
 fn different_zeros(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
     let spread = rms(&axis.error.iter().map(|error| error - mean).collect::<Vec<_>>());
-    // Training takes off what linear axes show at rest, and the checks of all runs tell it.
-    let is_taken_off = purpose == Purpose::Training && axis.unit() == "mm" && rests::has_rest(axis);
+    // Training takes off what linear axes show at rest or in motion, and the checks of all runs tell it.
+    let is_taken_off = purpose == Purpose::Training && axis.unit() == "mm";
     let is_offset = mean.abs() > OFFSET_SPREADS * spread && mean.abs() > axis.of_kind(1.0, 0.01);
     (is_offset && !is_taken_off).then(|| {
         let message = format!(
-            "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; {}",
-            axis.unit(),
-            match axis.unit() {
-                "mm" => "log half a second of rest too, so that training can take this offset off",
-                _ => "subtract the offset from the column",
-            }
+            "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset from the column",
+            axis.unit()
         );
         (purpose.grave(), axis.actual_name(), message)
     })

@@ -1,5 +1,6 @@
 //! Comparison on G-code programs: every reference is written as a program, and the control replans its feed profile.
 
+use compensation::CorrectionLimits;
 use machine::Machine;
 use models::Bundle;
 use motion::Trajectory;
@@ -40,7 +41,7 @@ pub(super) const TUNING_SEED: u64 = 501;
 ///
 /// Gains are those of `tuned`. The cut-off of every law is that of `CUT_OFFS_HZ` or `tuned` with the lowest cost of the
 /// last run on the program of another curve with another noise seed. On part programs a law learns with these points and with
-/// those of the program alone, and the lower cost counts.
+/// those of the program alone, and the lower cost counts. It keeps the moves that a compensated program keeps, but no limit of the cycle time.
 ///
 /// # Errors
 /// When a curve cannot be planned on the machine, a program cannot be written, or it states the times of its lines.
@@ -123,9 +124,16 @@ fn learned(
     let desired = &part.plan.desired;
     let uncompensated = machine.run(desired.trajectory())?;
     let correction_limits = ilc_correction_limits(desired, Some(&part.limits), &uncompensated, settings)?;
+    let correction_limits = CorrectionLimits { weights: kept_moves(part), ..correction_limits };
     let mut learner = settings.law(law, desired.trajectory().period_s(), &[])?;
     let runs = learn_program(part, machine, learner.as_mut(), (Pairing::Place, points), updates, &correction_limits)?;
     runs.into_iter().next_back().ok_or(Error::NoRun(law.name()))
+}
+
+/// Correction weights of ILC where a compensated program keeps some of its moves, such as rapids; empty where it may move all of its points.
+fn kept_moves(part: &Part) -> Vec<f64> {
+    let keeps = (0..part.plan.samples.len()).any(|sample| !part.shiftable_at(sample));
+    if keeps { part.taper() } else { Vec::new() }
 }
 
 impl Bench<'_> {

@@ -55,7 +55,7 @@ pub fn run_program(
 }
 
 /// Iterates `law` on a program: runs it, moves its points within `bounds`, and runs it again, `updates` times. Points
-/// at a standstill do not move. The programs are written with the settings `points`.
+/// at a standstill do not move, nor do those to which `bounds` give no weight. The programs are written with the settings `points`.
 ///
 /// # Errors
 /// As [`run_program`], and when the law fails.
@@ -68,7 +68,9 @@ pub fn learn_program(
     bounds: &CorrectionLimits,
 ) -> Result<Vec<ProgramRun>> {
     let desired = &part.plan.desired;
-    let correction_limits = CorrectionLimits { weights: moving_weights(desired.trajectory()), ..bounds.clone() };
+    let mut weights = moving_weights(desired.trajectory());
+    weights.iter_mut().zip(&bounds.weights).for_each(|(weight, given)| *weight *= given);
+    let correction_limits = CorrectionLimits { weights, ..bounds.clone() };
     let mut control = ControlledMachine::new(machine, Some(part));
     (control.replans, control.pairing, control.runs) = (Some(points), pairing, Some(Vec::with_capacity(updates + 1)));
     learn(&mut control, law, desired, None, &correction_limits, &StopRule::after(updates), &mut |_, _| 0.0)?;

@@ -34,6 +34,7 @@ pub(super) fn fastest(
     progress: Progress<'_>,
 ) -> Result<Adjusted> {
     let (mut task, mut trial) = Adjustment::begin(part, model, settings, limits, progress)?;
+    task.search.prefer_short();
     if trial.max_mm() > tolerance_mm {
         trial = wider(&mut task.search, trial, tolerance_mm)?;
     }
