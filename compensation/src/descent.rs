@@ -102,8 +102,8 @@ pub fn descend(
     let period_s = desired.trajectory().period_s();
     let first_hz = FIRST_BANDWIDTHS / (TAU * period_s * law.delay_samples().max(1.0));
     let mut cut_off_hz = settings.cut_off_hz.unwrap_or(first_hz);
-    // Cost and number of runs when the present cut-off began.
-    let mut level = (f64::INFINITY, 1);
+    // Costs and number of runs when the present cut-off began.
+    let mut level = ([f64::INFINITY; 2], 1);
     law.smooth(LowPass::new(cut_off_hz, period_s)?);
     while iterations.len() < settings.runs {
         if iterations[best].measure <= settings.floor || settings.worth.patience(iterations[best].measure, settings.patience) == 0
@@ -112,30 +112,33 @@ pub fn descend(
         }
         law.damp(damping)?;
         let next = law.update(desired, &iterations[best].reference, &iterations[best].actual)?;
-        let next = run(limits.apply(desired, &next)?)?;
+        let next = run(limits.apply_step(desired, &iterations[best].reference, &next)?)?;
         let before = iterations[best].measure;
         let of_best = match old.take() {
             Some(known) => known,
             None => local_error(desired, &iterations[best], law.reach())?,
         };
         let mixed = kept_where_better(desired, &iterations[best], &of_best, &next, law.reach())?;
-        old = Some(of_best);
         iterations.push(next);
         if let Some(mixed) = mixed {
-            iterations.push(run(limits.apply(desired, &mixed)?)?);
+            iterations.push(run(limits.apply_step(desired, &iterations[best].reference, &mixed)?)?);
         }
         let latest =
             (best + 1..iterations.len()).min_by(|a, b| iterations[*a].measure.total_cmp(&iterations[*b].measure)).unwrap_or(best);
         let reached = iterations[latest].measure;
-        let worth = settings.worth.counts(before, reached);
+        let mut worth = settings.worth.counts(before, reached);
+        old = Some(of_best);
         if reached < before {
-            (best, old) = (latest, None);
+            let of_latest = local_error(desired, &iterations[latest], law.reach())?;
+            worth |= settings.worth.counts(mean_root(old.as_deref().unwrap_or_default()), mean_root(&of_latest));
+            (best, old) = (latest, Some(of_latest));
         }
         damping = if worth { (damping * EASE).max(settings.damping[1]) } else { damping * TIGHTEN };
         failures = if worth { 0 } else { failures + 1 };
         if failures > 0 && failures >= settings.worth.patience(iterations[best].measure, settings.patience) {
-            let (cost, runs) = level;
-            if iterations[best].measure > (1.0 - WORTH_ROUGHER) * cost {
+            let ([cost, local], runs) = level;
+            let of_best = mean_root(old.as_deref().unwrap_or_default());
+            if iterations[best].measure > (1.0 - WORTH_ROUGHER) * cost && of_best > (1.0 - WORTH_ROUGHER) * local {
                 // A smoother shift is as good.
                 iterations[runs..].iter_mut().for_each(|iteration| iteration.measure = f64::INFINITY);
                 return Ok((iterations, Ended::AtOptimum));
@@ -145,7 +148,7 @@ pub fn descend(
             }
             cut_off_hz *= 2.0;
             law.smooth(LowPass::new(cut_off_hz, period_s)?);
-            level = (iterations[best].measure, iterations.len());
+            level = ([iterations[best].measure, of_best], iterations.len());
             (damping, failures) = (settings.damping[0], 0);
         }
     }
@@ -184,6 +187,11 @@ fn kept_where_better(
 fn local_error(desired: &DesiredPath, run: &Iteration, reach: usize) -> Result<Vec<f64>, CompensationError> {
     let errors = Exact::default().estimate(&desired.tips_of(&run.actual)?, &desired.tips())?;
     Ok(around(&errors.iter().map(|error| error.magnitude_mm.powi(2)).collect::<Vec<f64>>(), reach))
+}
+
+/// Mean of the local errors of all samples. What is left at one place, such as the end of a path, hides no improvement elsewhere in it.
+fn mean_root(squares: &[f64]) -> f64 {
+    squares.iter().map(|square| square.sqrt()).sum::<f64>() / squares.len().max(1) as f64
 }
 
 /// Mean over the samples within `reach` of each.

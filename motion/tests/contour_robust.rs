@@ -218,6 +218,33 @@ fn a_retraced_line_is_followed_there_and_back() {
 }
 
 #[test]
+fn an_axis_that_swings_at_its_stop_is_on_the_path_before_it() {
+    // 10 mm with a cosine of speed, half a second of rest, and on or back in another line; the axis passes the stop and swings back behind it.
+    let move_mm = |k: usize| 5.0 - 5.0 * (std::f64::consts::PI * k as f64 / 250.0).cos();
+    for [x, y] in [[0.0, 10.0], [0.0, -10.0], [-9.9, 1.4]] {
+        let mut desired: Vec<Vec3> = (0..250).map(|k| Vec3::new(move_mm(k), 0.0, 0.0)).collect();
+        desired.extend([Vec3::new(10.0, 0.0, 0.0); 250]);
+        desired.extend((0..=250).map(|k| Vec3::new(10.0 + 0.1 * x * move_mm(k), 0.1 * y * move_mm(k), 0.0)));
+        let swing = |k: usize| {
+            let t = k.saturating_sub(245) as f64;
+            0.08 * (t / 15.0).sin() * (-t / 80.0).exp()
+        };
+        let actual: Vec<Vec3> = desired.iter().enumerate().map(|(k, p)| p + Vec3::new(swing(k), 0.0, 0.0)).collect();
+        let errors = Exact::default().estimate(&actual, &desired).unwrap();
+        for k in 250..495 {
+            let wanted = swing(k).max(0.0);
+            assert!(
+                (errors[k].magnitude_mm - wanted).abs() < 1e-4,
+                "towards {x}, {y}, {k}: {} for {wanted}",
+                errors[k].magnitude_mm
+            );
+        }
+        assert!(actual[250..495].iter().any(|p| p.x < 10.0 - 0.02));
+        assert!((505..errors.len()).all(|k| errors[k].magnitude_mm < swing(k).abs() + 1e-4));
+    }
+}
+
+#[test]
 fn what_cannot_be_measured_is_refused() {
     let path = vec![Vec3::zeros(), Vec3::x()];
     for mut estimator in sample_estimators() {

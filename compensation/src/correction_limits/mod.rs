@@ -66,6 +66,20 @@ impl CorrectionLimits {
     /// # Errors
     /// When the two do not match, or a limit is negative or not finite.
     pub fn apply(&self, desired: &DesiredPath, reference: &Trajectory) -> Result<Trajectory, CompensationError> {
+        self.apply_step(desired, desired.trajectory(), reference)
+    }
+
+    /// The same for a step to `reference` from a reference within the limits: taper and standstills are those of the step, so that none leaves `from` as it
+    /// is. Of the whole correction they would take something off with every step.
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply).
+    pub fn apply_step(
+        &self,
+        desired: &DesiredPath,
+        from: &Trajectory,
+        reference: &Trajectory,
+    ) -> Result<Trajectory, CompensationError> {
         for (name, value) in [("largest shift, mm,", self.max_shift), ("largest turn, rad,", self.max_rotation_rad)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(CompensationError::BadSetting { name, value, remedy: "it must be finite and not negative" });
@@ -73,10 +87,13 @@ impl CorrectionLimits {
         }
         let path = desired.trajectory();
         path.check_matches(reference)?;
+        path.check_matches(from)?;
         let has_rotary_axes = desired.kinematics().has_rotary_axes();
-        let mut corrections = path.columns().iter().zip(reference.columns());
-        let mut corrections: Vec<Vec<f64>> =
-            corrections.by_ref().map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect();
+        let of = |reference: &Trajectory| -> Vec<Vec<f64>> {
+            let pairs = path.columns().iter().zip(reference.columns());
+            pairs.map(|(target, column)| column.iter().zip(target).map(|(r, d)| r - d).collect()).collect()
+        };
+        let (before, mut corrections) = (of(from), of(reference));
         if has_rotary_axes {
             self.rest(desired, &mut corrections);
             self.bound_poses(desired, &mut corrections);
@@ -87,9 +104,11 @@ impl CorrectionLimits {
         let of_axes: Vec<_> = path.columns().iter().map(|target| standstills(target, settle)).collect();
         let of_all = (has_rotary_axes || self.held == Held::AllAxes).then(|| common(of_axes.iter().cloned()));
         let taper = samples(TAPER_S, path.period_s());
-        for (correction, own) in corrections.iter_mut().zip(&of_axes) {
+        for ((correction, before), own) in corrections.iter_mut().zip(&before).zip(&of_axes) {
+            correction.iter_mut().zip(before).for_each(|(c, before)| *c -= before);
             hold(correction, of_all.as_ref().unwrap_or(own), taper);
             correction.iter_mut().zip(&self.weights).for_each(|(c, weight)| *c *= weight);
+            correction.iter_mut().zip(before).for_each(|(c, before)| *c += before);
         }
         if !has_rotary_axes {
             // At standstill an axis holds a mean over other samples than the moving axes.
@@ -241,6 +260,28 @@ mod tests {
         assert!(held[305] != level && held[310] != level && held[492] != level);
         let largest = held.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
         assert!(largest < 0.003, "{largest}");
+    }
+
+    #[test]
+    fn a_step_that_is_none_changes_nothing_and_further_steps_reach_what_taper_and_standstills_leave() {
+        let path = there_and_back();
+        let weights: Vec<f64> = (0..path.trajectory().len()).map(|k| (k as f64 / 100.0).min(1.0)).collect();
+        let limits = CorrectionLimits { weights, ..CorrectionLimits::default() };
+        let wave = |k: usize| 0.01 * (k as f64 * 0.05).sin();
+        let first = limits.apply(&path, &shifted(&path, wave)).unwrap();
+        let again = limits.apply_step(&path, &first, &first).unwrap();
+        let most = |one: &Trajectory, other: &Trajectory| {
+            let pairs = one.columns()[0].iter().zip(&other.columns()[0]);
+            pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+        };
+        assert!(most(&first, &again) < 1e-14, "{}", most(&first, &again));
+        // The whole correction, limited again, loses some of itself.
+        assert!(most(&first, &limits.apply(&path, &first).unwrap()) > 1e-4);
+        // Half of a correction, then the other half, is all of it.
+        let half = limits.apply(&path, &shifted(&path, |k| 0.5 * wave(k))).unwrap();
+        let on = half.columns()[0].iter().enumerate().map(|(k, at)| at + 0.5 * wave(k)).collect();
+        let whole = limits.apply_step(&path, &half, &path.trajectory().with_columns(vec![on]).unwrap()).unwrap();
+        assert!(most(&first, &whole) < 1e-12);
     }
 
     #[test]

@@ -12,6 +12,9 @@ const SAME_INDEX: f64 = 0.5;
 /// moves away on the second.
 const BACK_SHARE: f64 = 0.5;
 
+/// Samples over which a path stands that moves no further than noise.
+const STANDS_SAMPLES: f64 = 4.0;
+
 /// Largest half-width that can be set, samples.
 const MAX_SAMPLES: usize = 1_000_000;
 
@@ -77,7 +80,7 @@ impl Window {
             look = Look { from: look.from.min(other.from), to: look.to.max(other.to), ..*nearer };
         }
         let (back, _) = source.locate(due.back - self.min_samples as f64);
-        if back > look.from {
+        if back > look.from && !self.stands(source, due.matched) {
             let slack_mm = self.noise_mm + BACK_SHARE * look.squared.sqrt();
             look.from = walk_back(pieces, back, look.from, pieces.arc(back) - slack_mm);
             look.to = look.to.max(look.from + 1);
@@ -90,6 +93,15 @@ impl Window {
         // No foot point is farther away than the point at the same time: one that is lies on a branch that the path has left.
         let is_lost = found.distance > self.noise_mm && (pieces.cubic(piece).point(t) - p).norm() < found.distance;
         if is_lost { self.found_again(source, due.matched, p) } else { found }
+    }
+
+    /// Whether the path stands at a time match, noise aside. A sample may go back on it there, as an axis does that has passed its stop or swings at it.
+    fn stands(&self, source: &impl PathSource, matched: f64) -> bool {
+        let arc = |index: f64| {
+            let (piece, t) = source.locate(index);
+            source.pieces().arc_on(piece, t)
+        };
+        arc(matched) - arc(matched - STANDS_SAMPLES) <= self.noise_mm
     }
 
     /// Foot point around a time match.
