@@ -183,14 +183,16 @@ fn iterate(
         let figure = figure.unwrap_or(f64::INFINITY);
         let ends = is_last(figure);
         let counts = stop.worth.counts(least(&rounds, best), figure);
+        let next = match next {
+            Some(next) if !ends => Some(limits.apply_step(desired, &reference, &next?)?),
+            _ => None,
+        };
         rounds.push(Iteration { reference, actual, measure: figure });
         if counts {
             best = update;
         }
-        match next {
-            Some(next) if !ends => reference = limits.apply(desired, &next?)?,
-            _ => break,
-        }
+        let Some(next) = next else { break };
+        reference = next;
     }
     Ok(Learned { iterations: rounds })
 }

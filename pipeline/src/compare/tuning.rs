@@ -252,7 +252,7 @@ impl Trial<'_> {
         let mut costs = Vec::new();
         for _ in 0..self.settings.ilc_runs {
             let Ok(next) = law.update(desired, &reference, &actual) else { return Ok(f64::INFINITY) };
-            reference = correction_limits.apply(desired, &next)?;
+            reference = correction_limits.apply_step(desired, &reference, &next)?;
             let Ok(run) = machine.run(&reference) else { return Ok(f64::INFINITY) };
             actual = run;
             let cost = statistics::figures(desired, None, &actual)?.cost_mm();
