@@ -103,10 +103,10 @@ fn strict_refuses_what_would_be_left_alone() {
 #[test]
 fn an_error_that_a_rapid_leaves_is_told_with_its_remedy() {
     let folder = Folder::with_model_and_part();
-    let part = "G21 G90 G17 G94\nG0 X0 Y0 Z5\nG1 Z0 F600\nG1 X20 F1500\nG3 X20 Y20 I0 J10\nG1 X0\nG0 Z5\nG0 X30 Y30\nG1 Z4.9 F600\nG1 X40 F1500\nG0 \
+    let part = "G21 G90 G17 G94\nG0 X0 Y0 Z5\nG1 Z0 F600\nG1 X20 F1500\nG3 X20 Y20 I0 J10\nG1 X0\nG0 Z5\nG0 Y50\nG1 X1 F300\nG1 X40 F1500\nG0 \
                 Z8\nM30\n";
     folder.write("rapids.nc", part);
-    folder.write("dwells.nc", part.replace("G1 Z4.9", "G4 P0.5\nG1 Z4.9"));
+    folder.write("dwells.nc", part.replace("G1 X1 ", "G4 P0.5\nG1 X1 "));
     let of = |name: &str| folder.figures(&["compensate", name, "-m", "machine.model", "-o", "out.nc", "--work-offset", "0,0,0"]);
     let (rapids, dwells) = (of("rapids.nc"), of("dwells.nc"));
     let max = |figures: &Value| figures["predicted_contour_um"]["after"]["max"].as_f64().unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use datasets::{Log, ReadOptions, read_log, write_log};
 
-use crate::common::{Folder, csv_files, shared};
+use crate::common::{Folder, csv_files, shared, text};
 
 fn log_of(path: &Path) -> Log {
     read_log(path, &ReadOptions::default()).unwrap().0
@@ -115,15 +115,20 @@ fn every_format_gives_the_same_model() {
 
 /// Trains on the log with these columns (order of `x_ref, x_act, y_ref, y_act, …`) and rows; the model must not be written.
 fn refused(folder: &Folder, name: &str, change: impl Fn(usize, &[f64]) -> Option<Vec<f64>>) -> String {
+    write_changed(folder, name, change);
+    let said = folder.fails(1, &["train", name, "--predictor", "linear", "-o", "wrong.model"]);
+    assert!(!folder.path("wrong.model").exists());
+    said
+}
+
+/// Writes the recording with its rows changed.
+fn write_changed(folder: &Folder, name: &str, change: impl Fn(usize, &[f64]) -> Option<Vec<f64>>) {
     let (header, rows) = lines(&folder.path("run.csv"));
     let rows = rows.iter().enumerate().filter_map(|(k, row)| {
         let row: Vec<f64> = row.split(',').map(|value| value.parse().unwrap()).collect();
         Some(change(k, &row)?.iter().map(|value| format!("{value:.9}")).collect::<Vec<_>>().join(","))
     });
     write(folder, name, &header, &rows.collect::<Vec<_>>());
-    let said = folder.fails(1, &["train", name, "--predictor", "linear", "-o", "wrong.model"]);
-    assert!(!folder.path("wrong.model").exists());
-    said
 }
 
 #[test]
@@ -134,12 +139,23 @@ fn a_log_that_would_teach_a_wrong_machine_is_refused() {
     assert!(said.contains("the two columns are swapped"), "{said}");
     let said = refused(&folder, "exchanged.csv", |_, row| Some([0, 1, 4, 3, 2, 5, 6].map(|column| row[column]).to_vec()));
     assert!(said.contains("exchanged") || said.contains("travels"), "{said}");
-    let said = refused(&folder, "offset.csv", |_, row| {
+}
+
+#[test]
+fn zeros_that_differ_are_told_and_taken_off() {
+    let folder = Folder::new();
+    recording(&folder);
+    write_changed(&folder, "offset.csv", |_, row| {
         let mut row = row.to_vec();
         row[2] -= 12.5;
         Some(row)
     });
-    assert!(said.contains("different zeros"), "{said}");
+    let train = |log: &str, model: &str| folder.figures(&["train", log, "--predictor", "linear", "-o", model]);
+    let (own, offset) = (train("run.csv", "own.model"), train("offset.csv", "offset.model"));
+    let [own, offset] = [own, offset].map(|figures| figures["axes"]["x"]["held_out_rms_um"].as_f64().unwrap());
+    assert!((offset / own - 1.0).abs() < 0.01, "{offset} for {own}");
+    let said = text(&folder.precomp(&["check", "offset.csv"]).stdout);
+    assert!(said.contains("in motion the actual position stands -12.5"), "{said}");
 }
 
 #[test]

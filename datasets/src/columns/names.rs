@@ -99,6 +99,7 @@ const ACTUAL: &[&str] = &[
 const ERROR: &[&str] = &[
     "err",
     "error",
+    "ferr",
     "ferror",
     "lag",
     "diff",

@@ -81,8 +81,7 @@ pub(super) fn within_time(
             break;
         }
     }
-    let shortest = || search.visits.iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s));
-    if let Some(visit) = search.best_within(most_s).or_else(shortest).cloned() {
+    if let Some(visit) = search.best_within(most_s).or_else(|| search.shortest()).cloned() {
         trial = search.run_as(trial, &visit)?;
     }
     task.finish(trial, f64::INFINITY)

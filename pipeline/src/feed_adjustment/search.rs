@@ -228,6 +228,11 @@ impl<'a> Search<'a> {
         self.visits.iter().filter(allowed).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
+    /// The trial of the shortest cycle.
+    pub fn shortest(&self) -> Option<&Visit> {
+        self.visits.iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s))
+    }
+
     /// The least MAX of the trials whose cycle takes at most `most_s`, mm.
     pub fn least_max_mm(&self, most_s: f64) -> Option<f64> {
         least_max_mm(&self.visits, most_s)

@@ -45,7 +45,7 @@ pub(super) fn slower(
         }
         let most_s = if keep_time { programmed_s * (1.0 + SAME_TIME) } else { f64::INFINITY };
         if (trial.max_mm() > tolerance_mm || keep_time)
-            && let Some(visit) = search.least_excess(tolerance_mm, most_s).cloned()
+            && let Some(visit) = search.least_excess(tolerance_mm, most_s).or_else(|| search.shortest()).cloned()
         {
             trial = search.run_as(trial, &visit)?;
         }
