@@ -12,7 +12,7 @@ const SAME_INDEX: f64 = 0.5;
 /// moves away on the second.
 const BACK_SHARE: f64 = 0.5;
 
-/// Samples over which a path stands that moves no further than noise.
+/// Samples over which a path stands, or creeps towards a stop, that moves by no more than noise a sample.
 const STANDS_SAMPLES: f64 = 4.0;
 
 /// Largest half-width that can be set, samples.
@@ -95,13 +95,13 @@ impl Window {
         if is_lost { self.found_again(source, due.matched, p) } else { found }
     }
 
-    /// Whether the path stands at a time match, noise aside. A sample may go back on it there, as an axis does that has passed its stop or swings at it.
+    /// Whether the path stands or creeps at a time match. A sample may go back on it there, as an axis does that has passed its stop or swings at it.
     fn stands(&self, source: &impl PathSource, matched: f64) -> bool {
         let arc = |index: f64| {
             let (piece, t) = source.locate(index);
             source.pieces().arc_on(piece, t)
         };
-        arc(matched) - arc(matched - STANDS_SAMPLES) <= self.noise_mm
+        arc(matched) - arc(matched - STANDS_SAMPLES) <= STANDS_SAMPLES * self.noise_mm
     }
 
     /// Foot point around a time match.
