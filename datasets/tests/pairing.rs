@@ -76,6 +76,9 @@ fn zeros_that_differ_are_seen_in_motion_where_nothing_rests() {
         assert_found(&assess(&of(1000.0 * offset_mm), Purpose::Measuring), Warn, Check::Units, "different zeros");
     }
     assert!(without_offsets(&[of(0.0)]).is_none());
+    // Zeros that were set between the runs are no offset of all of them.
+    let apart = assess_runs(&[of(2.0), of(7.0), of(2.0)], Purpose::Training);
+    assert_found(&apart, Refuse, Check::Units, "zeros were set between the runs");
 }
 
 #[test]

@@ -9,7 +9,8 @@ use motion::AxisKind;
 
 use super::digits::step_of;
 use super::in_motion;
-use super::signals::{quantile, range, with_common_axes};
+use super::signals::{Signals, quantile, range, with_common_axes};
+use super::units::zero_apart;
 use crate::{Check, Finding, Log, Report, Severity};
 
 /// Least length of a rest, s, and the part of its end over which the error is averaged: axes settle for up to 0.2 s.
@@ -54,12 +55,9 @@ struct Rest {
 pub(super) fn check(logs: &[Log], report: &mut Report) {
     for axis in axes_of(logs) {
         let (rests, rounded) = at_rest(logs, axis);
-        let offset = offset_mm(&rests, rounded).map(|offset_mm| (Severity::Warn, offset_message(offset_mm, rests.len())));
-        let in_motion = || {
-            let offset_mm = in_motion::offset_mm(logs, axis).filter(|_| rests.is_empty())?;
-            Some((Severity::Warn, in_motion::message(offset_mm)))
-        };
-        let offset = offset.or_else(in_motion);
+        let offset = Offset::of(logs, axis, &rests, rounded);
+        report.extend(zeros_of_runs(logs, axis, offset.as_ref().map_or(0.0, |offset| offset.mm)));
+        let offset = offset.map(|offset| (Severity::Warn, offset.message));
         let found = offset.or_else(|| drift(&rests, rounded)).or_else(|| scale(&rests, rounded));
         if let Some((severity, message)) = found {
             let column = format!("{}_act", logs[0].axes()[axis]);
@@ -75,8 +73,7 @@ pub(super) fn check(logs: &[Log], report: &mut Report) {
 pub fn without_offsets(logs: &[Log]) -> Option<Vec<Log>> {
     let offset = |axis| {
         let (rests, rounded) = at_rest(logs, axis);
-        let in_motion = || in_motion::offset_mm(logs, axis).filter(|_| rests.is_empty());
-        Some((axis, offset_mm(&rests, rounded).or_else(in_motion)?))
+        Some((axis, Offset::of(logs, axis, &rests, rounded)?.mm))
     };
     let offsets: Vec<(usize, f64)> = axes_of(logs).into_iter().filter_map(offset).collect();
     let without = |log: &Log| {
@@ -88,6 +85,43 @@ pub fn without_offsets(logs: &[Log]) -> Option<Vec<Log>> {
         Some(Log { actual, ..log.clone() })
     };
     if offsets.is_empty() { None } else { logs.iter().map(without).collect() }
+}
+
+/// An offset of the actual positions of an axis from their commands, and what to say of it.
+struct Offset {
+    mm: f64,
+    message: String,
+}
+
+impl Offset {
+    /// Of what rests; of what moves where nothing rests.
+    fn of(logs: &[Log], axis: usize, rests: &[Rest], rounded: f64) -> Option<Self> {
+        if rests.is_empty() {
+            let mm = in_motion::offset_mm(logs, axis)?;
+            return Some(Self { mm, message: in_motion::message(mm) });
+        }
+        let mm = offset_mm(rests, rounded)?;
+        Some(Self { mm, message: offset_message(mm, rests.len()) })
+    }
+}
+
+/// Runs whose zeros differ though the offset of all runs is taken off.
+fn zeros_of_runs(logs: &[Log], axis: usize, offset_mm: f64) -> Report {
+    let mut report = Report::default();
+    for log in logs {
+        let signals = Signals::of(log);
+        let Some(mean) = signals.get(axis).filter(|axis| axis.moves()).and_then(|axis| zero_apart(axis, offset_mm)) else {
+            continue;
+        };
+        let message = format!(
+            "command and actual position differ by {mean:.4} mm throughout this run, and otherwise in others: zeros were set between the runs; subtract \
+             the offset from the column of this file, or leave the run out"
+        );
+        let mut finding = Finding::new(Severity::Refuse, Check::Units, message).in_column(signals[axis].actual_name());
+        finding.place.run = Some(log.name.clone());
+        report.push(finding);
+    }
+    report
 }
 
 /// The linear axes, where all runs have the same.

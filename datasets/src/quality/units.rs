@@ -99,18 +99,22 @@ fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
 
 /// Positions with different zero points.
 fn different_zeros(axis: &Signals, purpose: Purpose) -> Option<Fault> {
+    // Training takes off what linear axes show over all runs, and the checks of these tell it.
+    let is_taken_off = purpose == Purpose::Training && axis.unit() == "mm";
+    let mean = zero_apart(axis, 0.0).filter(|_| !is_taken_off)?;
+    let message = format!(
+        "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset from the column",
+        axis.unit()
+    );
+    Some((purpose.grave(), axis.actual_name(), message))
+}
+
+/// Mean of command minus actual position, where that shows different zeros though `taken_off` is taken off the actual position.
+pub(super) fn zero_apart(axis: &Signals, taken_off: f64) -> Option<f64> {
     let mean = axis.error.iter().sum::<f64>() / axis.error.len().max(1) as f64;
     let spread = rms(&axis.error.iter().map(|error| error - mean).collect::<Vec<_>>());
-    // Training takes off what linear axes show at rest or in motion, and the checks of all runs tell it.
-    let is_taken_off = purpose == Purpose::Training && axis.unit() == "mm";
-    let is_offset = mean.abs() > OFFSET_SPREADS * spread && mean.abs() > axis.of_kind(1.0, 0.01);
-    (is_offset && !is_taken_off).then(|| {
-        let message = format!(
-            "command and actual position differ by {mean:.4} {} throughout: they are counted from different zeros; subtract the offset from the column",
-            axis.unit()
-        );
-        (purpose.grave(), axis.actual_name(), message)
-    })
+    let left = (mean + taken_off).abs();
+    (left > OFFSET_SPREADS * spread && left > axis.of_kind(1.0, 0.01)).then_some(mean)
 }
 
 fn known_factor(scale: f64) -> &'static str {
