@@ -8,7 +8,8 @@
 //! `d` is the presliding distance, `w_i` the slip distances [`SLIPS`] times it, `v_c` the mean speed of vibrations: under them contacts at
 //! rest give way, so that an integrator brings the axis home that dry friction alone would hold.
 
-use crate::parameters::{ELEMENTS, SLIPS, Servo};
+use crate::parameters::Servo;
+use crate::scales::{ELEMENTS, SLIPS};
 
 /// Force of the contacts of one side.
 #[derive(Debug, Clone, Copy)]

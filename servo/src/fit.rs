@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::covariance;
-use crate::parameters::{SCALES, Servo, USUAL_DELAY_SPREAD_S, index};
+use crate::parameters::Servo;
 use crate::record::{Record, Run};
+use crate::scales::{SCALES, USUAL_DELAY_SPREAD_S, index};
 use crate::simulate::simulate;
 
 /// Iterations at most.

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use crate::fit::{Fit, Free, fit, residuals, scored};
-use crate::parameters::{Servo, index};
+use crate::parameters::Servo;
 use crate::record::{Record, Scope};
+use crate::scales::index;
 use crate::starts::{Control, TABLE_1_S, of_every_control, promising};
 
 /// Length of the record on which starts and structures are compared, and of that on which they are checked and fitted, s.

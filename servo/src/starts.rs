@@ -4,8 +4,9 @@ use motion::lag_s;
 use rayon::prelude::*;
 
 use crate::fit::{Fit, Free, fit};
-use crate::parameters::{Servo, index};
+use crate::parameters::Servo;
 use crate::record::{Record, Scope};
+use crate::scales::index;
 
 /// Position gains from which the search starts, 1/s: those of slow, usual and stiff feed drives.
 const GAINS_1_S: [f64; 4] = [20.0, 45.0, 90.0, 160.0];
