@@ -62,6 +62,9 @@ pub struct Fit {
     pub mean_square: f64,
     /// Number of free parameters, less what is known of them beforehand.
     pub effective: f64,
+    /// Ratio of the RMS error on other samples of the axis to that on the fitted ones, where either half of the record was fitted to
+    /// judge the other; `None` elsewhere.
+    pub optimism: Option<f64>,
     /// Covariance of the free parameters in their fitted coordinates.
     pub covariance: DMatrix<f64>,
     /// Residual of every run and sample, mm: actual position less the model's.
@@ -213,7 +216,7 @@ pub fn fit(start: Servo, record: &Record, free: &Free, most: Option<usize>) -> O
         .map(|(i, &parameter)| prior(&servo, parameter, mean_square * per_independent).0 * inverse[(i, i)])
         .sum();
     let effective = free.0.len() as f64 - known;
-    Some(Fit { servo, free: free.clone(), mean_square, effective, covariance, residuals: base })
+    Some(Fit { servo, free: free.clone(), mean_square, effective, optimism: None, covariance, residuals: base })
 }
 
 fn normal_equations(

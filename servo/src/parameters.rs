@@ -65,8 +65,17 @@ pub struct Servo {
     /// Mean speed of the vibrations under which contacts at rest give way, mm/s.
     #[serde(default)]
     pub creep_mm_s: f64,
+    /// Share of the viscous friction that acts on the table.
+    #[serde(default)]
+    pub table_viscous: f64,
+    /// Damping of the contacts at the Stribeck velocity, as a multiple of Coulomb friction. Like the static friction it vanishes at larger speeds.
+    #[serde(default)]
+    pub contact_damping: f64,
     /// Whether the contacts are elements that slip one after the other (Maxwell slip) instead of LuGre's.
     pub slips: bool,
+    /// Whether the motor encoder closes the loop and is logged: the table behind screw and backlash is felt, not seen.
+    #[serde(default)]
+    pub hides_table: bool,
     /// Share of each element in the friction; only their ratios count.
     pub shares: [f64; ELEMENTS],
     /// First place of the friction level, mm.
@@ -109,7 +118,10 @@ impl Servo {
             start_deflection: 0.0,
             start_error_mm: 0.0,
             creep_mm_s: 0.0,
+            table_viscous: 0.0,
+            contact_damping: 0.0,
             slips: false,
+            hides_table: false,
             shares: LUGRE_SHARES,
             first_place_mm: 0.0,
             place_spacing_mm: 0.0,
@@ -149,6 +161,8 @@ impl Servo {
             self.start_deflection,
             self.start_error_mm,
             self.creep_mm_s,
+            self.table_viscous,
+            self.contact_damping,
         ];
         let mut all = [0.0; COUNT];
         all[..SCALARS].copy_from_slice(&scalars);
@@ -187,6 +201,8 @@ impl Servo {
             start_deflection: all[24],
             start_error_mm: all[25],
             creep_mm_s: all[26],
+            table_viscous: all[27],
+            contact_damping: all[28],
             shares: std::array::from_fn(|element| all[index::SHARES.start + element]),
             levels: std::array::from_fn(|place| all[index::LEVELS.start + place]),
             ..self

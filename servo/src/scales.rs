@@ -1,7 +1,7 @@
 //! How a fit moves the parameters of the servo model: their order, ranges, steps, and what is known beforehand.
 
 /// Number of parameters that are single numbers.
-pub const SCALARS: usize = 27;
+pub const SCALARS: usize = 29;
 /// Number of elements of the contacts.
 pub const ELEMENTS: usize = 7;
 /// Number of places of the friction level.
@@ -45,6 +45,8 @@ pub mod index {
     pub const START_DEFLECTION: usize = 24;
     pub const START_ERROR: usize = 25;
     pub const CREEP: usize = 26;
+    pub const TABLE_VISCOUS: usize = 27;
+    pub const CONTACT_DAMPING: usize = 28;
     /// Shares of the elements.
     pub const SHARES: std::ops::Range<usize> = super::SCALARS..super::SCALARS + super::ELEMENTS;
     /// Friction levels by place.
@@ -122,7 +124,9 @@ const SINGLE: [Scale; SCALARS] = [
     Scale { prior: (-3.0, 0.7), ..logarithmic(5e-3, 0.7) },
     Scale { prior: (0.3, 0.15), ..linear(0.03, 0.75, 5e-3) },
     linear(0.0, 0.1, 2e-5),
-    Scale { prior: (0.0, 0.7), ..linear(-1.5, 1.5, 1e-2) },
+    Scale { prior: (0.0, 0.7), ..linear(-2.0, 2.0, 1e-2) },
     linear(-0.1, 0.1, 1e-5),
     linear(0.0, 1.0, 1e-4),
+    Scale { prior: (0.5, 0.3), ..linear(0.0, 1.0, 1e-2) },
+    Scale { prior: (0.0, 2.0), ..linear(0.0, 20.0, 1e-2) },
 ];

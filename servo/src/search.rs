@@ -29,6 +29,10 @@ const WHOLE_S: f64 = 0.25;
 const ROUNDS: usize = 3;
 /// Backlash that is tried where none is expected, mm.
 const LOOSE_MM: f64 = 4e-3;
+/// Backlashes from which a table that is not seen starts, mm.
+const HIDDEN_BACKLASHES_MM: [f64; 2] = [LOOSE_MM, 12e-3];
+/// Least viscous friction from which it starts, over the velocity gain: from none its share on the table has no effect.
+const HIDDEN_VISCOUS: f64 = 0.01;
 /// Ratio of the squares on a longer record to those of the best start from which on a start is given up, and to those of the structure before it up to which
 /// a structure is taken.
 const RUNS_AWAY: f64 = 100.0;
@@ -193,11 +197,12 @@ struct Halved {
     left: f64,
 }
 
-/// Adds delay and acceleration feed-forward, friction by place, and contacts of elements, each where it lowers the error on samples that
-/// did not fit it.
+/// Adds delay and acceleration feed-forward, friction by place, contacts of elements, and a table that only the motor feels, each where it
+/// lowers the error on samples that did not fit it.
 fn with_whole_friction(found: Fit, record: &Record) -> Fit {
     use index::*;
     let [one, other] = record.halves();
+    let sees_table = found.free.0.contains(&OUTER_BACKLASH);
     let halved = |servos: [Servo; 2], free: &Free| -> Option<([Fit; 2], f64)> {
         let (a, b) = rayon::join(
             || fit(servos[0], &one, free, Some(FRICTION_ITERATIONS)),
@@ -226,7 +231,42 @@ fn with_whole_friction(found: Fit, record: &Record) -> Fit {
         take(&LEVELS.collect::<Vec<_>>(), &|servo| servo.with_places(low, high));
     }
     take(&SHARES.collect::<Vec<_>>(), &|servo| Servo { slips: true, ..servo });
-    best.whole
+    let table =
+        [VISCOUS, CHANNEL_DELAY, LOOP_DELAY, BACKLASH, TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS, TABLE_VISCOUS];
+    if !sees_table {
+        for backlash_mm in HIDDEN_BACKLASHES_MM {
+            take(&table, &|servo| hidden_table(servo, backlash_mm));
+        }
+    }
+    let of_halves: f64 = best.halves.iter().zip([&one, &other]).map(|(fit, half)| fit.mean_square * half.fitted() as f64).sum();
+    let optimism = (of_halves > 0.0).then(|| optimism(best.left / of_halves));
+    Fit { optimism, ..best.whole }
+}
+
+/// Ratio of the RMS error on other samples to that on the fitted ones, from the ratio of the squares where half of the samples were fitted:
+/// `√((n + p)/(n − p))` of `p` parameters and `n` samples (final prediction error, Akaike 1970), with the share `p/n` that shows in the halves.
+fn optimism(of_halves: f64) -> f64 {
+    let share = 0.5 * (1.0 - 2.0 / (of_halves + 1.0)).clamp(0.0, 1.0);
+    ((1.0 + share) / (1.0 - share)).sqrt()
+}
+
+/// The axis with a table behind screw and backlash that only the motor feels.
+fn hidden_table(servo: Servo, backlash_mm: f64) -> Servo {
+    let viscous = servo.viscous.max(HIDDEN_VISCOUS);
+    // The lag stays.
+    let fed = if servo.integral > 0.0 { 0.0 } else { viscous - servo.viscous };
+    Servo {
+        hides_table: true,
+        feed_forward: servo.feed_forward + fed,
+        backlash_mm,
+        outer_backlash_mm: 0.0,
+        viscous,
+        table_friction: 0.5,
+        table_viscous: 0.5,
+        table_pulsation_1_s: TABLE_1_S,
+        table_mass: 0.5,
+        ..servo
+    }
 }
 
 /// Sum of the squares that a model leaves on a record, mm².
@@ -253,7 +293,7 @@ fn of_friction(start: &Fit, scope: Scope) -> Free {
     let mut free = start.free.with([STRIBECK, STRIBECK_SPEED, PRESLIDING, ASYMMETRY]);
     if scope.whole {
         // Short runs show little else than how they start. Creep begins at none: from more, fits of axes that have none went astray.
-        free = free.with([START_DEFLECTION, START_ERROR, CREEP]);
+        free = free.with([START_DEFLECTION, START_ERROR, CREEP, CONTACT_DAMPING]);
     }
     if scope.sees_backlash { free.with([TABLE_FRICTION, TABLE_PULSATION, TABLE_DAMPING, TABLE_MASS]) } else { free }
 }
@@ -308,7 +348,7 @@ fn structures(best: &Fit, scope: Scope) -> Vec<(Servo, Free)> {
         all.push((loose, free.with([BACKLASH]).with(table)));
         all.push((outer(&loose), free.with([OUTER_BACKLASH]).with(table)));
     }
-    if free.0.contains(&BACKLASH) {
+    if free.0.contains(&BACKLASH) && !servo.hides_table {
         // Friction and elasticity may have taken the place of backlash, and the reverse.
         let more = Servo { backlash_mm: servo.backlash_mm + 6e-3, coulomb_mm: 0.5 * servo.coulomb_mm, ..servo };
         all.push((more, free.clone()));
@@ -316,4 +356,51 @@ fn structures(best: &Fit, scope: Scope) -> Vec<(Servo, Free)> {
         all.extend([(outer(&servo), beyond.clone()), (outer(&stiff), beyond.without(INTEGRAL).without(POSITION_INTEGRAL))]);
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Run;
+
+    #[test]
+    fn what_halves_leave_on_each_other_gives_the_error_on_other_samples() {
+        assert_eq!(optimism(1.0), 1.0);
+        // 20 parameters and 100 samples in each half.
+        let of_all = optimism(120.0 / 80.0);
+        assert!((of_all - (220.0f64 / 180.0).sqrt()).abs() < 1e-12, "{of_all}");
+        assert!(optimism(f64::INFINITY).is_finite());
+    }
+
+    #[test]
+    fn a_table_that_only_the_motor_feels_is_found() {
+        let truth = Servo {
+            hides_table: true,
+            backlash_mm: 0.011,
+            viscous: 0.02,
+            table_viscous: 0.5,
+            table_friction: 0.6,
+            table_pulsation_1_s: 700.0,
+            table_mass: 0.6,
+            ..Servo::usual(50.0, 0.7)
+        };
+        let period_s = 0.002;
+        let run = |index: u32| {
+            let wave = |k: u32| {
+                let (t, slow) = (f64::from(k) * period_s, 1.0 + 0.3 * f64::from(index));
+                12.0 * (slow * t).sin().powi(3) + 4.0 * (2.3 * slow * t).sin()
+            };
+            let reference: Vec<f64> = (0..4000).map(wave).collect();
+            let actual = truth.follow(&reference, period_s);
+            Run { rows: std::iter::once(500..reference.len()).collect(), reference, actual, start: None }
+        };
+        let record = Record { period_s, runs: (0..4).map(run).collect() };
+        let free = Free(vec![index::GAIN, index::LOOP_LAG, index::BANDWIDTH, index::INTEGRAL, index::COULOMB, index::PRESLIDING]);
+        let one_mass = fit(Servo::usual(45.0, 0.6), &record, &free, None).unwrap();
+        let found = with_whole_friction(one_mass.clone(), &record);
+        assert!(found.servo.hides_table);
+        let (before, after) = (one_mass.mean_square.sqrt() * 1e3, found.mean_square.sqrt() * 1e3);
+        assert!(after < 0.4 * before, "{after} of {before} µm");
+        assert!(found.optimism.is_some_and(|ratio| (1.0..1.3).contains(&ratio)), "{:?}", found.optimism);
+    }
 }

@@ -4,7 +4,8 @@
 //! position loop   v* = K_v (e + k_i ∫e dt) + k_ff ṙ,  e = r − x,  delayed
 //! velocity loop   u = ω_b (v* − θ̇) + k ω_b² ∫(v* − θ̇) dt + k_a r̈ − β ω_b θ̇ + c
 //! one mass        θ̈ = u − f(θ̇),  x = θ
-//! two masses      (1 − μ) θ̈ = u − (1 − σ) f(θ̇) − μ s,  ẍ = s − σ/μ f(ẋ),  s = Ω² dead(θ − x) + 2ζΩ (θ̇ − ẋ) in contact
+//! two masses      (1 − μ) θ̈ = u − (1 − σ) f(θ̇) − μ s,  ẍ = s − σ/μ f(ẋ) − τβ/μ ω_b ẋ,  s = Ω² dead(θ − x) + 2ζΩ (θ̇ − ẋ) in contact;
+//!                 β (1 − τ) is left on the motor; the loop is closed, and logged, on the table, on the motor (hidden table), or on each
 //! friction        f = F λ(x) c (1 + α sign v), with the contacts' force c of `contacts` and the level λ of the place
 //! command         r = the logged command, late by the delay, averaged, then behind a first-order lag
 //! ```
@@ -121,6 +122,8 @@ pub struct Axis<'a> {
     level: f64,
     /// Share of the motor in the moved mass.
     motor_mass: f64,
+    /// Viscous friction on the motor over the velocity gain.
+    motor_viscous: f64,
     constant: f64,
     /// Another force on the table, mm/s².
     table_force: f64,
@@ -158,19 +161,21 @@ impl<'a> Axis<'a> {
             if held && servo.position_integral_1_s > 0.0 { fed / servo.position_gain_1_s - (command - position) } else { 0.0 };
         let late = servo.loop_delay_s / step_s;
         let whole = late.floor();
+        let two_masses = servo.table_pulsation_1_s > 0.0;
         Self {
             servo,
             step_s,
             friction,
             level,
-            motor_mass: if servo.table_pulsation_1_s > 0.0 { 1.0 - servo.table_mass } else { 1.0 },
+            motor_mass: if two_masses { 1.0 - servo.table_mass } else { 1.0 },
+            motor_viscous: if two_masses { servo.viscous * (1.0 - servo.table_viscous) } else { servo.viscous },
             constant,
             table_force: 0.0,
             motor: position,
             velocity,
             sensor: position,
             logged: position,
-            table: Table { position, velocity },
+            table: Table::at(servo, position, velocity),
             motor_contacts: contacts,
             table_contacts: contacts,
             integral,
@@ -209,7 +214,7 @@ impl<'a> Axis<'a> {
         let wanted = self.late.delayed(position_gain_1_s * (error + self.position_integral) + fed_forward, self.late_part);
         self.integral += integral * bandwidth_1_s * bandwidth_1_s * (wanted - self.velocity) * self.step_s;
         let torque = bandwidth_1_s * wanted + self.integral + self.servo.acceleration_feed_forward * acceleration + self.constant;
-        let damping = bandwidth_1_s * (1.0 + self.servo.viscous) / self.motor_mass;
+        let damping = bandwidth_1_s * (1.0 + self.motor_viscous) / self.motor_mass;
         let level = self.friction * self.level;
         let Servo { table_pulsation_1_s, table_friction, table_mass, .. } = *self.servo;
         if table_pulsation_1_s == 0.0 {
@@ -226,9 +231,11 @@ impl<'a> Axis<'a> {
         let motor = (torque - on_motor - table_mass * screw) / self.motor_mass;
         self.velocity = (self.velocity + self.step_s * motor) / (1.0 + self.step_s * damping);
         self.motor += self.step_s * self.velocity;
-        self.table.velocity += self.step_s * (screw - on_table + self.table_force / table_mass);
+        let table_damping = bandwidth_1_s * (self.servo.viscous - self.motor_viscous) / table_mass;
+        let table = screw - on_table + self.table_force / table_mass;
+        self.table.velocity = (self.table.velocity + self.step_s * table) / (1.0 + self.step_s * table_damping);
         self.table.position += self.step_s * self.table.velocity;
-        self.logged = self.table.position;
+        self.logged = if self.servo.hides_table { self.motor } else { self.table.position };
         self.sensor = if self.servo.outer_backlash_mm > 0.0 { self.motor } else { self.logged };
     }
 }

@@ -11,6 +11,13 @@ pub struct Table {
 }
 
 impl Table {
+    /// The table of an axis in this state. One that the loop does not see lies on the flank that drove it there.
+    pub fn at(servo: &Servo, position: f64, velocity: f64) -> Self {
+        let side = if velocity == 0.0 { servo.start_deflection } else { velocity };
+        let behind = if servo.hides_table && side != 0.0 { (0.5 * servo.backlash_mm).copysign(side) } else { 0.0 };
+        Self { position: position - behind, velocity }
+    }
+
     /// Acceleration of the table by the screw: none inside the backlash.
     pub fn pulled(&self, servo: &Servo, motor: f64, speed: f64) -> f64 {
         let twist = motor - self.position;

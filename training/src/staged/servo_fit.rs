@@ -55,10 +55,13 @@ impl ServoFit {
         ServoBase { servo: self.fit.servo, mm_per_unit: self.mm_per_unit }
     }
 
-    /// Ratio of the RMS error on other runs to that on those of the fit: `√((n + p)/(n − p))` of `p` parameters and `n` independent samples
-    /// (final prediction error, Akaike 1970).
+    /// Ratio of the RMS error on other runs to that on those of the fit: as the fit has measured it, else `√((n + p)/(n − p))` of `p`
+    /// parameters and `n` independent samples (final prediction error, Akaike 1970).
     #[must_use]
     pub fn optimism(&self) -> f64 {
+        if let Some(measured) = self.fit.optimism {
+            return measured;
+        }
         let independent = self.fitted_s / CORRELATED_S;
         let parameters = self.fit.effective.min(0.5 * independent);
         ((independent + parameters) / (independent - parameters)).sqrt()
