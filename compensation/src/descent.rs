@@ -67,7 +67,7 @@ const FIRST_BANDWIDTHS: f64 = 4.0;
 /// Minimum improvement of the cost, as a share, by shifts of twice the cut-off.
 const WORTH_ROUGHER: f64 = 0.05;
 /// Default number of successive unsuccessful steps.
-const PATIENCE: usize = 2;
+const PATIENCE: usize = 3;
 
 /// Runs the steps of the law on `machine` from the run `start`. Returns all runs in order,
 /// including `start` and rejected ones. A step starts from the best run so far. If a part of the
