@@ -2,9 +2,6 @@
 
 use crate::parameters::Servo;
 
-/// Twist behind the backlash from which on the screw damps in full, mm.
-const TOUCHING_MM: f64 = 1e-4;
-
 /// The table behind backlash and elastic screw.
 pub struct Table {
     /// Position, mm.
@@ -29,8 +26,6 @@ impl Table {
             return 0.0;
         }
         let pulsation = servo.table_pulsation_1_s;
-        // From none at the touch: which step touches first must not change a run.
-        let damping = servo.table_damping * (beyond / TOUCHING_MM).min(1.0);
-        pulsation * (pulsation * beyond.copysign(twist) + 2.0 * damping * (speed - self.velocity))
+        pulsation * (pulsation * beyond.copysign(twist) + 2.0 * servo.table_damping * (speed - self.velocity))
     }
 }
