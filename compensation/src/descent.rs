@@ -45,7 +45,7 @@ pub struct Descent {
     pub cut_off_hz: Option<f64>,
     /// What a step has to save to be successful.
     pub worth: Worth,
-    /// Number of successive unsuccessful steps before the end, or fewer where little is left to save; the second has more damping.
+    /// Number of successive unsuccessful steps before the end, or fewer where little is left to save; each has more damping than the one before.
     pub patience: usize,
 }
 

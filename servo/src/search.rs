@@ -348,7 +348,7 @@ fn structures(best: &Fit, scope: Scope) -> Vec<(Servo, Free)> {
         all.push((loose, free.with([BACKLASH]).with(table)));
         all.push((outer(&loose), free.with([OUTER_BACKLASH]).with(table)));
     }
-    if free.0.contains(&BACKLASH) && !servo.hides_table {
+    if free.0.contains(&BACKLASH) {
         // Friction and elasticity may have taken the place of backlash, and the reverse.
         let more = Servo { backlash_mm: servo.backlash_mm + 6e-3, coulomb_mm: 0.5 * servo.coulomb_mm, ..servo };
         all.push((more, free.clone()));
