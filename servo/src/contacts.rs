@@ -9,64 +9,103 @@
 //! rest give way, so that an integrator brings the axis home that dry friction alone would hold. `b` is the damping of the contacts (LuGre's `σ₁`),
 //! which vanishes with sliding.
 
+use crate::lanes::Lanes;
 use crate::parameters::Servo;
 use crate::scales::{ELEMENTS, SLIPS};
 
-/// Force of the contacts of one side.
+/// Contacts of one side of several axes.
 #[derive(Debug, Clone, Copy)]
-pub struct Contacts {
+pub struct Contacts<const L: usize> {
     /// LuGre's deflection over the presliding distance, or the force of each element.
-    elements: [f64; ELEMENTS],
+    elements: [Lanes<L>; ELEMENTS],
     /// Share of each element; the first alone for LuGre.
-    shares: [f64; ELEMENTS],
+    shares: [Lanes<L>; ELEMENTS],
+    /// Part of the force that each element at rest keeps over a step.
+    kept: [Lanes<L>; ELEMENTS],
+    slips: bool,
+    stribeck: Lanes<L>,
+    /// One over the Stribeck velocity, s/mm.
+    stribeck_s_mm: Lanes<L>,
+    /// Presliding distances per step and speed, s/mm.
+    travelled_s_mm: Lanes<L>,
+    /// Square of the speed of vibrations, mm²/s².
+    creep_square: Lanes<L>,
+    /// Damping at a speed over the Stribeck velocity, s/mm.
+    damping_s_mm: Lanes<L>,
+    /// Presliding distance per step, mm/s.
+    distance_mm_s: Lanes<L>,
+    asymmetry: Lanes<L>,
 }
 
-impl Contacts {
-    /// Contacts of an axis that slides at `velocity`, or rests.
-    pub fn at(servo: &Servo, velocity: f64) -> Self {
-        let deflection = if velocity == 0.0 { servo.start_deflection } else { 1f64.copysign(velocity) };
-        if !servo.slips {
-            let mut elements = [0.0; ELEMENTS];
-            elements[0] = deflection;
-            let mut shares = [0.0; ELEMENTS];
-            shares[0] = 1.0;
-            return Self { elements, shares };
+/// Squared ratio of speed and Stribeck velocity from which static friction has gone, and presliding distances after which only the settled deflection is left.
+const GONE: f64 = 20.0;
+
+impl<const L: usize> Contacts<L> {
+    /// Contacts of axes that slide at `velocity`, or rest.
+    pub fn at(servos: &[Servo; L], velocity: Lanes<L>, step_s: f64) -> Self {
+        let of = |of: &dyn Fn(&Servo) -> f64| Lanes::of(|lane| of(&servos[lane]));
+        let slips = servos[0].slips;
+        let start = |lane: usize, slip: f64| {
+            let velocity = velocity.0[lane];
+            if velocity != 0.0 {
+                return 1f64.copysign(velocity);
+            }
+            let deflection = servos[lane].start_deflection;
+            if slips { (deflection / slip).clamp(-1.0, 1.0) } else { deflection }
+        };
+        let share = |servo: &Servo, element: usize| {
+            let of_lugre = if element == 0 { 1.0 } else { 0.0 };
+            if slips { servo.shares[element] / servo.shares.iter().sum::<f64>() } else { of_lugre }
+        };
+        let kept = |servo: &Servo, slip: f64| (-servo.creep_mm_s * step_s / servo.presliding_mm / slip).exp();
+        Self {
+            elements: SLIPS.map(|slip| Lanes::of(|lane| start(lane, slip))),
+            shares: std::array::from_fn(|element| of(&|servo| share(servo, element))),
+            kept: SLIPS.map(|slip| of(&|servo| kept(servo, slip))),
+            slips,
+            stribeck: of(&|servo| servo.stribeck),
+            stribeck_s_mm: of(&|servo| servo.stribeck_mm_s.recip()),
+            travelled_s_mm: of(&|servo| step_s / servo.presliding_mm),
+            creep_square: of(&|servo| servo.creep_mm_s.powi(2)),
+            damping_s_mm: of(&|servo| servo.contact_damping / servo.stribeck_mm_s),
+            distance_mm_s: of(&|servo| servo.presliding_mm / step_s),
+            asymmetry: of(&|servo| servo.asymmetry),
         }
-        let sum: f64 = servo.shares.iter().sum();
-        let elements = SLIPS.map(|slip| if velocity == 0.0 { (deflection / slip).clamp(-1.0, 1.0) } else { deflection });
-        Self { elements, shares: servo.shares.map(|share| share / sum) }
     }
 
     /// Friction against positive motion, as a multiple of Coulomb friction.
-    pub fn force(&self) -> f64 {
-        self.elements.iter().zip(&self.shares).map(|(element, share)| element * share).sum()
+    #[inline(always)]
+    pub fn force(&self) -> Lanes<L> {
+        if !self.slips {
+            return self.elements[0];
+        }
+        self.elements.iter().zip(&self.shares).fold(Lanes::all(0.0), |sum, (element, share)| sum + *element * *share)
     }
 
     /// That friction after a step at a velocity.
-    pub fn step(&mut self, servo: &Servo, velocity: f64, step_s: f64) -> f64 {
-        let Servo { stribeck, stribeck_mm_s, presliding_mm, asymmetry, slips, creep_mm_s, contact_damping, .. } = *servo;
-        let ratio = velocity / stribeck_mm_s;
+    #[inline(always)]
+    pub fn step(&mut self, velocity: Lanes<L>) -> Lanes<L> {
+        let (none, one) = (Lanes::all(0.0), Lanes::all(1.0));
+        let ratio = velocity * self.stribeck_s_mm;
         let square = ratio * ratio;
-        let slow = if square < 20.0 { (-square).exp() } else { 0.0 };
-        let level = 1.0 + stribeck * slow;
-        let travelled = velocity * step_s / presliding_mm;
-        let (force, rate) = if slips {
-            let given_way = creep_mm_s * step_s / presliding_mm;
-            for (element, slip) in self.elements.iter_mut().zip(&SLIPS) {
-                let kept = if given_way > 0.0 { (-given_way / slip).exp() } else { 1.0 };
-                *element = (*element * kept + travelled / slip).clamp(-level, level);
+        let slow = square.where_below(GONE, square.decay(), none);
+        let level = one + self.stribeck * slow;
+        let (force, rate) = if self.slips {
+            let travelled = velocity * self.travelled_s_mm;
+            for ((element, kept), slip) in self.elements.iter_mut().zip(&self.kept).zip(&SLIPS) {
+                *element = (*element * *kept + travelled * slip.recip()).within(level);
             }
             (self.force(), velocity)
         } else {
-            let speed = if creep_mm_s > 0.0 { velocity.hypot(creep_mm_s) } else { velocity.abs() };
-            let settled = if speed > 0.0 { level * velocity / speed } else { 0.0 };
-            let part = speed * step_s / presliding_mm / level;
+            let speed = (velocity * velocity + self.creep_square).sqrt();
+            let settled = speed.where_below(f64::MIN_POSITIVE, none, level * velocity / speed);
+            let part = speed * self.travelled_s_mm / level;
             let before = self.elements[0];
-            // Past a few presliding distances only the settled value is left.
-            self.elements[0] = if part > 20.0 { settled } else { settled + (before - settled) * (-part).exp() };
-            (self.elements[0], (self.elements[0] - before) / step_s * presliding_mm)
+            let left = part.where_below(GONE, part.decay(), none);
+            self.elements[0] = settled + (before - settled) * left;
+            (self.elements[0], (self.elements[0] - before) * self.distance_mm_s)
         };
-        (force + contact_damping * slow * rate / stribeck_mm_s) * (1.0 + asymmetry.copysign(asymmetry * velocity))
+        (force + self.damping_s_mm * slow * rate) * (one + self.asymmetry * one.copysign(velocity))
     }
 }
 
@@ -75,10 +114,10 @@ mod tests {
     use super::*;
 
     fn curve(servo: &Servo) -> Vec<f64> {
-        let mut contacts = Contacts::at(servo, 0.0);
         // A thousand steps over five presliding distances, fast enough for Coulomb friction.
         let step_s = 5.0 * servo.presliding_mm / 1e3 / 100.0;
-        (0..1000).map(|_| contacts.step(servo, 100.0, step_s)).collect()
+        let mut contacts = Contacts::at(&[*servo], Lanes([0.0]), step_s);
+        (0..1000).map(|_| contacts.step(Lanes([100.0])).0[0]).collect()
     }
 
     #[test]
@@ -93,8 +132,8 @@ mod tests {
     /// Force of contacts that start fully deflected, after a time at a velocity.
     fn force_after(mut servo: Servo, creep_mm_s: f64, velocity: f64, seconds: f64) -> f64 {
         servo.creep_mm_s = creep_mm_s;
-        let mut contacts = Contacts::at(&servo, velocity);
-        (0..(seconds / 5e-4) as usize).fold(0.0, |_, _| contacts.step(&servo, velocity, 5e-4))
+        let mut contacts = Contacts::at(&[servo], Lanes([velocity]), 5e-4);
+        (0..(seconds / 5e-4) as usize).fold(0.0, |_, _| contacts.step(Lanes([velocity])).0[0])
     }
 
     #[test]
@@ -132,18 +171,18 @@ mod tests {
 
     /// Force of contacts without deflection after a time at a velocity.
     fn force_after_rest(servo: Servo, velocity: f64, seconds: f64) -> f64 {
-        let mut contacts = Contacts::at(&Servo { start_deflection: 0.0, ..servo }, 0.0);
-        (0..(seconds / 5e-5).round() as usize).fold(0.0, |_, _| contacts.step(&servo, velocity, 5e-5))
+        let mut contacts = Contacts::at(&[Servo { start_deflection: 0.0, ..servo }], Lanes([0.0]), 5e-5);
+        (0..(seconds / 5e-5).round() as usize).fold(0.0, |_, _| contacts.step(Lanes([velocity])).0[0])
     }
 
     #[test]
     fn contacts_turn_over_between_both_directions() {
         let servo = Servo { slips: true, asymmetry: 0.1, ..Servo::usual(50.0, 1.0) };
-        let mut contacts = Contacts::at(&servo, 30.0);
-        assert!((contacts.force() - 1.0).abs() < 1e-12);
+        let mut contacts = Contacts::at(&[servo], Lanes([30.0]), 5e-4);
+        assert!((contacts.force().0[0] - 1.0).abs() < 1e-12);
         let mut last = 0.0;
         for _ in 0..1000 {
-            last = contacts.step(&servo, -30.0, 5e-4);
+            last = contacts.step(Lanes([-30.0])).0[0];
         }
         assert!((last + 0.9).abs() < 1e-9, "{last}");
     }

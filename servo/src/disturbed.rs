@@ -2,8 +2,10 @@
 
 use nalgebra::Complex;
 
+use crate::axis::Axis;
+use crate::lanes::Lanes;
 use crate::parameters::Servo;
-use crate::simulate::{Axis, STEP_S, Start};
+use crate::simulate::{STEP_S, Start};
 
 /// Deviation of the logged position by a force, mm, at the samples of `deflection_mm`. The force is stated as the deflection that it
 /// makes of the loops without integrator, positive in positive direction. `on_table` of it acts on the table, the rest on the motor.
@@ -11,15 +13,16 @@ use crate::simulate::{Axis, STEP_S, Start};
 #[must_use]
 pub fn disturbed(servo: &Servo, deflection_mm: &[f64], on_table: f64, period_s: f64) -> Vec<f64> {
     let steps = (period_s / STEP_S).ceil().max(1.0) as usize;
-    let servo = servo.linear();
-    let mut axis = Axis::at(&servo, period_s / steps as f64, steps, 0.0, Start::from((0.0, 0.0)));
+    let servos = [servo.linear()];
+    let mut axis = Axis::at(&servos, period_s / steps as f64, steps, Lanes([0.0]), [Start::from((0.0, 0.0))]);
     let mut out = Vec::with_capacity(deflection_mm.len());
     for (k, &here) in deflection_mm.iter().enumerate() {
-        out.push(axis.logged());
+        out.push(axis.logged().0[0]);
         let ahead = deflection_mm.get(k + 1).copied().unwrap_or(here);
         for i in 0..steps {
-            axis.push(here + (ahead - here) * i as f64 / steps as f64, on_table);
-            axis.step(0.0, 0.0);
+            let deflection = here + (ahead - here) * i as f64 / steps as f64;
+            axis.push(Lanes([deflection * servo.stiffness_1_s2()]), on_table);
+            axis.step(Lanes([0.0]), Lanes([0.0]));
         }
     }
     out

@@ -1,11 +1,13 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr, clippy::exit, clippy::disallowed_methods))]
 
+mod axis;
 mod command;
 mod contacts;
 mod covariance;
 mod disturbed;
 mod fit;
+mod lanes;
 mod parameters;
 mod record;
 mod scales;

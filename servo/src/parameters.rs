@@ -226,6 +226,11 @@ impl Servo {
         if SCALES[parameter].logarithmic { value.ln() } else { value }
     }
 
+    /// Acceleration per deflection of the loops without integrator, 1/s².
+    pub(crate) fn stiffness_1_s2(&self) -> f64 {
+        self.bandwidth_1_s * self.position_gain_1_s
+    }
+
     /// Time by which the axis lags at constant speed, s: `e = v · lag`.
     ///
     /// With an integrator in the velocity loop `(1 − k_ff) / K_v`; without one viscous friction adds its part; with one in the position loop

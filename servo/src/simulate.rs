@@ -1,21 +1,15 @@
 //! The servo model of an axis, run on a command.
 //!
 //! ```text
-//! position loop   v* = K_v (e + k_i ∫e dt) + k_ff ṙ,  e = r − x,  delayed
-//! velocity loop   u = ω_b (v* − θ̇) + k ω_b² ∫(v* − θ̇) dt + k_a r̈ − β ω_b θ̇ + c
-//! one mass        θ̈ = u − f(θ̇),  x = θ
-//! two masses      (1 − μ) θ̈ = u − (1 − σ) f(θ̇) − μ s,  ẍ = s − σ/μ f(ẋ) − τβ/μ ω_b ẋ,  s = Ω² dead(θ − x) + 2ζΩ (θ̇ − ẋ) in contact;
-//!                 β (1 − τ) is left on the motor; the loop is closed, and logged, on the table, on the motor (hidden table), or on each
-//! friction        f = F λ(x) c (1 + α sign v), with the contacts' force c of `contacts` and the level λ of the place
-//! command         r = the logged command, late by the delay, averaged, then behind a first-order lag
+//! command   r = the logged command, late by the delay, averaged, then behind a first-order lag
 //! ```
-//! The cascade and the two masses of a feed drive (Paper D, eq. 1-7), per moved mass, with the current loop in the delay. Without integrals
-//! it is the PD law of simple controls, with that of the position loop their PID.
 
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::axis::Axis;
 use crate::command::Command;
-use crate::contacts::Contacts;
+use crate::lanes::Lanes;
 use crate::parameters::Servo;
-use crate::table::Table;
 
 /// Largest step of the integration, s: half the period of a usual position loop.
 pub const STEP_S: f64 = 5e-4;
@@ -87,187 +81,118 @@ impl Servo {
 /// As [`simulate`], with the friction.
 #[must_use]
 pub fn simulate_with_friction(servo: &Servo, reference: &[f64], period_s: f64, start: impl Into<Start>) -> Simulated {
-    let start = start.into();
     let mut out = Simulated { positions: Vec::with_capacity(reference.len()), friction_mm: Vec::with_capacity(reference.len()) };
-    if reference.is_empty() {
-        return out;
-    }
-    let steps = (period_s / STEP_S).ceil().max(1.0) as usize;
-    let step_s = period_s / steps as f64;
-    let command = Command::new(reference, servo.channel_delay_s / period_s, servo.command_average_s / period_s);
-    let mut here = command.position(0.0);
-    let mut axis = Axis::at(servo, step_s, steps, here, start);
-    let approach = if servo.command_lag_s > 0.0 { 1.0 - (-step_s / servo.command_lag_s).exp() } else { 1.0 };
-    here -= start.velocity_mm_s * servo.command_lag_s;
-    for k in 0..reference.len() {
-        out.positions.push(axis.logged);
-        out.friction_mm.push(servo.coulomb_mm * axis.level * axis.motor_contacts.force());
-        axis.take_level();
-        for i in 1..=steps {
-            let given = command.position(k as f64 + i as f64 / steps as f64);
-            let next = here + approach * (given - here);
-            axis.step(here, (next - here) / step_s);
-            here = next;
-        }
-    }
+    let see = |axis: &Axis<1>| {
+        out.positions.push(axis.logged().0[0]);
+        out.friction_mm.push(axis.friction().0[0] / servo.stiffness_1_s2());
+    };
+    // Vectors have nothing to hold here.
+    Together { servos: &[*servo], reference, period_s, starts: [start.into()], see }.run();
     out
 }
 
-/// State of the model.
-pub struct Axis<'a> {
-    servo: &'a Servo,
-    step_s: f64,
-    friction: f64,
-    /// Friction at the present place over that elsewhere.
-    level: f64,
-    /// Share of the motor in the moved mass.
-    motor_mass: f64,
-    /// Viscous friction on the motor over the velocity gain.
-    motor_viscous: f64,
-    constant: f64,
-    /// Another force on the table, mm/s².
-    table_force: f64,
-    motor: f64,
-    velocity: f64,
-    sensor: f64,
-    logged: f64,
-    table: Table,
-    motor_contacts: Contacts,
-    table_contacts: Contacts,
-    integral: f64,
-    position_integral: f64,
-    /// Slopes of the last sampling period, for the acceleration of the command.
-    slopes: Ring,
-    /// Velocity commands on their way.
-    late: Ring,
-    /// Fraction of a step by which they are later than the ring is long.
-    late_part: f64,
+/// As [`simulate`], for several models of one structure at once.
+pub(crate) fn simulate_together<const L: usize>(
+    servos: &[Servo; L],
+    reference: &[f64],
     period_s: f64,
+    starts: [Start; L],
+) -> [Vec<f64>; L] {
+    let mut out = std::array::from_fn(|_| Vec::with_capacity(reference.len()));
+    let see = |axis: &Axis<L>| {
+        for (positions, position) in out.iter_mut().zip(axis.logged().0) {
+            positions.push(position);
+        }
+    };
+    Arch::new().dispatch(Together { servos, reference, period_s, starts, see });
+    out
 }
 
-impl<'a> Axis<'a> {
-    /// The axis at rest or in steady motion.
-    pub fn at(servo: &'a Servo, step_s: f64, steps: usize, command: f64, start: Start) -> Self {
-        let Start { position_mm: position, velocity_mm_s: velocity, held } = start;
-        let stiffness = servo.bandwidth_1_s * servo.position_gain_1_s;
-        let contacts = Contacts::at(servo, velocity);
-        let (friction, constant) = (servo.coulomb_mm * stiffness, servo.offset_mm * stiffness);
-        let level = servo.level(position);
-        // What the integrators have to hold against, mm/s².
-        let needed = friction * level * contacts.force() + servo.viscous * servo.bandwidth_1_s * velocity - constant;
-        let fed = velocity * (1.0 - servo.feed_forward) + needed / servo.bandwidth_1_s;
-        let integral = if held && servo.integral > 0.0 { needed } else { 0.0 };
-        let position_integral =
-            if held && servo.position_integral_1_s > 0.0 { fed / servo.position_gain_1_s - (command - position) } else { 0.0 };
-        let late = servo.loop_delay_s / step_s;
-        let whole = late.floor();
-        let two_masses = servo.table_pulsation_1_s > 0.0;
-        Self {
-            servo,
-            step_s,
-            friction,
-            level,
-            motor_mass: if two_masses { 1.0 - servo.table_mass } else { 1.0 },
-            motor_viscous: if two_masses { servo.viscous * (1.0 - servo.table_viscous) } else { servo.viscous },
-            constant,
-            table_force: 0.0,
-            motor: position,
-            velocity,
-            sensor: position,
-            logged: position,
-            table: Table::at(servo, position, velocity),
-            motor_contacts: contacts,
-            table_contacts: contacts,
-            integral,
-            position_integral,
-            slopes: Ring::filled(velocity, steps),
-            late: Ring::filled(velocity, whole as usize + 1),
-            late_part: late - whole,
-            period_s: step_s * steps as f64,
-        }
-    }
+/// Models of one structure on a command, with what looks at their state at every sample.
+struct Together<'a, const L: usize, F> {
+    servos: &'a [Servo; L],
+    reference: &'a [f64],
+    period_s: f64,
+    starts: [Start; L],
+    see: F,
+}
 
-    /// Friction changes along the axis much more slowly than from step to step.
-    fn take_level(&mut self) {
-        self.level = self.servo.level(self.logged);
-    }
+impl<const L: usize, F: FnMut(&Axis<L>)> WithSimd for Together<'_, L, F> {
+    type Output = ();
 
-    /// The logged position, mm.
-    pub fn logged(&self) -> f64 {
-        self.logged
+    /// Plain code, which the compiler turns into the processor's widest vectors. Every term is rounded on its own: the same bits at every width.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.run();
     }
+}
 
-    /// Sets a force, as the deflection of the loops without integrator, and the share of it that acts on the table.
-    pub fn push(&mut self, deflection_mm: f64, on_table: f64) {
-        let force = deflection_mm * self.servo.bandwidth_1_s * self.servo.position_gain_1_s;
-        self.constant = (1.0 - on_table) * force;
-        self.table_force = on_table * force;
-    }
-
-    /// One step of the integration under a command, mm, and its slope, mm/s.
-    pub fn step(&mut self, command: f64, slope: f64) {
-        let Servo { position_gain_1_s, feed_forward, bandwidth_1_s, integral, position_integral_1_s, .. } = *self.servo;
-        let error = command - self.sensor;
-        self.position_integral += position_integral_1_s * error * self.step_s;
-        let acceleration = (slope - self.slopes.replaced(slope)) / self.period_s;
-        let fed_forward = feed_forward * slope + self.servo.velocity_per_acceleration_s * acceleration;
-        let wanted = self.late.delayed(position_gain_1_s * (error + self.position_integral) + fed_forward, self.late_part);
-        self.integral += integral * bandwidth_1_s * bandwidth_1_s * (wanted - self.velocity) * self.step_s;
-        let torque = bandwidth_1_s * wanted + self.integral + self.servo.acceleration_feed_forward * acceleration + self.constant;
-        let damping = bandwidth_1_s * (1.0 + self.motor_viscous) / self.motor_mass;
-        let level = self.friction * self.level;
-        let Servo { table_pulsation_1_s, table_friction, table_mass, .. } = *self.servo;
-        if table_pulsation_1_s == 0.0 {
-            let friction = level * self.motor_contacts.step(self.servo, self.velocity, self.step_s) - self.table_force;
-            self.velocity = (self.velocity + self.step_s * (torque - friction)) / (1.0 + self.step_s * damping);
-            self.motor += self.step_s * self.velocity;
-            (self.sensor, self.logged) = (self.motor, self.motor);
+impl<const L: usize, F: FnMut(&Axis<L>)> Together<'_, L, F> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { servos, reference, period_s, starts, mut see } = self;
+        if reference.is_empty() {
             return;
         }
-        let screw = self.table.pulled(self.servo, self.motor, self.velocity);
-        let on_motor = (1.0 - table_friction) * level * self.motor_contacts.step(self.servo, self.velocity, self.step_s);
-        let on_table =
-            table_friction * level * self.table_contacts.step(self.servo, self.table.velocity, self.step_s) / table_mass;
-        let motor = (torque - on_motor - table_mass * screw) / self.motor_mass;
-        self.velocity = (self.velocity + self.step_s * motor) / (1.0 + self.step_s * damping);
-        self.motor += self.step_s * self.velocity;
-        let table_damping = bandwidth_1_s * (self.servo.viscous - self.motor_viscous) / table_mass;
-        let table = screw - on_table + self.table_force / table_mass;
-        self.table.velocity = (self.table.velocity + self.step_s * table) / (1.0 + self.step_s * table_damping);
-        self.table.position += self.step_s * self.table.velocity;
-        self.logged = if self.servo.hides_table { self.motor } else { self.table.position };
-        self.sensor = if self.servo.outer_backlash_mm > 0.0 { self.motor } else { self.logged };
+        let steps = (period_s / STEP_S).ceil().max(1.0) as usize;
+        let step_s = period_s / steps as f64;
+        let commands = Commands::of(servos, reference, period_s);
+        let mut here = commands.position(0.0);
+        let mut axis = Axis::at(servos, step_s, steps, here, starts);
+        let approach = |servo: &Servo| if servo.command_lag_s > 0.0 { 1.0 - (-step_s / servo.command_lag_s).exp() } else { 1.0 };
+        let approach = Lanes::of(|lane| approach(&servos[lane]));
+        here = here - Lanes::of(|lane| starts[lane].velocity_mm_s * servos[lane].command_lag_s);
+        for k in 0..reference.len() {
+            see(&axis);
+            axis.take_level();
+            for i in 1..=steps {
+                let given = commands.position(k as f64 + i as f64 / steps as f64);
+                let next = here + approach * (given - here);
+                axis.step(here, (next - here) * step_s.recip());
+                here = next;
+            }
+        }
     }
 }
 
-/// The last values of a signal.
-struct Ring {
-    values: Vec<f64>,
-    next: usize,
+/// The commands of several models on one reference; those with the same delay and average share one.
+struct Commands<'a, const L: usize> {
+    distinct: Vec<Command<'a>>,
+    of_lane: [usize; L],
 }
 
-impl Ring {
-    fn filled(value: f64, count: usize) -> Self {
-        Self { values: vec![value; count.max(1)], next: 0 }
+impl<'a, const L: usize> Commands<'a, L> {
+    fn of(servos: &[Servo; L], reference: &'a [f64], period_s: f64) -> Self {
+        let times = servos.map(|servo| (servo.channel_delay_s, servo.command_average_s));
+        let mut seen: Vec<(f64, f64)> = Vec::new();
+        let of_lane = times.map(|times| {
+            seen.iter().position(|known| *known == times).unwrap_or_else(|| {
+                seen.push(times);
+                seen.len() - 1
+            })
+        });
+        let command = |(delay_s, average_s): (f64, f64)| Command::new(reference, delay_s / period_s, average_s / period_s);
+        Self { distinct: seen.into_iter().map(command).collect(), of_lane }
     }
 
-    /// Takes in a value and returns the one that it displaces, from as many steps ago as the ring holds.
-    fn replaced(&mut self, value: f64) -> f64 {
-        let oldest = std::mem::replace(&mut self.values[self.next], value);
-        self.next = if self.next + 1 == self.values.len() { 0 } else { self.next + 1 };
-        oldest
-    }
-
-    /// Takes in a value and returns the one of `len − 1 + part` steps ago.
-    fn delayed(&mut self, value: f64, part: f64) -> f64 {
-        let oldest = self.replaced(value);
-        part * oldest + (1.0 - part) * self.values[self.next]
+    /// Positions at `time`, sample periods.
+    #[inline(always)]
+    fn position(&self, time: f64) -> Lanes<L> {
+        if let [command] = &self.distinct[..] {
+            return Lanes::all(command.position(time));
+        }
+        let mut positions = [0.0; L];
+        for (position, command) in positions.iter_mut().zip(&self.distinct) {
+            *position = command.position(time);
+        }
+        Lanes::of(|lane| positions[self.of_lane[lane]])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scales::index;
 
     const PERIOD_S: f64 = 0.002;
 
@@ -314,5 +239,23 @@ mod tests {
         // Crossed within a few milliseconds near standstill: the error is most of the width, then decays by K_v.
         let (with, without) = (swing(&servo), swing(&Servo { backlash_mm: 0.0, ..servo }));
         assert!(with - without > 0.006 && with < 0.03, "{with} {without}");
+    }
+
+    #[test]
+    fn models_together_move_as_each_alone_to_the_last_bit() {
+        let lugre = Servo { creep_mm_s: 0.01, contact_damping: 0.3, asymmetry: 0.1, offset_mm: 2e-3, ..Servo::usual(60.0, 0.8) };
+        let smoothed = Servo { channel_delay_s: 0.0013, command_average_s: 0.006, command_lag_s: 0.002, ..lugre };
+        let seen = Servo { table_pulsation_1_s: 700.0, backlash_mm: 0.01, viscous: 0.02, table_viscous: 0.4, ..lugre };
+        let outer = Servo { backlash_mm: 0.0, outer_backlash_mm: 0.01, ..seen };
+        let slips = Servo { slips: true, ..Servo { hides_table: true, ..seen }.with_places(-6.0, 6.0) };
+        let wave: Vec<f64> = (0..700).map(|k| 5.0 * (4.0 * PERIOD_S * f64::from(k)).sin().powi(3)).collect();
+        for servo in [lugre, smoothed, seen, outer, slips] {
+            let parameters = [index::GAIN, index::LOOP_DELAY, index::AVERAGE, index::SHARES.start, index::LEVELS.start + 9];
+            let servos = parameters.map(|parameter| servo.moved(parameter, 3e-3));
+            let starts = servos.map(|servo| servo.start(&wave, PERIOD_S));
+            for (servo, moved) in servos.iter().zip(simulate_together(&servos, &wave, PERIOD_S, starts)) {
+                assert_eq!(servo.follow(&wave, PERIOD_S), moved);
+            }
+        }
     }
 }

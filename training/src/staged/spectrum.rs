@@ -62,28 +62,61 @@ fn parabola_peak(before: f64, at: f64, after: f64) -> f64 {
     if curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
+/// Samples that are turned through all frequencies together: they stay in the first-level cache.
+const BLOCK: usize = 512;
+/// Sums that run side by side.
+const TOGETHER: usize = 8;
+
 /// Power of `values` at `count` equally spaced spatial frequencies.
 fn periodogram(position: &[f64], values: &[f64], lowest: f64, spacing: f64, count: usize) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    // The phasor of each sample rotates by a constant angle from frequency to frequency.
-    let (mut re, mut im): (Vec<f64>, Vec<f64>) = position
-        .iter()
-        .zip(values)
-        .map(|(x, y)| {
+    let mut sums = vec![(0.0, 0.0); count];
+    for (position, values) in position.chunks(BLOCK).zip(values.chunks(BLOCK)) {
+        // The phasor of each sample turns by a constant angle from frequency to frequency. Those beyond the last one stay 0.
+        let mut phasors = [Phasors::default(); BLOCK / TOGETHER];
+        for (k, (x, y)) in position.iter().zip(values).enumerate() {
             let (sin, cos) = (TAU * lowest * x).sin_cos();
-            ((y - mean) * cos, (y - mean) * sin)
-        })
-        .unzip();
-    let (turn_sin, turn_cos): (Vec<f64>, Vec<f64>) = position.iter().map(|x| (TAU * spacing * x).sin_cos()).unzip();
-    (0..count)
-        .map(|_| {
-            let power = re.iter().sum::<f64>().powi(2) + im.iter().sum::<f64>().powi(2);
-            for (((re, im), cos), sin) in re.iter_mut().zip(&mut im).zip(&turn_cos).zip(&turn_sin) {
-                (*re, *im) = (*re * cos - *im * sin, *re * sin + *im * cos);
+            let (turn_sin, turn_cos) = (TAU * spacing * x).sin_cos();
+            phasors[k / TOGETHER].set(k % TOGETHER, [(y - mean) * cos, (y - mean) * sin, turn_cos, turn_sin]);
+        }
+        let used = values.len().div_ceil(TOGETHER);
+        for (re, im) in &mut sums {
+            let (mut all_re, mut all_im) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+            for phasors in &mut phasors[..used] {
+                phasors.add_and_turn(&mut all_re, &mut all_im);
             }
-            power
-        })
-        .collect()
+            *re += all_re.iter().sum::<f64>();
+            *im += all_im.iter().sum::<f64>();
+        }
+    }
+    sums.iter().map(|(re, im)| re * re + im * im).collect()
+}
+
+/// Phasors of some samples, and the angle by which each turns.
+#[derive(Debug, Clone, Copy, Default)]
+struct Phasors {
+    re: [f64; TOGETHER],
+    im: [f64; TOGETHER],
+    turn_re: [f64; TOGETHER],
+    turn_im: [f64; TOGETHER],
+}
+
+impl Phasors {
+    fn set(&mut self, sample: usize, [re, im, turn_re, turn_im]: [f64; 4]) {
+        (self.re[sample], self.im[sample]) = (re, im);
+        (self.turn_re[sample], self.turn_im[sample]) = (turn_re, turn_im);
+    }
+
+    /// Adds the phasors to sums and turns them.
+    fn add_and_turn(&mut self, all_re: &mut [f64; TOGETHER], all_im: &mut [f64; TOGETHER]) {
+        for k in 0..TOGETHER {
+            let (re, im) = (self.re[k], self.im[k]);
+            all_re[k] += re;
+            all_im[k] += im;
+            self.re[k] = re * self.turn_re[k] - im * self.turn_im[k];
+            self.im[k] = re * self.turn_im[k] + im * self.turn_re[k];
+        }
+    }
 }
 
 #[cfg(test)]
