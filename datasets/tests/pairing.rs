@@ -263,21 +263,36 @@ fn columns_that_do_not_belong_together_are_named() {
 }
 
 #[test]
-fn an_axis_that_moves_less_than_its_noise_is_measured_and_not_trained_on() {
+fn an_axis_that_only_makes_corrections_is_measured_and_not_trained_on() {
     let mut seed = 1_u64;
     let mut noise = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
-    let shaken = hurt(|reference, actual| {
-        for (k, (r, x)) in reference[1].iter_mut().zip(&mut actual[1]).enumerate() {
-            *r = 3.0 + 2e-3 * (0.02 * k as f64).sin();
-            *x = *r + 4e-3 * noise();
-        }
-    });
-    assert_found(&training(&shaken), Refuse, Check::Pairing, "the command moves less than the actual position's noise");
-    let measured = assess(&shaken, Purpose::Measuring);
-    assert!(!measured.is_refused(), "{measured}");
+    // Corrections below the noise, held by friction, and against what another axis does to it.
+    let correction = |k: usize| 2e-3 * (0.02 * k as f64).sin();
+    let mut shaken = |k: usize| correction(k) + 4e-3 * noise();
+    let pushed = |k: usize| -0.7 * correction(k);
+    let follows: [&mut dyn FnMut(usize) -> f64; 3] = [&mut shaken, &mut |_| 1e-4, &mut |k| pushed(k)];
+    for follow in follows {
+        let corrected = hurt(|reference, actual| {
+            for (k, (r, x)) in reference[1].iter_mut().zip(&mut actual[1]).enumerate() {
+                (*r, *x) = (3.0 + correction(k), 3.0 + follow(k));
+            }
+        });
+        assert_eq!(moving_axes(&corrected), [0]);
+        assert_found(
+            &training(&corrected),
+            Note,
+            Check::Motion,
+            "y_ref: the axis moves by 0.0040 mm only and is left out of training",
+        );
+        let measured = assess(&corrected, Purpose::Measuring);
+        assert!(measured.of(Refuse).chain(measured.of(Warn)).next().is_none(), "{measured}");
+    }
+    // Where all motion is small, it is motion.
+    let small = hurt(|reference, actual| reference.iter_mut().chain(actual).flatten().for_each(|x| *x *= 1e-4));
+    assert_eq!(moving_axes(&small), [0, 1]);
 }
 
 #[test]

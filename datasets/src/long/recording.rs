@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use motion::{Axis, AxisKind};
+use motion::Axis;
 
 use super::{Extent, Lengths, LongFile};
+use crate::quality::which_move;
 use crate::{DatasetError, Log};
 
 /// A recorded run.
@@ -86,13 +87,9 @@ impl Recording {
     /// Indices of the axes whose command moves.
     #[must_use]
     pub fn moving_axes(&self) -> Vec<usize> {
-        let least = |axis: &Axis| match axis.kind {
-            AxisKind::Linear => 1e-3,
-            AxisKind::Rotary => 1e-5,
-        };
-        let extents = self.extents();
-        let moving = self.axes().iter().zip(&extents).enumerate();
-        moving.filter(|(_, (axis, extent))| extent.high - extent.low > least(axis)).map(|(index, _)| index).collect()
+        let ranges = self.axes().iter().zip(self.extents()).map(|(axis, extent)| (axis.kind, extent.high - extent.low));
+        let moves = which_move(&ranges.collect::<Vec<_>>());
+        moves.into_iter().enumerate().filter(|(_, moves)| *moves).map(|(index, _)| index).collect()
     }
 
     /// The samples `rows`, which are in order and disjoint, each behind up to `lead` samples of what came before, as logs of the name of the

@@ -27,7 +27,7 @@ pub use rate::SLOWEST_HZ;
 pub(crate) use rate::{FEWEST_SAMPLES, SHORT_S};
 pub use rests::without_offsets;
 pub use runs::assess_runs;
-pub(crate) use signals::standstill_speed;
+pub(crate) use signals::{standstill_speed, which_move};
 
 use crate::{Log, Report};
 use signals::Signals;

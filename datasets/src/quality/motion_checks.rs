@@ -35,11 +35,13 @@ pub(super) fn check(signals: &[Signals], purpose: Purpose, report: &mut Report) 
                 .in_column(axis.reference_name()),
             );
         } else if !axis.moves() {
-            let text = if purpose == Purpose::Training {
-                "the axis never moves and is left out of training"
+            let moved = range(axis.reference);
+            let text = if moved > still {
+                format!("the axis moves by {moved:.4} {} only", axis.unit())
             } else {
-                "the axis never moves"
+                "the axis never moves".to_owned()
             };
+            let text = if purpose == Purpose::Training { format!("{text} and is left out of training") } else { text };
             report.push(Finding::new(Severity::Note, Check::Motion, text).in_column(axis.reference_name()));
         } else if is_dead(axis) {
             report.push(

@@ -2,14 +2,9 @@
 //! ahead of the command.
 
 use super::digits::step_of;
-use super::signals::{Signals, correlation, quantile, range, rms, steps};
+use super::signals::{Signals, correlation, quantile, rms, steps};
 use crate::{Check, Finding, Purpose, Report, Severity};
 
-/// Ratio of a command's steps to the noise of the actual position below which their correlation says nothing.
-const HIDDEN: f64 = 3.0;
-/// Range of a command that is no more than corrections: those of larger motion are wrong columns.
-const LARGEST_CORRECTION_MM: f64 = 0.1;
-const LARGEST_CORRECTION_RAD: f64 = 2e-3;
 /// Window for the comparison of speeds, s; it averages encoder noise.
 const STRIDE_S: f64 = 0.02;
 /// Correlation of speeds above which a pair matches, and below which it does not.
@@ -52,14 +47,6 @@ pub(super) fn check(moving: &[&Signals], purpose: Purpose, report: &mut Report) 
         let other = moving.iter().enumerate().find(|(other, candidate)| {
             *other != index && correlation(&speeds(axis, axis.reference), &speeds(candidate, candidate.actual)).0 > BELONGS
         });
-        // Corrections of an axis that otherwise rests are no larger than the noise of its sensor.
-        let rests = range(axis.reference) < axis.of_kind(LARGEST_CORRECTION_MM, LARGEST_CORRECTION_RAD);
-        if rests && other.is_none() && own > -STRANGE && rms(&speeds(axis, axis.reference)) < HIDDEN * noise(axis.actual) {
-            let message =
-                "the command moves less than the actual position's noise: whether the one follows the other does not show";
-            report.push(Finding::new(purpose.grave(), Check::Pairing, message.to_owned()).in_column(axis.actual_name()));
-            continue;
-        }
         let message = match other {
             Some((_, other)) => format!(
                 "the command of `{}` is followed by the actual position of `{}`: the axes' columns are swapped",

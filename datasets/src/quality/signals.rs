@@ -16,16 +16,35 @@ pub(super) struct Signals<'a> {
     /// Change of the actual position from each sample to the next.
     pub actual_steps: Vec<f64>,
     pub period_s: f64,
+    moves: bool,
+}
+
+/// Range of a command that does not move, and of one that is no more than corrections, mm and rad: in a compensated run an axis at rest is pushed
+/// against what others do to it, and whether it follows by these micrometres says nothing about its columns.
+const STILL: (f64, f64) = (1e-3, 1e-5);
+const CORRECTIONS: (f64, f64) = (0.1, 2e-3);
+/// Ratio of a range to [`CORRECTIONS`] from which on another axis moves beside them.
+const MOTION: f64 = 10.0;
+
+/// Which axes' commands move, of the ranges of all: not those that make only corrections while another one moves.
+pub(crate) fn which_move(ranges: &[(AxisKind, f64)]) -> Vec<bool> {
+    let least = |kind: AxisKind, of: (f64, f64)| if kind == AxisKind::Linear { of.0 } else { of.1 };
+    let size = |(kind, range): &(AxisKind, f64)| range / least(*kind, CORRECTIONS);
+    let others_move = ranges.iter().map(size).any(|size| size > MOTION);
+    ranges.iter().map(|axis| axis.1 > least(axis.0, STILL) && !(others_move && size(axis) < 1.0)).collect()
 }
 
 impl<'a> Signals<'a> {
     /// One per axis.
     pub fn of(log: &'a Log) -> Vec<Self> {
         let columns = log.reference.columns().iter().zip(log.actual.columns());
+        let ranges = log.axes().iter().zip(log.reference.columns()).map(|(axis, column)| (axis.kind, range(column)));
+        let moves = which_move(&ranges.collect::<Vec<_>>());
         log.axes()
             .iter()
             .zip(columns)
-            .map(|(axis, (reference, actual))| Self {
+            .zip(moves)
+            .map(|((axis, (reference, actual)), moves)| Self {
                 axis,
                 reference,
                 actual,
@@ -33,13 +52,14 @@ impl<'a> Signals<'a> {
                 reference_steps: steps(reference),
                 actual_steps: steps(actual),
                 period_s: log.period_s(),
+                moves,
             })
             .collect()
     }
 
-    /// Whether the command moves at all.
+    /// Whether the command moves: see [`which_move`].
     pub fn moves(&self) -> bool {
-        range(self.reference) > self.of_kind(1e-3, 1e-5)
+        self.moves
     }
 
     /// One of two thresholds, for a linear (mm) or a rotary axis (rad).
