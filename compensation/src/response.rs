@@ -1,6 +1,7 @@
 //! Impulse responses: from a shift of the reference to the actual position.
 
 use nalgebra::{DMatrix, DVector};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use machine::Machine;
@@ -268,7 +269,24 @@ const TOGETHER: usize = 8;
 /// `y(k) = Σ taps(i)·u(k + i − before)`, with zeros outside of `u`, with the widest vectors of the processor. Every term is rounded on its
 /// own: the same bits at every width.
 fn slide(taps: &[f64], u: &[f64], before: usize, y: &mut [f64]) {
-    pulp::Arch::new().dispatch(|| slide_blocks(taps, u, before, y));
+    Arch::new().dispatch(Slide { taps, u, before, y });
+}
+
+struct Slide<'a> {
+    taps: &'a [f64],
+    u: &'a [f64],
+    before: usize,
+    y: &'a mut [f64],
+}
+
+impl WithSimd for Slide<'_> {
+    type Output = ();
+
+    // A closure would not be compiled for the wider vectors: it is not always inlined.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        slide_blocks(self.taps, self.u, self.before, self.y);
+    }
 }
 
 #[inline(always)]
