@@ -111,9 +111,8 @@ impl OperatingRange {
 
     /// Taper of the correction at every sample of `positions`: 1 within the operating range,
     /// decreasing to 0 outside (one range beyond the trained positions, 1.5 × the trained speed, 2
-    /// × the trained acceleration), with the reason for each sample outside. For a predictor that
-    /// `holds_beyond_travel` the taper stays 1 for one range beyond the trained positions and
-    /// decreases after that.
+    /// × the trained acceleration), with the reason for each sample outside. Positions taper nothing
+    /// for a predictor that `holds_beyond_travel`.
     #[must_use]
     pub fn weights(&self, positions: &[f64], period_s: f64, holds_beyond_travel: bool) -> Vec<(f64, Option<Outside>)> {
         let v = velocity(positions, period_s);
@@ -126,9 +125,9 @@ impl OperatingRange {
                 let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
                 // A path may begin in motion.
                 let a = if k > 1 { (v[k] - v[k - 1]) / period_s } else { 0.0 };
-                let reach = if holds_beyond_travel { range } else { 0.0 };
+                let of_position = if holds_beyond_travel { 1.0 } else { (1.0 - off.max(0.0) / range).max(0.0) };
                 let candidates = [
-                    ((1.0 - (off - reach).max(0.0) / range).max(0.0), Outside::Position),
+                    (of_position, Outside::Position),
                     (beyond(v[k].abs(), self.velocity, 0.5), Outside::Velocity),
                     (beyond(a.abs(), self.acceleration, 1.0), Outside::Acceleration),
                 ];
@@ -205,9 +204,7 @@ mod tests {
         assert!(faster.iter().any(|(w, reason)| *w < 0.9 && reason.is_some()));
         let far: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 100.0).collect();
         assert!(coverage.weights(&far, 0.002, false)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
-        let beside: Vec<f64> = sine(5.0, 1.0).iter().map(|x| x + 25.0).collect();
-        assert!(coverage.weights(&beside, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
-        assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, _)| *w == 0.0));
+        assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
     }
 
     #[test]

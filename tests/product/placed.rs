@@ -52,6 +52,22 @@ fn the_log_of_a_program_gives_the_work_offset() {
 }
 
 #[test]
+fn a_part_far_from_the_trained_positions_is_corrected_as_one_amid_them() {
+    let folder = Folder::with_model_and_part();
+    let left = |offset: &str| {
+        let placed = ["--work-offset", offset];
+        let warned = folder.figures(&[&COMPENSATE[..], &placed].concat())["warnings"].to_string();
+        folder.figures(&[&["simulate", "placed.nc", "-o", "placed.csv"][..], &placed].concat());
+        let measured = folder.figures(&[&["measure", "placed.csv", "--desired", "part.nc", "--machine", "ballscrew"][..], &placed].concat());
+        (measured["contour_um"]["rms"].as_f64().unwrap(), warned)
+    };
+    let (amid, _) = left("0,0,0");
+    let (far, warned) = left("400,-300,-150");
+    assert!(far < 1.3 * amid, "{far} {amid}");
+    assert!(warned.contains("position of axis x") && warned.contains("what depends on the place"), "{warned}");
+}
+
+#[test]
 fn the_reason_why_iteration_ended_is_the_same_in_text_and_json() {
     let folder = Folder::with_model_and_part();
     let printed = folder.prints(&COMPENSATE);
