@@ -58,7 +58,8 @@ fn a_part_far_from_the_trained_positions_is_corrected_as_one_amid_them() {
         let placed = ["--work-offset", offset];
         let warned = folder.figures(&[&COMPENSATE[..], &placed].concat())["warnings"].to_string();
         folder.figures(&[&["simulate", "placed.nc", "-o", "placed.csv"][..], &placed].concat());
-        let measured = folder.figures(&[&["measure", "placed.csv", "--desired", "part.nc", "--machine", "ballscrew"][..], &placed].concat());
+        let measured =
+            folder.figures(&[&["measure", "placed.csv", "--desired", "part.nc", "--machine", "ballscrew"][..], &placed].concat());
         (measured["contour_um"]["rms"].as_f64().unwrap(), warned)
     };
     let (amid, _) = left("0,0,0");
