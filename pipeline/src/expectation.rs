@@ -246,7 +246,9 @@ fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory
         let desired = Some(path.columns()[axis].as_slice());
         let signal = AxisSignal { desired, ..AxisSignal::uncompensated(&reference.columns()[axis], path.period_s()) };
         let spread = known.band.spread()?;
-        axes.push(AxisError { axis, rms: spread.at(&signal), spread });
+        let further = known.coverage.extrapolation(&path.columns()[axis], path.period_s());
+        let rms = spread.at(&signal).iter().zip(further).map(|(rms, further)| rms * further).collect();
+        axes.push(AxisError { axis, rms, spread });
     }
     Some(axes)
 }

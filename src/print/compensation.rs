@@ -254,6 +254,7 @@ pub fn outside(place: &str, axis: &str, reason: Outside, samples: usize, fades: 
     }
     let effect = match reason {
         Outside::Position if !fades => "what depends on the place is corrected less and less there",
+        _ if !fades => "the correction there is an extrapolation; a log of such motion makes it better",
         _ => "the correction fades there",
     };
     format!("{place}: {reason} of axis {axis} lies outside what the model was trained on ({samples} samples); {effect}")
