@@ -111,16 +111,22 @@ impl OperatingRange {
 
     /// Taper of the correction at every sample of `positions`: 1 within the operating range,
     /// decreasing to 0 outside (one range beyond the trained positions, 1.5 × the trained speed, 2
-    /// × the trained acceleration), with the reason for each sample outside. For a predictor that
-    /// `holds` beyond it positions taper nothing, and speeds and accelerations from [`HELD`] times the trained ones on.
+    /// × the trained acceleration), with the reason for each sample outside. For a predictor that holds `beyond_travel` positions
+    /// taper nothing, and for one that holds `beyond_speed` speeds and accelerations do from [`HELD`] times the trained ones on.
     #[must_use]
-    pub fn weights(&self, positions: &[f64], period_s: f64, holds: bool) -> Vec<(f64, Option<Outside>)> {
+    pub fn weights(
+        &self,
+        positions: &[f64],
+        period_s: f64,
+        beyond_travel: bool,
+        beyond_speed: bool,
+    ) -> Vec<(f64, Option<Outside>)> {
         let range = (self.position.1 - self.position.0).max(1e-9);
-        let held = if holds { HELD } else { MARGIN };
+        let held = if beyond_speed { HELD } else { MARGIN };
         let beyond = |ratio: f64, reach: f64| (1.0 - (ratio / held - 1.0) / reach).clamp(0.0, 1.0);
         let of = |(x, [of_speed, of_acceleration]): (&f64, [f64; 2])| {
             let off = (self.position.0 - x).max(x - self.position.1) - 0.05 * range;
-            let of_position = if holds { 1.0 } else { (1.0 - off.max(0.0) / range).max(0.0) };
+            let of_position = if beyond_travel { 1.0 } else { (1.0 - off.max(0.0) / range).max(0.0) };
             let candidates = [
                 (of_position, off > 0.0, Outside::Position),
                 (beyond(of_speed, 0.5), of_speed > MARGIN, Outside::Velocity),
@@ -167,11 +173,11 @@ pub fn fade(coverage: &[OperatingRange], machine: &LearnedMachine, path: &Trajec
     let mut least = vec![1.0_f64; path.len()];
     let mut reasons = Vec::with_capacity(coverage.len());
     for (axis, ((coverage, predictor), column)) in coverage.iter().zip(machine.predictors()).zip(path.columns()).enumerate() {
-        let holds = predictor.holds_beyond_travel();
+        let (holds, faster) = (predictor.holds_beyond_travel(), predictor.holds_beyond_speed());
         let taper = match (machine.is_placed(axis), holds) {
-            (true, _) => coverage.weights(column, path.period_s(), holds),
+            (true, _) => coverage.weights(column, path.period_s(), holds, faster),
             // Position-dependent terms are left out; no position is outside.
-            (false, true) => coverage.anywhere().weights(column, path.period_s(), holds),
+            (false, true) => coverage.anywhere().weights(column, path.period_s(), holds, faster),
             (false, false) => vec![(0.0, Some(Outside::Unplaced)); column.len()],
         };
         for (low, (taper, _)) in least.iter_mut().zip(&taper) {
@@ -215,18 +221,21 @@ mod tests {
         let trained = sine(10.0, 1.0);
         let coverage = OperatingRange::of(std::iter::once(trained.as_slice()), 0.002);
         assert!(coverage.both_directions && coverage.reversals >= 3);
-        let inside = coverage.weights(&sine(9.0, 1.0), 0.002, false);
+        let inside = coverage.weights(&sine(9.0, 1.0), 0.002, false, false);
         assert!(inside.iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
-        let faster = coverage.weights(&sine(9.0, 1.4), 0.002, false);
+        let faster = coverage.weights(&sine(9.0, 1.4), 0.002, false, false);
         assert!(faster.iter().any(|(w, reason)| *w < 0.9 && reason.is_some()));
-        let held = coverage.weights(&sine(9.0, 2.0), 0.002, true);
+        let held = coverage.weights(&sine(9.0, 2.0), 0.002, true, true);
         assert!(held.iter().all(|(w, _)| *w == 1.0) && held.iter().any(|(_, reason)| *reason == Some(Outside::Velocity)));
-        assert!(coverage.weights(&sine(9.0, 8.0), 0.002, true).iter().any(|(w, _)| *w == 0.0));
+        assert!(coverage.weights(&sine(9.0, 8.0), 0.002, true, true).iter().any(|(w, _)| *w == 0.0));
+        assert!(coverage.weights(&sine(9.0, 2.0), 0.002, true, false).iter().any(|(w, _)| *w < 0.5));
         let further = coverage.extrapolation(&sine(9.0, 1.5), 0.002);
         assert!(further.iter().all(|more| (1.0..2.1).contains(more)) && further[500..].iter().any(|more| *more > 1.3));
         let far: Vec<f64> = sine(10.0, 1.0).iter().map(|x| x + 100.0).collect();
-        assert!(coverage.weights(&far, 0.002, false)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position)));
-        assert!(coverage.weights(&far, 0.002, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
+        assert!(
+            coverage.weights(&far, 0.002, false, false)[500..].iter().all(|(w, r)| *w == 0.0 && *r == Some(Outside::Position))
+        );
+        assert!(coverage.weights(&far, 0.002, true, true)[500..].iter().all(|(w, r)| *w == 1.0 && *r == Some(Outside::Position)));
     }
 
     #[test]
@@ -238,7 +247,7 @@ mod tests {
         // 10·(2π)² mm/s².
         assert!((largest.acceleration / 394.8 - 1.0).abs() < 0.01, "{largest:?}");
         assert_eq!(part.starts, 0);
-        assert!(largest.weights(&whole[3..], 0.002, false).iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
+        assert!(largest.weights(&whole[3..], 0.002, false, false).iter().all(|(w, reason)| *w == 1.0 && reason.is_none()));
     }
 
     #[test]

@@ -49,6 +49,11 @@ pub trait AxisPredictor: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether its laws hold for faster motion than it was trained on. If not, the correction is tapered there.
+    fn holds_beyond_speed(&self) -> bool {
+        false
+    }
+
     /// Settings and arrays from which the predictor can be rebuilt.
     fn save(&self) -> SavedPredictor;
 }

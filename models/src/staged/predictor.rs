@@ -213,6 +213,11 @@ impl AxisPredictor for StagedPredictor {
         true
     }
 
+    /// Lag, friction and the servo model are laws of motion: see [`OperatingRange::weights`](crate::OperatingRange::weights).
+    fn holds_beyond_speed(&self) -> bool {
+        true
+    }
+
     fn save(&self) -> SavedPredictor {
         let settings = Settings {
             period_s: self.period_s,
