@@ -39,10 +39,10 @@ fn a_compensated_program_is_not_compensated_again() {
 #[test]
 fn a_program_that_stays_as_it_is_gets_no_comment() {
     let folder = folder();
-    let words = ["compensate", "part.nc", "-m", "machine.model", "-o", "far.nc", "--work-offset", "5000,0,0"];
+    let words = ["compensate", "part.nc", "-m", "machine.model", "-o", "same.nc", "--max-shift", "0"];
     let output = folder.precomp(&words);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(folder.read("far.nc"), PART);
+    assert_eq!(folder.read("same.nc"), PART);
 }
 
 #[test]

@@ -94,15 +94,6 @@ fn a_damaged_model_is_refused() {
 }
 
 #[test]
-fn a_program_far_outside_the_operating_range_is_unchanged_and_the_reason_is_reported() {
-    let folder = Folder::with_model_and_part();
-    let words = ["compensate", "part.nc", "-m", "machine.model", "-o", "far.nc", "--work-offset", "5000,0,0"];
-    let printed = folder.prints(&words);
-    assert!(printed.contains("position of axis x lies outside"), "{printed}");
-    assert_eq!(std::fs::read(folder.path("far.nc")).unwrap(), PART.as_bytes());
-}
-
-#[test]
 fn a_compensated_production_program_runs_closer_and_keeps_the_bytes_of_its_other_blocks() {
     let Some(part) = shared("gcode/nist_plate_14.nc") else { return };
     let folder = Folder::with_model();
