@@ -134,7 +134,7 @@ impl AxisSum<'_> {
         let counted = self.skip.saturating_sub(first).clamp(own.start, own.end)..own.end;
         let from = if first == 0 { counted.start } else { 0 };
         let widths = self.manifest.band.at(&AxisSignal::uncompensated(&reference[from..], period_s));
-        let outside = self.manifest.coverage.weights(reference, period_s, false);
+        let outside = self.manifest.coverage.weights(reference, period_s, false, false);
         for k in counted {
             let error = predicted[before + k] - (reference[k] - actual[k]);
             self.all.note(error, widths[k - from]);
