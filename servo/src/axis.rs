@@ -14,8 +14,25 @@
 use crate::contacts::Contacts;
 use crate::lanes::Lanes;
 use crate::parameters::Servo;
-use crate::simulate::Start;
 use crate::table::Table;
+
+/// Start of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Position, mm.
+    pub position_mm: f64,
+    /// Velocity, mm/s.
+    pub velocity_mm_s: f64,
+    /// Whether the integrators hold the axis in this state; else they are empty.
+    pub held: bool,
+}
+
+impl From<(f64, f64)> for Start {
+    /// A measured position (mm) and velocity (mm/s), with empty integrators.
+    fn from((position_mm, velocity_mm_s): (f64, f64)) -> Self {
+        Self { position_mm, velocity_mm_s, held: false }
+    }
+}
 
 /// State of the models of several axes of one structure: an axis per lane, at `r` and `ṙ` of its own.
 pub struct Axis<'a, const L: usize> {

@@ -2,10 +2,10 @@
 
 use nalgebra::Complex;
 
-use crate::axis::Axis;
+use crate::axis::{Axis, Start};
 use crate::lanes::Lanes;
 use crate::parameters::Servo;
-use crate::simulate::{STEP_S, Start};
+use crate::simulate::STEP_S;
 
 /// Deviation of the logged position by a force, mm, at the samples of `deflection_mm`. The force is stated as the deflection that it
 /// makes of the loops without integrator, positive in positive direction. `on_table` of it acts on the table, the rest on the motor.

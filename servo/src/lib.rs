@@ -16,6 +16,7 @@ mod simulate;
 mod starts;
 mod table;
 
+pub use axis::Start;
 pub use covariance::clustered;
 pub use disturbed::disturbed;
 pub use fit::{Fit, Free, fit};
@@ -23,4 +24,4 @@ pub use parameters::Servo;
 pub use record::{Record, Run, Scope};
 pub use scales::{COUNT, PLACES, index};
 pub use search::{identify, identify_all, refit};
-pub use simulate::{MOVING_MM_S, Simulated, Start, simulate, simulate_with_friction, speed_at_start};
+pub use simulate::{MOVING_MM_S, Simulated, simulate, simulate_with_friction, speed_at_start};

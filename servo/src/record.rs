@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use crate::axis::Start;
 use crate::parameters::Servo;
-use crate::simulate::Start;
 
 /// One run of one axis, mm.
 #[derive(Debug, Clone)]

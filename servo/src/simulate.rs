@@ -6,7 +6,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::axis::Axis;
+use crate::axis::{Axis, Start};
 use crate::command::Command;
 use crate::lanes::Lanes;
 use crate::parameters::Servo;
@@ -21,24 +21,6 @@ pub struct Simulated {
     pub positions: Vec<f64>,
     /// Friction at the samples, as a deflection, mm: against the direction of motion.
     pub friction_mm: Vec<f64>,
-}
-
-/// Start of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start {
-    /// Position, mm.
-    pub position_mm: f64,
-    /// Velocity, mm/s.
-    pub velocity_mm_s: f64,
-    /// Whether the integrators hold the axis in this state; else they are empty.
-    pub held: bool,
-}
-
-impl From<(f64, f64)> for Start {
-    /// A measured position (mm) and velocity (mm/s), with empty integrators.
-    fn from((position_mm, velocity_mm_s): (f64, f64)) -> Self {
-        Self { position_mm, velocity_mm_s, held: false }
-    }
 }
 
 /// Speed above which an axis moves, mm/s.
