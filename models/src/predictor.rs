@@ -49,7 +49,7 @@ pub trait AxisPredictor: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// Whether its laws hold for faster motion than it was trained on. If not, the correction is tapered there.
+    /// Whether the prediction holds for faster motion than it was trained on. If not, the correction is tapered there.
     fn holds_beyond_speed(&self) -> bool {
         false
     }

@@ -95,11 +95,6 @@ impl AxisPredictor for StackedPredictor {
         self.base.holds_beyond_travel()
     }
 
-    /// What the network adds is bounded.
-    fn holds_beyond_speed(&self) -> bool {
-        self.base.holds_beyond_speed()
-    }
-
     fn save(&self) -> SavedPredictor {
         let SavedPredictor { settings, mut arrays, .. } = self.base.save();
         arrays.extend(self.network.arrays().map(|(name, array)| (format!("{NETWORK}{name}"), array)));

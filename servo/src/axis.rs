@@ -88,27 +88,28 @@ struct Gains<const L: usize> {
 
 impl<const L: usize> Gains<L> {
     fn of(servos: &[Servo; L], step_s: f64) -> Self {
-        let of = |of: &dyn Fn(&Servo) -> f64| Lanes::of(|lane| of(&servos[lane]));
         let two_masses = servos[0].table_pulsation_1_s > 0.0;
         let motor_mass = |servo: &Servo| if two_masses { 1.0 - servo.table_mass } else { 1.0 };
         let on_table = |servo: &Servo| if two_masses { servo.table_viscous * servo.viscous } else { 0.0 };
         let motor_damping = |servo: &Servo| servo.bandwidth_1_s * (1.0 + servo.viscous - on_table(servo)) / motor_mass(servo);
         Self {
-            position_1_s: of(&|servo| servo.position_gain_1_s),
-            feed_forward: of(&|servo| servo.feed_forward),
-            velocity_per_acceleration_s: of(&|servo| servo.velocity_per_acceleration_s),
-            acceleration_feed_forward: of(&|servo| servo.acceleration_feed_forward),
-            bandwidth_1_s: of(&|servo| servo.bandwidth_1_s),
-            integral: of(&|servo| servo.integral * servo.bandwidth_1_s.powi(2) * step_s),
-            position_integral: of(&|servo| servo.position_integral_1_s * step_s),
-            motor: of(&|servo| motor_mass(servo).recip()),
-            motor_damped: of(&|servo| (1.0 + step_s * motor_damping(servo)).recip()),
-            friction: of(&|servo| servo.coulomb_mm * servo.stiffness_1_s2()),
-            on_motor: of(&|servo| if two_masses { 1.0 - servo.table_friction } else { 1.0 }),
-            on_table: of(&|servo| servo.table_friction / servo.table_mass),
-            table_mass: of(&|servo| servo.table_mass),
-            table_damped: of(&|servo| (1.0 + step_s * servo.bandwidth_1_s * on_table(servo) / servo.table_mass).recip()),
-            sees_motor: of(&|servo| if servo.outer_backlash_mm > 0.0 { -1.0 } else { 0.0 }),
+            position_1_s: Lanes::each(servos, |servo| servo.position_gain_1_s),
+            feed_forward: Lanes::each(servos, |servo| servo.feed_forward),
+            velocity_per_acceleration_s: Lanes::each(servos, |servo| servo.velocity_per_acceleration_s),
+            acceleration_feed_forward: Lanes::each(servos, |servo| servo.acceleration_feed_forward),
+            bandwidth_1_s: Lanes::each(servos, |servo| servo.bandwidth_1_s),
+            integral: Lanes::each(servos, |servo| servo.integral * servo.bandwidth_1_s.powi(2) * step_s),
+            position_integral: Lanes::each(servos, |servo| servo.position_integral_1_s * step_s),
+            motor: Lanes::each(servos, |servo| motor_mass(servo).recip()),
+            motor_damped: Lanes::each(servos, |servo| (1.0 + step_s * motor_damping(servo)).recip()),
+            friction: Lanes::each(servos, |servo| servo.coulomb_mm * servo.stiffness_1_s2()),
+            on_motor: Lanes::each(servos, |servo| if two_masses { 1.0 - servo.table_friction } else { 1.0 }),
+            on_table: Lanes::each(servos, |servo| servo.table_friction / servo.table_mass),
+            table_mass: Lanes::each(servos, |servo| servo.table_mass),
+            table_damped: Lanes::each(servos, |servo| {
+                (1.0 + step_s * servo.bandwidth_1_s * on_table(servo) / servo.table_mass).recip()
+            }),
+            sees_motor: Lanes::each(servos, |servo| if servo.outer_backlash_mm > 0.0 { -1.0 } else { 0.0 }),
             two_masses,
         }
     }
@@ -117,19 +118,19 @@ impl<const L: usize> Gains<L> {
 impl<'a, const L: usize> Axis<'a, L> {
     /// The axes at rest or in steady motion.
     pub fn at(servos: &'a [Servo; L], step_s: f64, steps: usize, command: Lanes<L>, starts: [Start; L]) -> Self {
-        let position = Lanes::of(|lane| starts[lane].position_mm);
-        let velocity = Lanes::of(|lane| starts[lane].velocity_mm_s);
+        let position = Lanes::each(&starts, |start| start.position_mm);
+        let velocity = Lanes::each(&starts, |start| start.velocity_mm_s);
         let contacts = Contacts::at(servos, velocity, step_s);
         let gains = Gains::of(servos, step_s);
-        let constant = Lanes::of(|lane| servos[lane].offset_mm * servos[lane].stiffness_1_s2());
+        let constant = Lanes::each(servos, |servo| servo.offset_mm * servo.stiffness_1_s2());
         let level = Lanes::of(|lane| servos[lane].level(position.0[lane]));
         // What the integrators have to hold against, mm/s².
-        let viscous = Lanes::of(|lane| servos[lane].viscous);
+        let viscous = Lanes::each(servos, |servo| servo.viscous);
         let needed = gains.friction * level * contacts.force() + viscous * gains.bandwidth_1_s * velocity - constant;
         let fed = velocity * (Lanes::all(1.0) - gains.feed_forward) + needed / gains.bandwidth_1_s;
         let behind = fed / gains.position_1_s - (command - position);
         let held = |lane: usize, gain: f64, value: f64| if starts[lane].held && gain > 0.0 { value } else { 0.0 };
-        let late = Lanes::of(|lane| servos[lane].loop_delay_s / step_s);
+        let late = Lanes::each(servos, |servo| servo.loop_delay_s / step_s);
         let late_steps = late.0.map(|late| late as usize);
         Self {
             servos,

@@ -43,7 +43,6 @@ const GONE: f64 = 20.0;
 impl<const L: usize> Contacts<L> {
     /// Contacts of axes that slide at `velocity`, or rest.
     pub fn at(servos: &[Servo; L], velocity: Lanes<L>, step_s: f64) -> Self {
-        let of = |of: &dyn Fn(&Servo) -> f64| Lanes::of(|lane| of(&servos[lane]));
         let slips = servos[0].slips;
         let start = |lane: usize, slip: f64| {
             let velocity = velocity.0[lane];
@@ -60,16 +59,16 @@ impl<const L: usize> Contacts<L> {
         let kept = |servo: &Servo, slip: f64| (-servo.creep_mm_s * step_s / servo.presliding_mm / slip).exp();
         Self {
             elements: SLIPS.map(|slip| Lanes::of(|lane| start(lane, slip))),
-            shares: std::array::from_fn(|element| of(&|servo| share(servo, element))),
-            kept: SLIPS.map(|slip| of(&|servo| kept(servo, slip))),
+            shares: std::array::from_fn(|element| Lanes::each(servos, |servo| share(servo, element))),
+            kept: SLIPS.map(|slip| Lanes::each(servos, |servo| kept(servo, slip))),
             slips,
-            stribeck: of(&|servo| servo.stribeck),
-            stribeck_s_mm: of(&|servo| servo.stribeck_mm_s.recip()),
-            travelled_s_mm: of(&|servo| step_s / servo.presliding_mm),
-            creep_square: of(&|servo| servo.creep_mm_s.powi(2)),
-            damping_s_mm: of(&|servo| servo.contact_damping / servo.stribeck_mm_s),
-            distance_mm_s: of(&|servo| servo.presliding_mm / step_s),
-            asymmetry: of(&|servo| servo.asymmetry),
+            stribeck: Lanes::each(servos, |servo| servo.stribeck),
+            stribeck_s_mm: Lanes::each(servos, |servo| servo.stribeck_mm_s.recip()),
+            travelled_s_mm: Lanes::each(servos, |servo| step_s / servo.presliding_mm),
+            creep_square: Lanes::each(servos, |servo| servo.creep_mm_s.powi(2)),
+            damping_s_mm: Lanes::each(servos, |servo| servo.contact_damping / servo.stribeck_mm_s),
+            distance_mm_s: Lanes::each(servos, |servo| servo.presliding_mm / step_s),
+            asymmetry: Lanes::each(servos, |servo| servo.asymmetry),
         }
     }
 

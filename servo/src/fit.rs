@@ -150,14 +150,11 @@ fn jacobian(servo: &Servo, record: &Record, base: &[Vec<f64>], free: &Free) -> V
             })
             .collect();
         let column = |(lane, (_, width)): (usize, &(Servo, f64))| {
-            let of_run = |((simulated, run), base): ((&[Vec<f64>; TOGETHER], &Run), &Vec<f64>)| {
+            let of_run = |((simulated, run), base): ((&[Vec<f64>; TOGETHER], &Run), &Vec<f64>)| -> Vec<f64> {
                 let moved: &[f64] = &simulated[lane];
-                let differences =
-                    moved.iter().zip(&run.actual).zip(base).map(|((moved, actual), base)| (actual - moved - base) / width);
-                differences.collect::<Vec<_>>()
+                run.rows.iter().cloned().flatten().map(|k| (run.actual[k] - moved[k] - base[k]) / width).collect()
             };
-            let differences: Vec<Vec<f64>> = runs.iter().zip(&record.runs).zip(base).map(of_run).collect();
-            scored(&differences, record).collect::<Vec<_>>()
+            runs.iter().zip(&record.runs).zip(base).flat_map(of_run).collect::<Vec<_>>()
         };
         moved.iter().enumerate().map(column).collect::<Vec<_>>()
     };

@@ -19,6 +19,11 @@ impl<const L: usize> Lanes<L> {
         Self(std::array::from_fn(lane))
     }
 
+    /// A number of each item.
+    pub fn each<T>(items: &[T; L], of: impl Fn(&T) -> f64) -> Self {
+        Self::of(|lane| of(&items[lane]))
+    }
+
     /// A function of each number.
     #[inline(always)]
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {

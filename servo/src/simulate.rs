@@ -122,7 +122,7 @@ impl<const L: usize, F: FnMut(&Axis<L>)> Together<'_, L, F> {
         let mut here = commands.position(0.0);
         let mut axis = Axis::at(servos, step_s, steps, here, starts);
         let approach = |servo: &Servo| if servo.command_lag_s > 0.0 { 1.0 - (-step_s / servo.command_lag_s).exp() } else { 1.0 };
-        let approach = Lanes::of(|lane| approach(&servos[lane]));
+        let approach = Lanes::each(servos, approach);
         here = here - Lanes::of(|lane| starts[lane].velocity_mm_s * servos[lane].command_lag_s);
         for k in 0..reference.len() {
             see(&axis);

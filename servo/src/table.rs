@@ -25,13 +25,12 @@ impl<const L: usize> Table<L> {
             let side = if velocity == 0.0 { servo.start_deflection } else { velocity };
             if servo.hides_table && side != 0.0 { (0.5 * servo.backlash_mm).copysign(side) } else { 0.0 }
         };
-        let of = |of: &dyn Fn(&Servo) -> f64| Lanes::of(|lane| of(&servos[lane]));
         Self {
             position: position - Lanes::of(behind),
             velocity,
-            half_mm: of(&|servo| 0.5 * (servo.backlash_mm + servo.outer_backlash_mm)),
-            spring_1_s2: of(&|servo| servo.table_pulsation_1_s.powi(2)),
-            damper_1_s: of(&|servo| 2.0 * servo.table_damping * servo.table_pulsation_1_s),
+            half_mm: Lanes::each(servos, |servo| 0.5 * (servo.backlash_mm + servo.outer_backlash_mm)),
+            spring_1_s2: Lanes::each(servos, |servo| servo.table_pulsation_1_s.powi(2)),
+            damper_1_s: Lanes::each(servos, |servo| 2.0 * servo.table_damping * servo.table_pulsation_1_s),
         }
     }
 
