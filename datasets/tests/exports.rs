@@ -1,4 +1,4 @@
-//! Exports of scopes: LinuxCNC's `halscope` with decimal commas, TwinCAT Scope.
+//! Exports of scopes, laboratory software and scripts: LinuxCNC's `halscope` with decimal commas, TwinCAT Scope, LabVIEW, JSON, two rows of names.
 
 mod common;
 
@@ -252,4 +252,70 @@ fn no_bytes_make_reading_panic() {
         }
     }
     assert!(read_well > 50 && refused > 50, "{read_well} {refused}");
+}
+
+/// The samples, one line each as `line` writes them.
+fn rows(line: impl Fn(f64, [f64; 4]) -> String) -> String {
+    (0..SAMPLES).map(|k| k as f64 * PERIOD_S).map(|t| line(t, sample(t)) + "\n").collect()
+}
+
+#[test]
+fn measurement_files_of_labview_are_read() {
+    let head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nDate\t2026/11/04\nTime\t10:11:12.345678\n\
+                ***End_of_Header***\t\n\t\nChannels\t4\t\nSamples\t400\t400\t400\t400\t\nY_Unit_Label\tmm\tmm\tmm\tmm\t\n\
+                X0\t0.0E+0\t0.0E+0\t0.0E+0\t0.0E+0\t\nDelta_X\t0.002\t0.002\t0.002\t0.002\t\n***End_of_Header***\t\n\
+                X_Value\tx_cmd\tx_act\tz_cmd\tz_act\tComment\n";
+    let text = head.to_owned() + &rows(|t, [a, b, c, d]| format!("{t:.6}\t{a:.6}\t{b:.6}\t{c:.6}\t{d:.6}\t"));
+    assert_sample(&read("run.lvm", &text).unwrap().0);
+    // Without times the head states the period.
+    let untimed = head.to_owned() + &rows(|_, [a, b, c, d]| format!("\t{a:.6}\t{b:.6}\t{c:.6}\t{d:.6}\t"));
+    assert_sample(&read("run.lvm", untimed).unwrap().0);
+}
+
+#[test]
+fn json_is_read() {
+    let lines = rows(|t, [a, b, c, d]| {
+        format!("{{\"t\": {t:.3}, \"x\": {{\"cmd\": {a}, \"act\": {b}}}, \"z\": {{\"cmd\": {c}, \"act\": {d}}}}}")
+    });
+    assert_sample(&read("run.jsonl", &lines).unwrap().0);
+    assert_sample(&read("run.json", format!("[{}]", lines.trim_end().replace('\n', ",\n"))).unwrap().0);
+    let column = |of: fn([f64; 4]) -> f64| rows(|_, values| of(values).to_string()).trim_end().replace('\n', ",");
+    let columns = format!(
+        "{{\"machine\": \"mill\", \"time\": [{}], \"x_cmd\": [{}], \"x_act\": [{}], \"z_cmd\": [{}], \"z_act\": [{}]}}",
+        rows(|t, _| format!("{t:.3}")).trim_end().replace('\n', ","),
+        column(|[a, ..]| a),
+        column(|[_, b, ..]| b),
+        column(|[_, _, c, _]| c),
+        column(|[.., d]| d),
+    );
+    assert_sample(&read("run.json", columns).unwrap().0);
+    let error = read("run.jsonl", &lines[..lines.len() - 20]).unwrap_err().to_string();
+    assert!(error.contains("line 400") && error.contains("save it again"), "{error}");
+}
+
+#[test]
+fn names_in_two_rows_are_read() {
+    let data = rows(|t, [a, b, c, d]| format!("{t:.3},{a:.6},{b:.6},{c:.6},{d:.6}"));
+    for head in [
+        "Time,X,,Z,\n[s],command [mm],actual [mm],command [mm],actual [mm]\n",
+        ",X,,Z,\ntime,cmd,act,cmd,act\n",
+        "t,Commanded,,,Actual\n,x,,z,\n",
+    ] {
+        let read = read("run.csv", format!("{head}{data}"));
+        if head.starts_with("t,") {
+            // What nothing tells apart stays refused.
+            assert!(read.is_err());
+        } else {
+            assert_sample(&read.unwrap_or_else(|error| panic!("{head}: {error}")).0);
+        }
+    }
+}
+
+#[test]
+fn names_in_another_encoding_are_told() {
+    // X轴指令位置, X轴实际位置 in GBK.
+    let names: [&[u8]; 3] = [b"t", b"X\xd6\xe1\xd6\xb8\xc1\xee\xce\xbb\xd6\xc3", b"X\xd6\xe1\xca\xb5\xbc\xca\xce\xbb\xd6\xc3"];
+    let data = rows(|t, [a, b, ..]| format!("{t:.3},{a:.6},{b:.6}"));
+    let error = read("run.csv", [names.join(&b','), data.into_bytes()].join(&b'\n')).unwrap_err().to_string();
+    assert!(error.contains("save the file as UTF-8"), "{error}");
 }

@@ -67,15 +67,27 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
         axes.push(columns);
     }
     if axes.is_empty() {
-        return Err(fail(
-            "no axis has both a commanded and an actual position, or one of them and its tracking error, by its column names"
-                .to_owned(),
-        ));
+        let encoding = if table.names.iter().any(|name| is_garbled(name)) {
+            " (their letters are of another encoding than UTF-8, perhaps GBK or Shift-JIS; save the file as UTF-8)"
+        } else {
+            ""
+        };
+        return Err(fail(format!(
+            "no axis has both a commanded and an actual position, or one of them and its tracking error, by its column names{encoding}"
+        )));
     }
     let (time, clocks) = clocks(&table.names, &meanings, &signals).map_err(fail)?;
     let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed };
     map.unused = unused(table, &map);
     Ok(map)
+}
+
+/// Whether a name has the look of another encoding read as Latin-1: letters beyond ASCII follow each other, as in no western word.
+fn is_garbled(name: &str) -> bool {
+    let is_high = |sign: &&char| ('\u{80}'..='\u{ff}').contains(*sign);
+    let signs: Vec<char> = name.chars().collect();
+    // By chance two bytes of another encoding are one letter of UTF-8.
+    signs.windows(3).any(|signs| !signs.iter().any(char::is_ascii) && signs.iter().filter(is_high).count() > 1)
 }
 
 /// The columns of a reference: time, others with time stamps of their own, positions.

@@ -9,7 +9,7 @@ use crate::{Check, DatasetError, Finding, Severity, Table};
 /// Numbers that are read of a file at most: 2 GiB.
 pub(super) const MOST_NUMBERS: usize = 1 << 28;
 /// Columns of a matrix at most; one of more is no record of signals.
-const MOST_COLUMNS: usize = 4096;
+pub(super) const MOST_COLUMNS: usize = 4096;
 
 /// Numbers of the arrays that were read so far.
 pub(super) fn count(arrays: &[Array]) -> usize {
@@ -119,7 +119,8 @@ impl Number {
         bytes.chunks_exact(self.bytes()).map(|bytes| self.number(bytes, is_big_endian)).collect()
     }
 
-    fn number(self, bytes: &[u8], is_big_endian: bool) -> f64 {
+    /// The number of `bytes`.
+    pub(super) fn number(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         let mut low_first = [0; 8];
         low_first[..bytes.len()].copy_from_slice(bytes);
         if is_big_endian {

@@ -42,13 +42,28 @@ impl LogFormat for Csv {
         }
         check_widths(path, &dialect, &mut rows, &mut findings)?;
         drop_cut_number(&text, &dialect, &mut rows, &mut findings);
-        Ok(Table {
+        let mut table = Table {
             columns: parse(&dialect, &rows),
             lines: rows.iter().map(|row| row.number).collect(),
             names,
             period_s: None,
             findings,
-        })
+        };
+        if text.contains(text::HEAD_END) {
+            name_time_of_labview(&mut table, &text);
+        }
+        Ok(table)
+    }
+}
+
+/// Names the time of a measurement file of LabVIEW, whose column `X_Value` it is; where that is empty, the head states the sampling period.
+fn name_time_of_labview(table: &mut Table, text: &str) {
+    let Some(time) = table.names.iter().position(|name| name == "X_Value") else { return };
+    if table.columns[time].iter().all(|value| value.is_nan()) {
+        let period = text.lines().find_map(|line| line.strip_prefix("Delta_X")?.split_whitespace().next());
+        table.period_s = period.and_then(|period| period.replace(',', ".").parse().ok()).filter(|period_s| *period_s > 0.0);
+    } else {
+        table.names[time] = "time [s]".to_owned();
     }
 }
 
@@ -91,16 +106,31 @@ fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<
     let is_units =
         last.iter().all(|word| word.is_empty() || Unit::named(word).is_some()) && last.iter().any(|word| !word.is_empty());
     match candidates.next() {
-        Some(names) if is_units => names
-            .iter()
-            .zip(&last)
-            .map(|(name, unit)| match Unit::named(unit) {
+        Some(names) if is_units => {
+            let with_unit = |(name, unit): (&&str, &&str)| match Unit::named(unit) {
                 Some(_) => format!("{name} {unit}"),
                 None => (*name).to_owned(),
-            })
-            .collect(),
+            };
+            names.iter().zip(&last).map(with_unit).collect()
+        }
+        Some(groups) if is_over(&groups, &last) => {
+            let over = groups.iter().scan("", |over, group| {
+                *over = if group.is_empty() { *over } else { group };
+                Some(*over)
+            });
+            over.zip(&last).map(|(over, name)| format!("{over} {name}").trim().to_owned()).collect()
+        }
         _ => last.iter().map(|name| (*name).to_owned()).collect(),
     }
+}
+
+/// Whether a row names groups of columns, each in its first column, and names alone do not tell the columns apart: `,X,,Y,` over `t,set,act,set,act`.
+fn is_over(groups: &[&str], names: &[&str]) -> bool {
+    let repeats = |index: usize| names[..index].contains(&names[index]);
+    let first = groups.iter().position(|group| !group.is_empty());
+    first.is_some_and(|first| groups[first..].contains(&""))
+        && (0..names.len()).any(repeats)
+        && groups.iter().all(|group| group.parse::<f64>().is_err())
 }
 
 /// Whether a row is a header of the same columns in another order: the rows behind it would be taken for those before it.

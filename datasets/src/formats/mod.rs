@@ -7,6 +7,7 @@ mod csv_rows;
 mod dialect;
 mod halsampler;
 mod halscope;
+mod json;
 mod matlab;
 mod numpy;
 pub(crate) mod parquet;
@@ -28,8 +29,9 @@ pub(crate) use rows::Rows;
 pub use csv::Csv;
 pub use halsampler::Halsampler;
 pub use halscope::Halscope;
+pub use json::Json;
 pub use matlab::Matlab;
-pub use numpy::NumpyArchive;
+pub use numpy::{NumpyArchive, NumpyArray};
 pub use parquet::Parquet;
 pub use sinumerik_json::SinumerikJson;
 pub use sinumerik_xml::SinumerikTrace;
@@ -61,8 +63,19 @@ pub const HEAD_BYTES: usize = 4096;
 pub const ARCHIVE: &[u8] = b"PK\x03\x04";
 
 /// All formats, the most specific first.
-pub static FORMATS: &[&dyn LogFormat] =
-    &[&Parquet, &NumpyArchive, &Matlab, &SinumerikJson, &SinumerikTrace, &TwincatScope, &Halscope, &Halsampler, &Csv];
+pub static FORMATS: &[&dyn LogFormat] = &[
+    &Parquet,
+    &NumpyArchive,
+    &NumpyArray,
+    &Matlab,
+    &SinumerikJson,
+    &Json,
+    &SinumerikTrace,
+    &TwincatScope,
+    &Halscope,
+    &Halsampler,
+    &Csv,
+];
 
 /// Reads the columns of a file in any known format.
 ///
@@ -112,7 +125,7 @@ pub fn table_of(path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
         }
         None => Err(DatasetError::format(
             path,
-            "no format that is known (CSV, Parquet, NumPy, MATLAB, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
+            "no format that is known (CSV, JSON, Parquet, NumPy, MATLAB, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace); export the log as CSV",
         )),
     }
 }

@@ -54,7 +54,10 @@ pub(crate) fn decode(bytes: &[u8]) -> String {
     if text.contains('\r') && !text.contains('\n') { text.replace('\r', "\n") } else { text }
 }
 
-/// Lines with content, and the comment lines (`#`, `%`, `//`, without their mark) before the first of them.
+/// End of a head of LabVIEW's measurement files (`.lvm`): the file's own, then that of each part.
+pub(crate) const HEAD_END: &str = "***End_of_Header***";
+
+/// Lines with content behind the heads of a measurement file, and the comment lines (`#`, `%`, `//`, without their mark) before the first of them.
 pub(crate) fn lines(text: &str) -> (Vec<Line<'_>>, Vec<Line<'_>>) {
     let mut content = Vec::new();
     let mut comments = Vec::new();
@@ -66,6 +69,7 @@ pub(crate) fn lines(text: &str) -> (Vec<Line<'_>>, Vec<Line<'_>>) {
             Some(text) if content.is_empty() => comments.push(Line { number, text: text.trim() }),
             Some(_) => {}
             None if text.trim().is_empty() => {}
+            None if text.starts_with(HEAD_END) => content.clear(),
             None => content.push(Line { number, text }),
         }
     }
@@ -89,5 +93,7 @@ mod tests {
         assert_eq!(content.len(), 2);
         assert_eq!((content[0].number, content[0].text), (3, "1 2"));
         assert_eq!((content[1].number, content[1].text), (5, "3\t"));
+        let lab = lines("Separator\tTab\n***End_of_Header***\t\nSamples\t5\n***End_of_Header***\nX_Value\tx\n0\t1\n").0;
+        assert_eq!(lab.iter().map(|line| line.number).collect::<Vec<_>>(), [5, 6]);
     }
 }
