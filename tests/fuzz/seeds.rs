@@ -62,7 +62,7 @@ fn rows(row: impl Fn(usize, [String; 4]) -> String) -> String {
     (0..SAMPLES).map(|k| row(k, sample(k).map(|value| format!("{value:.6}")))).collect()
 }
 
-fn logs() -> [(&'static str, String); 6] {
+fn logs() -> [(&'static str, String); 8] {
     let signals = ["DES_POS|1", "ENC_POS|1", "DES_POS|3", "ENC_POS|3"];
     let mut edge =
         String::from("{\"Header\":{\"CycleTimeMs\":2,\"SignalListHFData\":[{\"Name\":\"CYCLE\",\"Address\":\"CYCLE\"}");
@@ -80,15 +80,30 @@ fn logs() -> [(&'static str, String); 6] {
     trace += &rows(|k, [a, b, c, d]| format!("<rec time=\"{:.6}\" f1=\"{a}\" f2=\"{b}\" f3=\"{c}\" f4=\"{d}\"/>\n", time(k)));
     let scope = "Name\tScope\r\nFile\trun.svdx\r\n\r\nName\tX SetPos\tX ActPos\tZ SetPos\tZ ActPos\r\nUnit\tmm\tmm\tmm\tmm\r\n\
                  SampleTime[ms]\t2\t2\t2\t2\r\n\r\n";
+    let labview = "LabVIEW Measurement\t\n***End_of_Header***\t\nSamples\t5\t\nDelta_X\t0.002\t\n***End_of_Header***\t\nX_Value\tx_cmd\tx_act\tz_cmd\tz_act\tComment\n";
     let pins = "joint.0.motor-pos-cmd;joint.0.motor-pos-fb;joint.2.motor-pos-cmd;joint.2.motor-pos-fb";
     [
         ("log.csv", format!("t,x_ref,x_act,z_ref,z_act\n{}", rows(|k, v| format!("{:.6},{}\n", time(k), v.join(","))))),
         ("run.txt", rows(|_, v| format!("{} 1 \n", v.join(" ")))),
         ("halscope.csv", format!("# Sampling period is 2000000 ns\n{pins}\n{}", rows(|_, v| v.join(";") + "\n"))),
         ("scope.csv", format!("{scope}{}EOF\r\n", rows(|k, v| format!("{}\t{}\r\n", 2 * k, v.join("\t"))))),
+        (
+            "run.jsonl",
+            rows(|k, [a, b, c, d]| format!("{{\"t\":{:.6},\"x\":{{\"cmd\":{a},\"act\":{b}}},\"z\":[{c},{d}]}}\n", time(k))),
+        ),
+        ("run.lvm", format!("{labview}{}", rows(|k, v| format!("{:.6}\t{}\t\n", time(k), v.join("\t"))))),
         ("capture.json", edge + "],\n\"Footer\":{}}"),
         ("trace.xml", trace + "</dataFrame></traceData></root>\n"),
     ]
+}
+
+/// A file of `np.save`: records of four positions.
+fn array() -> Vec<u8> {
+    let fields = ["x_cmd", "x_act", "z_cmd", "z_act"].map(|name| format!("('{name}', '<f8')")).join(", ");
+    let header = format!("{{'descr': [{fields}], 'fortran_order': False, 'shape': ({SAMPLES},), }}\n");
+    let length = u16::try_from(header.len()).unwrap().to_le_bytes();
+    let data: Vec<u8> = (0..SAMPLES).flat_map(sample).flat_map(f64::to_le_bytes).collect();
+    [b"\x93NUMPY\x01\0", &length[..], header.as_bytes(), &data].concat()
 }
 
 fn reference() -> String {
@@ -144,6 +159,7 @@ pub fn all() -> Vec<Seed> {
         .into();
     seeds.extend(logs().map(|(name, text)| seed(Kind::Log(name), text.as_bytes())));
     seeds.push(seed(Kind::Log("log.parquet"), parquet));
+    seeds.push(seed(Kind::Log("log.npy"), &array()));
     seeds.push(seed(Kind::Reference("reference.csv"), reference().as_bytes()));
     seeds.push(seed(Kind::Machine, MACHINE.as_bytes()));
     seeds.push(seed(Kind::Machine, include_bytes!("../../machine/machines/xyzac.toml")));
