@@ -19,7 +19,7 @@ const STEPS: usize = 20;
 
 /// Limits of the regimes after a reversal or a start, s: friction settles in the first, slow
 /// position loops in the second.
-const SETTLING_S: [f64; 2] = [0.06, 0.25];
+pub(crate) const SETTLING_S: [f64; 2] = [0.06, 0.25];
 /// Number of speed regimes, in octaves below the top speed of the training data.
 const OCTAVES: usize = 3;
 /// Standstill, after an event, and one regime per octave of speed.

@@ -59,7 +59,8 @@ impl Expectation {
     /// The error of an axis counts perpendicular to the path: with the direction of motion `t` and the tip displacement
     /// `J` per unit of the axis, `|J − t(t·J)|`; of the tool axis, which turns by `W` per unit of way, with its turn `G` per unit of the axis,
     /// `|G − W(t·J)|`, and where it turns about a tip that hardly moves, `G` perpendicular to the turn. Errors of axes are assumed independent, so that their squares add; those of forecast and model may have a
-    /// part in common, of either sign.
+    /// part in common, of either sign. Beyond the operating range the model's error is expected to grow
+    /// ([`OperatingRange::extrapolation`](models::OperatingRange::extrapolation)), and may as well not: the lower bounds are without it.
     ///
     /// # Errors
     /// When the samples of forecast and path do not match.
@@ -101,7 +102,11 @@ impl<'a> ExpectationSum<'a> {
         let [tip, direction] = effects(desired, &axes, &counted);
         let samples = (PEAK_S / desired.trajectory().period_s()).round().max(1.0) as usize;
         let sum = |of_axes: Vec<Vec<f64>>, errors: &[f64]| {
-            ErrorSum::of(&axes, &of_axes, counted.iter().map(|k| errors[*k]).collect(), samples)
+            let without_growth = |(axis, of_axis): (&AxisError<'_>, &Vec<f64>)| {
+                of_axis.iter().zip(&counted).map(|(effect, k)| effect / axis.growth[*k]).collect()
+            };
+            let least: Vec<Vec<f64>> = axes.iter().zip(&of_axes).map(without_growth).collect();
+            ErrorSum::of(&axes, [&least, &of_axes], counted.iter().map(|k| errors[*k]).collect(), samples)
         };
         Ok(Self {
             tip: sum(tip, &errors.magnitudes_mm().collect::<Vec<f64>>()),
@@ -127,19 +132,20 @@ struct ErrorSum<'a> {
     /// Number of samples that count, and the sum of the squares of their forecast errors.
     samples: usize,
     forecast_square: f64,
-    /// Sum of the squares of what every axis's error does, and its distribution.
-    axes: Vec<(f64, &'a Spread)>,
+    /// Sums of the squares of what every axis's error does, without and with its growth beyond the operating range, and its distribution.
+    axes: Vec<([f64; 2], &'a Spread)>,
     segments: Vec<Segment>,
 }
 
 impl<'a> ErrorSum<'a> {
-    /// The sums of the forecast's errors and of what every axis's error does, in segments of `samples` samples.
-    fn of(axes: &[AxisError<'a>], of_axes: &[Vec<f64>], forecast: Vec<f64>, samples: usize) -> Self {
+    /// The sums of the forecast's errors and of what every axis's error does, without and with its growth beyond the operating range, in segments of
+    /// `samples` samples.
+    fn of(axes: &[AxisError<'a>], of_axes: [&[Vec<f64>]; 2], forecast: Vec<f64>, samples: usize) -> Self {
         let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
         Self {
             samples: forecast.len(),
             forecast_square: square(&forecast),
-            axes: axes.iter().zip(of_axes).map(|(axis, of_axis)| (square(of_axis), axis.spread)).collect(),
+            axes: axes.iter().enumerate().map(|(axis, of)| (of_axes.map(|effects| square(&effects[axis])), of.spread)).collect(),
             segments: segments(of_axes, &forecast, samples),
         }
     }
@@ -151,7 +157,9 @@ impl<'a> ErrorSum<'a> {
         if self.axes.is_empty() {
             self.axes = other.axes;
         } else {
-            self.axes.iter_mut().zip(other.axes).for_each(|(axis, (square, _))| axis.0 += square);
+            for (axis, (squares, _)) in self.axes.iter_mut().zip(other.axes) {
+                axis.0.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+            }
         }
     }
 
@@ -164,44 +172,52 @@ impl<'a> ErrorSum<'a> {
     fn rms(&self) -> Expected {
         let mean = |square: f64| square / self.samples as f64;
         let forecast = mean(self.forecast_square);
-        let mut models = [0.0; 3];
-        for (own, spread) in &self.axes {
-            let [low, middle, high] = spread.multiples();
-            for (square, multiple) in models.iter_mut().zip([LEAST_SHARE * low, middle, high]) {
-                *square += mean(*own) * multiple * multiple;
-            }
+        let model = |growth: usize, multiple: fn([f64; 3]) -> f64| -> f64 {
+            self.axes.iter().map(|(squares, spread)| mean(squares[growth]) * multiple(spread.multiples()).powi(2)).sum()
+        };
+        let [least, middle] = [0, 1].map(|growth| model(growth, |[_, middle, _]| middle));
+        let (low, high) = (model(0, |[low, ..]| LEAST_SHARE * low), model(1, |[.., high]| high));
+        let common = |model: f64| 2.0 * CORRELATION * (forecast * model).sqrt();
+        Expected {
+            low: (forecast + low - common(least)).max(0.0).sqrt(),
+            middle: (forecast + middle).sqrt(),
+            high: (forecast + high + common(middle)).sqrt(),
         }
-        let common = 2.0 * CORRELATION * (forecast * models[1]).sqrt();
-        let [low, middle, high] = models.map(|model| forecast + model);
-        Expected { low: (low - common).max(0.0).sqrt(), middle: middle.sqrt(), high: (high + common).sqrt() }
     }
 
     /// Expected largest error, from the peaks of every axis in each segment.
     fn max(&self) -> Expected {
         Expected {
             low: self.least(),
-            middle: self.quantile(0.5, across_of, |_| 1.0),
-            high: self.quantile(0.95, along_of, Spread::upper),
+            middle: self.quantile(0.5, Segment::grown, across_of, |_| 1.0),
+            high: self.quantile(0.95, Segment::grown, along_of, Spread::upper),
         }
     }
 
     /// Least largest error: that of the model alone, or the largest forecast that its error makes smaller.
     fn least(&self) -> f64 {
-        let alone = self.quantile(0.05, |max, _| Some(max), |spread| LEAST_SHARE * spread.multiples()[0]);
-        let rms = |segment: &Segment| segment.axes.iter().map(|rms| rms * rms).sum::<f64>().sqrt();
+        let alone = self.quantile(0.05, Segment::least, |max, _| Some(max), |spread| LEAST_SHARE * spread.multiples()[0]);
+        let rms = |segment: &Segment| segment.least().iter().map(|rms| rms * rms).sum::<f64>().sqrt();
         self.segments.iter().map(|segment| segment.forecast - rms(segment)).fold(alone, f64::max)
     }
 
-    /// Quantile of the largest error: the bound that a share `share` of the runs does not exceed. `model` gives the error of the model with which a
-    /// forecast comes to a largest error, `times` scales the expected errors. The peaks of different axes and segments are independent.
-    fn quantile(&self, share: f64, model: impl Fn(f64, f64) -> Option<f64>, times: impl Fn(&Spread) -> f64) -> f64 {
+    /// Quantile of the largest error: the bound that a share `share` of the runs does not exceed. `of` gives what the axes' errors do in a segment, `model`
+    /// the error of the model with which a forecast comes to a largest error, `times` scales the expected errors. The peaks of different axes and segments
+    /// are independent.
+    fn quantile(
+        &self,
+        share: f64,
+        of: fn(&Segment) -> &[f64],
+        model: impl Fn(f64, f64) -> Option<f64>,
+        times: impl Fn(&Spread) -> f64,
+    ) -> f64 {
         let below = |max: f64| -> f64 {
             let one = |segment: &Segment| {
                 let Some(model) = model(max, segment.forecast) else { return 0.0 };
-                let axis = |(rms, (_, spread)): (&f64, &(f64, &Spread))| {
+                let axis = |(rms, (_, spread)): (&f64, &([f64; 2], &Spread))| {
                     if *rms > 0.0 { spread.below(model / (rms * times(spread))) } else { 1.0 }
                 };
-                segment.axes.iter().zip(&self.axes).map(axis).product::<f64>()
+                of(segment).iter().zip(&self.axes).map(axis).product::<f64>()
             };
             self.segments.iter().map(one).product()
         };
@@ -233,8 +249,9 @@ fn along_of(max: f64, forecast: f64) -> Option<f64> {
 struct AxisError<'a> {
     /// Index of the axis.
     axis: usize,
-    /// Root mean square at every sample, mm or rad.
+    /// Root mean square at every sample, mm or rad, and how much larger it is there than within the operating range.
     rms: Vec<f64>,
+    growth: Vec<f64>,
     spread: &'a Spread,
 }
 
@@ -246,9 +263,9 @@ fn axis_errors<'a>(bundle: &'a Bundle, path: &Trajectory, reference: &Trajectory
         let desired = Some(path.columns()[axis].as_slice());
         let signal = AxisSignal { desired, ..AxisSignal::uncompensated(&reference.columns()[axis], path.period_s()) };
         let spread = known.band.spread()?;
-        let further = known.coverage.extrapolation(&path.columns()[axis], path.period_s());
-        let rms = spread.at(&signal).iter().zip(further).map(|(rms, further)| rms * further).collect();
-        axes.push(AxisError { axis, rms, spread });
+        let growth = known.coverage.extrapolation(&path.columns()[axis], path.period_s());
+        let rms = spread.at(&signal).iter().zip(&growth).map(|(rms, growth)| rms * growth).collect();
+        axes.push(AxisError { axis, rms, growth, spread });
     }
     Some(axes)
 }
@@ -290,16 +307,26 @@ fn effects(desired: &DesiredPath, axes: &[AxisError<'_>], counted: &[usize]) -> 
 struct Segment {
     /// Largest error of the forecast.
     forecast: f64,
-    /// Largest expected RMS of what every axis's model error does.
-    axes: Vec<f64>,
+    /// Largest expected RMS of what every axis's model error does, without and with its growth.
+    axes: [Vec<f64>; 2],
+}
+
+impl Segment {
+    fn least(&self) -> &[f64] {
+        &self.axes[0]
+    }
+
+    fn grown(&self) -> &[f64] {
+        &self.axes[1]
+    }
 }
 
 /// Segments of `samples` samples.
-fn segments(of_axes: &[Vec<f64>], forecast: &[f64], samples: usize) -> Vec<Segment> {
+fn segments(of_axes: [&[Vec<f64>]; 2], forecast: &[f64], samples: usize) -> Vec<Segment> {
     let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
     let segment = |from: usize| {
         let range = from..(from + samples).min(forecast.len());
-        let axes = of_axes.iter().map(|of| largest(&of[range.clone()])).collect();
+        let axes = of_axes.map(|effects| effects.iter().map(|of| largest(&of[range.clone()])).collect());
         Segment { forecast: largest(&forecast[range]), axes }
     };
     (0..forecast.len()).step_by(samples).map(segment).collect()
