@@ -1,19 +1,25 @@
-//! Counters of position-control cycles, which show where rows are lost.
+//! Counters of position-control cycles or rows, which show where rows are lost.
 
 use crate::Table;
 
 /// Name of the signal of SINUMERIK Edge that counts the position-control cycles.
 pub(crate) const CYCLE: &str = "CYCLE";
 
+/// Names of counters; that of rows without one is pandas'.
+const COUNTERS: [&str; 7] = ["cycle", "cycles", "sample", "samples", "index", "row", "unnamed: 0"];
+
+fn counter(table: &Table) -> Option<usize> {
+    table.names.iter().position(|name| COUNTERS.iter().any(|known| name.trim().eq_ignore_ascii_case(known)))
+}
+
 /// Whether there is a counter among the columns.
 pub(crate) fn has_counter(table: &Table) -> bool {
-    table.names.iter().any(|name| name.trim() == CYCLE)
+    counter(table).is_some()
 }
 
 /// The counts of a table; `None` without a counter, and where it does not count up.
 pub(crate) fn counts(table: &Table) -> Option<&[f64]> {
-    let counter = table.names.iter().position(|name| name.trim() == CYCLE)?;
-    let counts = table.columns.get(counter)?;
+    let counts = table.columns.get(counter(table)?)?;
     let is_rising = counts.iter().all(|count| count.is_finite()) && counts.windows(2).all(|pair| pair[1] > pair[0]);
     is_rising.then_some(counts)
 }
@@ -34,7 +40,7 @@ mod tests {
 
     #[test]
     fn a_counter_counts_up() {
-        let of = |column: &[f64]| Table { names: vec!["CYCLE".to_owned()], columns: vec![column.to_vec()], ..Table::default() };
+        let of = |column: &[f64]| Table { names: vec!["Sample".to_owned()], columns: vec![column.to_vec()], ..Table::default() };
         assert_eq!(counts(&of(&[1.0, 2.0, 4.0])), Some(&[1.0, 2.0, 4.0][..]));
         for column in [[1.0, 1.0, 2.0], [65_535.0, 0.0, 1.0], [1.0, f64::NAN, 3.0]] {
             assert_eq!(counts(&of(&column)), None);

@@ -81,9 +81,23 @@ impl Recorded {
                 return Err(DatasetError::format(path, why));
             };
             check_period(path, period_s)?;
+            let (rows, ends) =
+                (times.len() as f64 - 1.0, [times.first(), times.last()].map(|time| time.copied().unwrap_or_default()));
+            let resolution =
+                times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+            if (ends[1] - ends[0] - rows * period_s).abs() > 2.0 * resolution.min(ends[1] - ends[0]) {
+                let why = format!(
+                    "{message}: its time stamps span {:.3} s, and {} rows of the stated period {:.3} s; rows are lost, or the period is another",
+                    ends[1] - ends[0],
+                    times.len(),
+                    rows * period_s
+                );
+                return Err(DatasetError::format(path, why));
+            }
             findings.push(Finding::new(Severity::Warn, Check::Timing, format!("{message}: the stated period is used")));
             return Ok((Self { columns, clock: Clock::Even(period_s) }, findings));
         }
+        findings.extend(period_s.and_then(|stated_s| other_period(&times, stated_s)));
         Ok((Self { columns, clock: Clock::Stamps { times, lines } }, findings))
     }
 
@@ -173,6 +187,23 @@ pub(crate) fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetErro
         "the sampling period is {period_s:.3e} s; logs have one from {SHORTEST_S:e} to {LONGEST_S} s: mend the time column, its unit or the stated period{days}"
     );
     Err(DatasetError::format(path, why))
+}
+
+/// Stamps in whose median a period is told that was stated otherwise by more than this share.
+const OTHER_SHARE: f64 = 0.01;
+
+/// What to say where the time stamps have another period than the stated one.
+fn other_period(times: &[f64], stated_s: f64) -> Option<Finding> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let (_, period_s, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
+    let differs = (stated_s / *period_s - 1.0).abs() > OTHER_SHARE;
+    let message = format!(
+        "the time stamps are {:.3} ms apart; the stated period of {:.3} ms is not used. Where the stamps are wrong, leave their column out by a mapping",
+        *period_s * 1e3,
+        stated_s * 1e3
+    );
+    differs.then(|| Finding::new(Severity::Warn, Check::Timing, message))
 }
 
 /// What is wrong with time stamps nearly all of which are those of the row before.

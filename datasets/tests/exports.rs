@@ -299,10 +299,13 @@ fn names_in_two_rows_are_read() {
     for head in [
         "Time,X,,Z,\n[s],command [mm],actual [mm],command [mm],actual [mm]\n",
         ",X,,Z,\ntime,cmd,act,cmd,act\n",
+        "Time,X,X,Z,Z\n[s],cmd,act,cmd,act\n",
+        // One name more, or one less, than the rows have fields.
+        "t,x_cmd,x_act,z_cmd,z_act,remark\n",
         "t,Commanded,,,Actual\n,x,,z,\n",
     ] {
         let read = read("run.csv", format!("{head}{data}"));
-        if head.starts_with("t,") {
+        if head.starts_with("t,Commanded") {
             // What nothing tells apart stays refused.
             assert!(read.is_err());
         } else {
@@ -318,4 +321,65 @@ fn names_in_another_encoding_are_told() {
     let data = rows(|t, [a, b, ..]| format!("{t:.3},{a:.6},{b:.6}"));
     let error = read("run.csv", [names.join(&b','), data.into_bytes()].join(&b'\n')).unwrap_err().to_string();
     assert!(error.contains("save the file as UTF-8"), "{error}");
+}
+
+#[test]
+fn speeds_and_voltages_are_no_axes() {
+    let lone = rows(|t, [a, b, c, d]| format!("{t:.3},{a:.6},{b:.6},{c:.6},{d:.6}"));
+    for head in [
+        "t,pos_cmd,pos_act,v_cmd,v_act",
+        "t,p_ref,p_act,u_ref,u_act",
+        "Zeit,Soll,Ist,v_Soll,v_Ist",
+        "t,theta_ref,theta_act,w_ref,w_act",
+    ] {
+        let error = read("run.csv", format!("{head}\n{lone}")).unwrap_err().to_string();
+        assert!(error.contains("may be speeds or voltages"), "{head}: {error}");
+    }
+    let speed = |t: f64| 120.0 * (6.0 * t).cos();
+    let beside = rows(|t, [a, b, ..]| format!("{t:.3},{a:.6},{b:.6},{:.6},{:.6}", speed(t), speed(t - 0.0015)));
+    let (log, report) = read("run.csv", format!("t,x_cmd,x_act,v_cmd,v_act\n{beside}")).unwrap();
+    assert_eq!(log.axes().len(), 1);
+    assert_found(&report, Severity::Note, Check::Mended, "`v_cmd` and `v_act` may be speeds");
+    // An axis of that name stays one.
+    let (log, _) = read("run.csv", format!("t,x_cmd,x_act,v_cmd,v_act\n{lone}")).unwrap();
+    assert_eq!(log.axes().iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), ["x", "v"]);
+}
+
+#[test]
+fn the_second_clock_of_two_of_one_name_counts() {
+    for (first, second) in [("Time", "Time.1"), ("Time", "Time_1"), ("t", "t2"), ("t1", "t2"), ("Time [s]", "Time [s].1")] {
+        let data = rows(|t, [a, b, ..]| format!("{t:.4},{a:.6},{:.4},{b:.6}", t - 0.0005));
+        let (log, report) = read("run.csv", format!("{first},x_cmd,{second},x_act\n{data}")).unwrap();
+        assert_found(&report, Severity::Note, Check::Timing, "joined to the clock of the command");
+        assert!(log.len() < SAMPLES + 1, "{first} {second}");
+    }
+    // A temperature is no clock.
+    let data = rows(|t, [a, b, ..]| format!("{t:.4},{a:.6},{b:.6},{:.2}", 20.0 + (50.0 * t).sin()));
+    assert_eq!(read("run.csv", format!("t,x_cmd,x_act,T1\n{data}")).unwrap().0.len(), SAMPLES);
+}
+
+#[test]
+fn a_stated_period_that_the_log_contradicts_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let with_period = |name: &str, text: String, period_s: f64| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        read_log(&path, &ReadOptions { period_s: Some(period_s), ..ReadOptions::default() })
+    };
+    let stamped = rows(|t, [a, b, ..]| format!("{t:.3},{a:.6},{b:.6}"));
+    let (_, report) = with_period("a.csv", format!("t,x_cmd,x_act\n{stamped}"), 0.004).unwrap();
+    assert_found(&report, Severity::Warn, Check::Timing, "the stated period of 4.000 ms is not used");
+    // A clock of whole seconds, and half of the rows of the stated period.
+    let coarse: String = (0..4 * SAMPLES)
+        .map(|k| format!("10:00:{:02},{},{}\n", k * 4 / 1000, (0.01 * k as f64).sin(), (0.01 * k as f64 - 0.01).sin()))
+        .collect();
+    let error = with_period("b.csv", format!("Time,x_cmd,x_act\n{coarse}"), 0.002).unwrap_err().to_string();
+    assert!(error.contains("rows are lost, or the period is another"), "{error}");
+    assert!(with_period("c.csv", format!("Time,x_cmd,x_act\n{coarse}"), 0.004).is_ok());
+    // A counter of rows shows those that are lost.
+    let lost = |k: usize| if k < 200 { k } else { k + 100 };
+    let counted: String =
+        (0..SAMPLES - 100).map(|k| format!("{},{},{}\n", lost(k), lost(k) as f64 * 0.1, lost(k) as f64 * 0.1 - 0.05)).collect();
+    let (_, report) = with_period("d.csv", format!("sample,x_cmd,x_act\n{counted}"), 0.002).unwrap();
+    assert_found(&report, Severity::Refuse, Check::Timing, "100 rows are missing");
 }

@@ -81,7 +81,7 @@ impl Entries {
     /// When an entry cannot be parsed, is given twice, or names no column.
     pub fn parse(text: &str, table: &Table) -> Result<Self, DatasetError> {
         let mut entries = Self::default();
-        for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+        for entry in split(text).map(str::trim).filter(|entry| !entry.is_empty()) {
             entries.add(entry, table).map_err(|reason| DatasetError::Mapping { text: entry.to_owned(), reason })?;
         }
         let Self { sides, units, .. } = &mut entries;
@@ -143,6 +143,15 @@ impl Entries {
     }
 }
 
+/// The entries of a mapping; a comma between double quotes belongs to a name.
+fn split(text: &str) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    text.split(move |sign| {
+        quoted ^= sign == '"';
+        sign == ',' && !quoted
+    })
+}
+
 impl Sides {
     /// Whether the unit of a column is stated, or its factor.
     pub(super) fn states_unit(&self) -> bool {
@@ -163,10 +172,22 @@ impl Sides {
     }
 }
 
-/// A column's name or `#` and its number, with `*factor` or `:unit`, for `axis`.
+/// What a name states in brackets as its unit, where that is none known: `rev` of `x_ref [rev]`.
+fn strange_unit(name: &str) -> Option<&str> {
+    let unit = name.trim_end().strip_suffix(']')?.rsplit_once('[')?.1.trim();
+    (!unit.is_empty() && Unit::named(unit).is_none() && !unit.contains(|sign: char| sign.is_ascii_digit())).then_some(unit)
+}
+
+/// A column's name, in double quotes or not, or `#` and its number, with `*factor` or `:unit`, for `axis`.
 fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
     if let Some(column) = find(text, table)? {
-        return Ok(Named::of_name(column, unit_of_name(&table.names[column], axis)));
+        let unit = unit_of_name(&table.names[column], axis);
+        return match strange_unit(&table.names[column]).filter(|_| unit.is_none()) {
+            Some(strange) => Err(format!(
+                "the column states `{strange}`, which is no unit known here ({UNITS}); give its factor to mm, rad or s, as `{text}*10`"
+            )),
+            None => Ok(Named::of_name(column, unit)),
+        };
     }
     if let Some((name, factor)) = text.rsplit_once('*')
         && let Some(column) = find(name.trim(), table)?
@@ -187,6 +208,7 @@ fn named(text: &str, axis: &str, table: &Table) -> Result<Named, String> {
 }
 
 fn find(name: &str, table: &Table) -> Result<Option<usize>, String> {
+    let name = name.strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name);
     let mut named = (0..table.names.len()).filter(|index| table.names[*index] == name);
     if let Some(index) = named.next() {
         return match named.next() {

@@ -8,6 +8,7 @@ const TIME: &[&str] = &[
     "t",
     "time",
     "timestamp",
+    "stamp",
     "datetime",
     "elapsed",
     "zeit",
@@ -16,6 +17,11 @@ const TIME: &[&str] = &[
     "tiempo",
     "tempo",
     "czas",
+    "čas",
+    "tijd",
+    "zaman",
+    "время",
+    "시간",
     "时间",
     "時間",
     "時刻",
@@ -45,6 +51,16 @@ const REFERENCE: &[&str] = &[
     "comando",
     "comandata",
     "zadana",
+    "žádaná",
+    "referencia",
+    "teorica",
+    "gewenst",
+    "gewenste",
+    "komut",
+    "заданная",
+    "заданное",
+    "задание",
+    "지령",
     "指令",
     "命令",
     "设定",
@@ -84,6 +100,14 @@ const ACTUAL: &[&str] = &[
     "reale",
     "misurata",
     "rzeczywista",
+    "skutečná",
+    "werkelijk",
+    "werkelijke",
+    "gerçek",
+    "фактическая",
+    "фактическое",
+    "факт",
+    "실제",
     "实际",
     "実際",
     "実",
@@ -142,6 +166,17 @@ const NEUTRAL: &[&str] = &[
     "axe",
     "eje",
     "asse",
+    "quota",
+    "poloha",
+    "positie",
+    "pozisyon",
+    "позиция",
+    "положение",
+    "ось",
+    "mcs",
+    "prg",
+    "gvl",
+    "위치",
     "位置",
 ];
 
@@ -154,19 +189,34 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
     if is_edge_name(name) {
         return None;
     }
+    if has_other_unit(name) {
+        return None;
+    }
     let (mut role, mut is_time, mut is_table) = (None, false, false);
     let is_error = words(name).iter().any(|word| ERROR.contains(&word.as_str()));
     let mut axis = String::new();
     let mut unit = None;
     let words = words(name);
+    // A log may name its time by the unit alone, though not by one of letters that mean much else.
+    if let [word] = words.as_slice()
+        && let Some(unit) = Unit::named(word).filter(|unit| unit.quantity == Quantity::Time && word.len() > 1 && word != "min")
+    {
+        return Some(Meaning { role: Role::Time, axis, unit: Some(unit), is_table });
+    }
     for (index, word) in words.iter().enumerate() {
         let word = word.as_str();
         if index > 0 && words[index - 1] == MEASURING_SYSTEM && ["1", "2"].contains(&word) {
             is_table = word == "2";
             continue;
         }
-        if TIME.contains(&word) {
+        // Of several columns of one name some tools number the later ones: `Time.1`, `t2`.
+        if TIME.contains(&word.trim_end_matches(|sign: char| sign.is_ascii_digit())) {
             is_time = true;
+            continue;
+        }
+        let is_number = word.bytes().all(|byte| byte.is_ascii_digit());
+        let is_before_unit = word == "in" && words.get(index + 1).is_some_and(|unit| Unit::named(unit).is_some());
+        if is_time && is_number && word.len() < 3 || is_before_unit {
             continue;
         }
         if let Some(new_role) = side_of(word) {
@@ -202,6 +252,13 @@ pub(super) fn understand(name: &str) -> Option<Meaning> {
         None => Role::Position,
     };
     Some(Meaning { role, axis, unit, is_table })
+}
+
+/// Whether a name states what no unit of positions or times is: signs alone, as in `[%]`, or newton metres, whose small letters are nanometres.
+fn has_other_unit(name: &str) -> bool {
+    let Some((_, unit)) = name.rsplit_once(['[', '(']) else { return false };
+    let unit = unit.trim_end_matches([']', ')', ' ']).trim();
+    unit == "Nm" || !unit.is_empty() && !unit.contains(|sign: char| sign.is_alphanumeric() || sign == '°')
 }
 
 /// Whether a lower-case word says that a column is of commanded or actual positions, or of tracking errors.
@@ -352,6 +409,17 @@ mod tests {
             ("X ERR(um)", Role::Error, "x"),
             ("X mesure (mm)", Role::Actual, "x"),
             ("Axis X.NcToPlc.SetPos", Role::Reference, "x"),
+            ("Time.1", Role::Time, ""),
+            ("Time [s].1", Role::Time, ""),
+            ("t2", Role::Time, ""),
+            ("Time in ms", Role::Time, ""),
+            ("TIME_STAMP_MS", Role::Time, ""),
+            ("ms", Role::Time, ""),
+            ("seconds", Role::Time, ""),
+            ("MCS X Set", Role::Reference, "x"),
+            ("Posición referencia X", Role::Reference, "x"),
+            ("Фактическая позиция X (mm)", Role::Actual, "x"),
+            ("X 지령 위치", Role::Reference, "x"),
             ("X1: Position setpoint", Role::Reference, "x1"),
             ("X1: Actual position value measuring system 1", Role::Actual, "x1"),
         ] {
@@ -390,6 +458,10 @@ mod tests {
             "X1: Actual position value measuring system 3",
             "X1: Actual position 2",
             "s",
+            "min",
+            "X ref [%]",
+            "x_act [Nm]",
+            "x_ref 2",
             "X指令实际",
         ] {
             assert_eq!(meaning(name), None, "{name}");

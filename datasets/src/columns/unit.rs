@@ -65,7 +65,7 @@ impl Unit {
         let word = word.trim().trim_matches(['[', ']', '(', ')']).trim().to_lowercase();
         let (quantity, scale) = match word.as_str() {
             "s" | "sec" | "second" | "seconds" => (Quantity::Time, 1.0),
-            "ms" | "msec" | "millisecond" | "milliseconds" => (Quantity::Time, 1e-3),
+            "ms" | "msec" | "millis" | "millisecond" | "milliseconds" => (Quantity::Time, 1e-3),
             "us" | "µs" | "μs" | "usec" | "microsecond" | "microseconds" => (Quantity::Time, 1e-6),
             "ns" | "nanosecond" | "nanoseconds" => (Quantity::Time, 1e-9),
             "min" => (Quantity::Time, 60.0),

@@ -1,9 +1,17 @@
 //! Times of day and dates as text.
 
 /// Seconds of `HH:MM:SS`, with a fraction after a point or comma, behind a date or none, in s: since the start of 1970 where there is a date, else
-/// since midnight. Dates are `2026-11-27`, `27.11.2026` and `11/27/2026`; `T` or a blank follows. `Z`, a time zone such as `+02:00`, and AM or PM may
-/// stand behind. `MM:SS` has to have a fraction, and no date. A fraction of three or six digits may follow a colon: `HH:MM:SS:mmm`.
+/// since midnight. Dates are `2026-11-27`, `20261127`, `27.11.2026`, `27-Nov-2026` and `11/27/2026`; `T` or a blank follows. `1 days` may stand before. `Z`, a time zone such as `+02:00`, and AM or PM may
+/// stand behind. `MM:SS` has to have a fraction, and no date. A fraction of three or six digits may follow a colon or semicolon: `HH:MM:SS:mmm`. Seconds may be stated
+/// as such: `0.002 sec`.
 pub(super) fn clock_s(text: &str) -> Option<f64> {
+    if let Some((seconds, "s" | "sec" | "seconds")) = text.split_once(' ') {
+        return seconds.parse().ok();
+    }
+    if let Some((days, rest)) = text.split_once(" days ").or_else(|| text.split_once(" day ")) {
+        let of_day_s = if rest.contains(' ') { None } else { clock_s(rest) };
+        return Some(86_400.0 * digits(days)? as f64 + of_day_s?);
+    }
     let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
     if !text.contains(':') || !text.is_ascii() {
         return None;
@@ -21,7 +29,7 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
         Some(Some((time, half))) if half.eq_ignore_ascii_case("pm") => (time.trim_end(), Some(12.0)),
         _ => (time, None),
     };
-    let mut parts: Vec<&str> = time.split(':').collect();
+    let mut parts: Vec<&str> = time.split([':', ';']).collect();
     let fraction = match parts.last() {
         Some(last) if parts.len() == 4 && matches!(last.len(), 3 | 6) && last.bytes().all(|byte| byte.is_ascii_digit()) => {
             let fraction = format!("0.{last}").parse().ok()?;
@@ -66,12 +74,24 @@ fn digits(text: &str) -> Option<i64> {
     (text.len() <= 4 && text.bytes().all(|byte| byte.is_ascii_digit())).then(|| text.parse().ok())?
 }
 
+/// The month that begins with these letters.
+fn month_of(text: &str) -> Option<i64> {
+    const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+    let month = MONTHS.iter().position(|month| text.eq_ignore_ascii_case(month))?;
+    i64::try_from(month + 1).ok()
+}
+
 /// Days from the start of 1970 to a date.
 fn days_of(date: &str) -> Option<i64> {
-    let separator = ['-', '.', '/'].into_iter().find(|separator| date.contains(*separator))?;
-    let parts: Vec<i64> = date.split(separator).map(digits).collect::<Option<_>>()?;
+    let in_one = |date: &str| Some(vec![digits(&date[..4])?, digits(&date[4..6])?, digits(&date[6..])?]);
+    let separator = ['-', '.', '/'].into_iter().find(|separator| date.contains(*separator));
+    let parts: Vec<i64> = match separator {
+        Some(separator) => date.split(separator).map(|part| digits(part).or_else(|| month_of(part))).collect::<Option<_>>()?,
+        None if date.len() == 8 && date.is_ascii() => in_one(date)?,
+        None => return None,
+    };
     let &[first, second, third] = parts.as_slice() else { return None };
-    let (year, month, day) = match separator {
+    let (year, month, day) = match separator.unwrap_or('-') {
         _ if first > 31 => (first, second, third),
         '/' => (third, first, second),
         _ => (third, second, first),
@@ -103,6 +123,15 @@ mod tests {
         assert_eq!(clock_s("00:00:01+02:00"), Some(79_201.0));
         assert_eq!([clock_s("00:00:01:250"), clock_s("00:01:01:250000")], [Some(1.25), Some(61.25)]);
         assert_eq!(clock_s("6:50:03 PM +02:00"), clock_s("16:50:03"));
+        assert_eq!(
+            [clock_s("27-Nov-2026 18:50:03.002"), clock_s("20261127 18:50:03.002")],
+            [clock_s("2026-11-27 18:50:03.002"); 2]
+        );
+        assert_eq!(
+            [clock_s("0.25 sec"), clock_s("1.5 s"), clock_s("0 days 00:00:01.250000")],
+            [Some(0.25), Some(1.5), Some(1.25)]
+        );
+        assert_eq!([clock_s("10:00:00;250"), clock_s("2 days 00:00:01")], [Some(36_000.25), Some(172_801.0)]);
         for text in [
             "12:00:00 +99",
             "12:00:00+1:2:3",
@@ -118,6 +147,11 @@ mod tests {
             "00:00:01:25",
             "00:00:1.5:250:100",
             "x_ref:mm",
+            "12 mm",
+            "sec",
+            "a days 00:00:01",
+            "99-Foo-2026 10:00:00",
+            "2026112 10:00:00",
             "\u{b5}:1:2",
             "12:00:00 +1",
             "::",

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::dialect::Dialect;
 use super::text::{self, Line};
 use super::{HEAD_BYTES, LogFormat};
-use crate::columns::Unit;
+use crate::columns::{Unit, is_known};
 use crate::{Check, DatasetError, Finding, Severity, Table};
 
 /// Text tables with a header line. Separator and decimal sign are detected.
@@ -34,7 +34,7 @@ impl LogFormat for Csv {
         let Some(first) = lines.iter().position(|line| dialect.is_data(line.text)) else {
             return Err(DatasetError::format(path, "no line holds numbers; a log holds recorded positions, one row a sample"));
         };
-        let names = header(&dialect, &lines[..first], &comments);
+        let names = header(&dialect, &lines[..first], &comments, &lines[first]);
         let mut rows: Vec<Line<'_>> = lines[first..].iter().filter(|line| !dialect.is_remark(line.text)).cloned().collect();
         let mut findings = Vec::new();
         if let Some(row) = rows.iter().find(|row| is_other_header(&dialect, &names, row.text)) {
@@ -87,8 +87,8 @@ fn is_part_program(lines: &[Line<'_>]) -> bool {
 /// Number of lines for the detection of a part program.
 const PROGRAM_LINES: usize = 100;
 
-/// Column names from the last line of the right width before the data (with a row of units added to the names), or from a comment.
-fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<String> {
+/// Column names from the last line of the right width before the data, the first of which is `row` (with a row of units or of groups added to the names), or from a comment.
+fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>], row: &Line<'_>) -> Vec<String> {
     let trimmed = |line| {
         let mut fields = dialect.fields(line);
         // As in rows, a separator at the end adds no column.
@@ -101,7 +101,7 @@ fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<
     let mut candidates = lines.map(|line| trimmed(line.text)).filter(|fields| fields.len() == dialect.width);
     let numbered = || (1..=dialect.width).map(|column| column.to_string()).collect();
     let Some(last) = candidates.next() else {
-        return numbered();
+        return before.last().and_then(|line| of_other_width(dialect, line, row)).unwrap_or_else(numbered);
     };
     let is_units =
         last.iter().all(|word| word.is_empty() || Unit::named(word).is_some()) && last.iter().any(|word| !word.is_empty());
@@ -113,24 +113,48 @@ fn header(dialect: &Dialect, before: &[Line<'_>], comments: &[Line<'_>]) -> Vec<
             };
             names.iter().zip(&last).map(with_unit).collect()
         }
-        Some(groups) if is_over(&groups, &last) => {
-            let over = groups.iter().scan("", |over, group| {
-                *over = if group.is_empty() { *over } else { group };
-                Some(*over)
-            });
-            over.zip(&last).map(|(over, name)| format!("{over} {name}").trim().to_owned()).collect()
+        groups => {
+            let both = groups.and_then(|groups| in_two_rows(&groups, &last));
+            both.unwrap_or_else(|| last.iter().map(|name| (*name).to_owned()).collect())
         }
-        _ => last.iter().map(|name| (*name).to_owned()).collect(),
     }
 }
 
-/// Whether a row names groups of columns, each in its first column, and names alone do not tell the columns apart: `,X,,Y,` over `t,set,act,set,act`.
-fn is_over(groups: &[&str], names: &[&str]) -> bool {
-    let repeats = |index: usize| names[..index].contains(&names[index]);
-    let first = groups.iter().position(|group| !group.is_empty());
-    first.is_some_and(|first| groups[first..].contains(&""))
-        && (0..names.len()).any(repeats)
-        && groups.iter().all(|group| group.parse::<f64>().is_err())
+/// The names of a line that has one more or one less than the rows have fields: a last column that rows leave out, or numbers of rows before the first.
+fn of_other_width(dialect: &Dialect, line: &Line<'_>, row: &Line<'_>) -> Option<Vec<String>> {
+    let mut names: Vec<String> = dialect.fields(line.text).into_iter().map(str::to_owned).collect();
+    let known = names.iter().filter(|name| is_known(name)).count();
+    let is_counted = || dialect.fields(row.text).first().is_some_and(|field| field.parse::<u64>().is_ok());
+    if names.len() == dialect.width + 1 && known > 1 && names.last().is_some_and(|name| !is_known(name)) {
+        names.pop();
+        Some(names)
+    } else if names.len() + 1 == dialect.width && known > 1 && is_counted() {
+        names.insert(0, "row".to_owned());
+        Some(names)
+    } else {
+        None
+    }
+}
+
+/// The names in two rows, where the lower alone do not tell the columns apart: `,X,,Y,` or `,X,X,Y,Y` over `t,set,act,set,act`. A group without a name
+/// is the one before it.
+fn in_two_rows(groups: &[&str], names: &[&str]) -> Option<Vec<String>> {
+    let is_number = |group: &&str| group.parse::<f64>().is_ok();
+    if !repeats(names) || groups.iter().any(is_number) {
+        return None;
+    }
+    let over = groups.iter().scan("", |over, group| {
+        *over = if group.is_empty() { *over } else { group };
+        Some(*over)
+    });
+    let both: Vec<String> = over.zip(names).map(|(over, name)| format!("{over} {name}").trim().to_owned()).collect();
+    let known = names.iter().filter(|name| is_known(name)).count();
+    (!repeats(&both) && both.iter().filter(|name| is_known(name)).count() > known).then_some(both)
+}
+
+/// Whether a name comes twice.
+fn repeats<T: PartialEq>(names: &[T]) -> bool {
+    (0..names.len()).any(|index| names[..index].contains(&names[index]))
 }
 
 /// Whether a row is a header of the same columns in another order: the rows behind it would be taken for those before it.

@@ -16,6 +16,8 @@ pub(crate) struct Dialect {
 
 /// Share of numbers among the fields between tabs above which blanks separate nothing.
 const MOST: f64 = 0.5;
+/// The minus sign of typography, which some tools write.
+const MINUS: char = '\u{2212}';
 /// Number of lines for the detection.
 const SNIFFED: usize = 200;
 
@@ -110,6 +112,8 @@ impl Dialect {
     }
 
     pub(super) fn plain_number(&self, field: &str) -> Option<f64> {
+        let with_sign = field.strip_prefix(MINUS).map(|size| format!("-{size}"));
+        let field = with_sign.as_deref().unwrap_or(field);
         if !self.decimal_comma {
             field.parse().ok()
         } else if field.contains('.') {
@@ -218,6 +222,7 @@ mod tests {
         assert_eq!(of(true, "43.164,300"), Some(43_164.3));
         assert_eq!(of(true, "-1.043.164"), Some(-1_043_164.0));
         assert_eq!(of(false, "43,164.300"), Some(43_164.3));
+        assert_eq!([of(false, "\u{2212}1.5"), of(true, "\u{2212}1,5")], [Some(-1.5); 2]);
         assert_eq!([of(true, "43 164,3"), of(false, "43'164.3"), of(true, "43\u{a0}164,3")], [Some(43_164.3); 3]);
         for (decimal_comma, field) in [
             (true, "43.164"),
