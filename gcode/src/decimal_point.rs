@@ -35,7 +35,16 @@ pub(crate) fn has_point(program: &Program, word: &Word) -> bool {
 /// The coordinates of a program that are numbers other than 0.
 fn coordinates(program: &Program) -> impl Iterator<Item = &Word> {
     let mut in_cycle = false;
-    (0..program.blocks().len()).flat_map(move |block| {
+    let mut has_begun = false;
+    // What stands behind the end of the tape is no program.
+    let is_program = move |block: &usize| {
+        let (signs, words): (Vec<&Word>, Vec<&Word>) =
+            program.block_words(*block).iter().partition(|word| word.kind == WordKind::Percent);
+        let ends = has_begun && !signs.is_empty();
+        has_begun |= !words.is_empty();
+        !ends
+    };
+    (0..program.blocks().len()).take_while(is_program).flat_map(move |block| {
         let words = program.block_words(block);
         let codes = || words.iter().filter(|word| word.is(b'G')).map(|word| word.value);
         for code in codes() {
@@ -127,6 +136,8 @@ mod tests {
         let integers = "G21 G90\nG0 X0 Y0 Z0\nG1 X50 F600\nM30\n";
         assert!(is_open(integers, Dialect::Fanuc) && !is_open(integers, Dialect::LinuxCnc));
         assert!(is_open(&integers.replace("Y0", "Y1.5"), Dialect::Fanuc), "a mixed program");
+        let remark = "%\nO1\nG21 G90\nG0 X0. Y0. Z0.\nG1 X50. F600.\nM30\n%\nDATUM 12.11 X5\n";
+        assert!(!is_open(remark, Dialect::Fanuc), "behind the end of the tape");
         assert!(!is_open(&integers.replace("X50", "X50."), Dialect::Fanuc), "zero is zero in both readings");
         // 5 µm and 5.25 mm make no circle.
         let arc = "G21 G90\nG0 X0. Y0. Z0.\nG1 X10 F600\nG2 X10. Y10.5 I0 J5.25\nM30\n";

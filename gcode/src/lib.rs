@@ -45,6 +45,7 @@ mod format;
 mod interpret;
 mod lexer;
 mod modal;
+mod named_blocks;
 mod number;
 mod passive;
 mod plane;

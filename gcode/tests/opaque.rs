@@ -220,3 +220,30 @@ fn a_second_program_number_begins_another_program() {
     assert_eq!(path.moves.len(), 4);
     assert!(path.warnings.iter().any(|warning| warning.message.contains("another program begins here")), "{:?}", path.warnings);
 }
+
+#[test]
+fn codes_of_other_controls_with_the_same_number_leave_moves_alone() {
+    // Haas: a work offset, where no G112 stands in the program.
+    let path = read(Dialect::Fanuc, &format!("{BEFORE}G113\n{AFTER}"));
+    assert!(feeds(&path)[2..].iter().all(|shiftable| *shiftable != YES), "G113");
+    let path = read(Dialect::Fanuc, &format!("{BEFORE}G40 G80 G113\n{AFTER}"));
+    assert!(feeds(&path)[2..].contains(&YES), "a line of cancelling codes");
+    // Pockets of GSK, a call of Mitsubishi, return levels of Okuma's cycles.
+    for block in ["G22 X20. Y20. Z-3. R2. I10. L5. Q1. D1 F300.", "G22 P1000", "G33 X20. Y20. Z-3. R2. I10. J30. L5 D1 F300."] {
+        let path = read(Dialect::Fanuc, &format!("{BEFORE}{block}\nG1 X30. F500\n{AFTER}"));
+        assert_ne!(feeds(&path)[2], YES, "{block}");
+    }
+    let cycle = |code: &str| {
+        read(Dialect::Fanuc, &format!("{BEFORE}G81 X10. Y10. Z-5. R2. F200 {code}\nG80\nG1 X30. Z-1. F500\n{AFTER}"))
+    };
+    assert_ne!(feeds(&cycle("M53"))[2], YES);
+    assert_eq!(feeds(&cycle("M8"))[2], YES);
+    let check = read(Dialect::Fanuc, &format!("{BEFORE}G22 X100. Y100. Z50. I-100. J-100. K-50.\n{AFTER}"));
+    assert_eq!(feeds(&check)[2], YES);
+}
+
+#[test]
+fn names_and_accuracies_of_other_controls_are_passed_over() {
+    let path = read(Dialect::Fanuc, &format!("%\n<TEST-PROG>(KUNDE)\n{BEFORE}G61.1 ,K80\nG64\n{AFTER}"));
+    assert!(feeds(&path).iter().all(|shiftable| *shiftable == YES), "{:?}", feeds(&path));
+}

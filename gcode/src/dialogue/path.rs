@@ -181,7 +181,7 @@ impl Interpreter<'_> {
             Some(Fixed::Adjoining)
         } else if has(Effect::ToolChange) {
             Some(Fixed::ToolChange)
-        } else if !is_splittable(self.program, self.block, self.options.dialect) {
+        } else if !is_splittable(self.program, self.block, self.options.dialect) || self.named_blocks.hold(self.block) {
             Some(Fixed::Unsplittable)
         } else if optional {
             Some(Fixed::OptionalBlock)

@@ -5,6 +5,7 @@ use super::sections::Cause;
 use crate::dialect::Options;
 use crate::interpret::report::Report;
 use crate::modal::{Distance, Modal, PathMode, Units, WorkOffset};
+use crate::named_blocks::NamedBlocks;
 use crate::position::Position;
 use crate::program::Program;
 use crate::sections::Sections;
@@ -38,6 +39,8 @@ pub(super) struct Interpreter<'a> {
     pub options: &'a Options,
     pub report: Report<'a>,
     pub constants: Constants,
+    /// Contours that a cycle runs again.
+    pub named_blocks: NamedBlocks,
     pub block: usize,
     pub modal: Modal,
     pub position: Position,
@@ -81,6 +84,7 @@ impl<'a> Interpreter<'a> {
             options,
             report: Report::new(program),
             constants: Constants::of(program),
+            named_blocks: NamedBlocks::of(program, options),
             block: 0,
             modal,
             position,

@@ -12,6 +12,8 @@ pub(super) fn classify(tenths: u16, dialect: Dialect, has: impl Fn(u8) -> bool) 
         10 => Motion(codes::Motion::Line),
         20 => Motion(codes::Motion::ArcClockwise),
         30 => Motion(codes::Motion::ArcCounterClockwise),
+        // GSK 980MD: a rectangular pocket has the words of one.
+        330 if dialect == Dialect::Fanuc && [b'D', b'L', b'R'].into_iter().any(&has) => OneShot(codes::OneShot::Unread),
         330 => Motion(codes::Motion::Thread),
         331 => Motion(codes::Motion::RigidTap),
         382..=385 => Motion(codes::Motion::Probe),
@@ -73,6 +75,8 @@ fn classify_fanuc(tenths: u16, has: impl Fn(u8) -> bool) -> Code {
     let has_any = |letters: &[u8]| letters.iter().any(|letter| has(*letter));
     let is_lathe_cycle = || has_any(LATHE_CYCLE) || has(b'D') && !has(b'T');
     match tenths {
+        // Stroke checks have axis words and I, J, K; with others G22 is a pocket of GSK or a call of Mitsubishi.
+        220 if has_any(b"ADFLPQR") => Code::Unknown,
         // Look-ahead, data input end, stroke checks, spindle checks, corner override, tapping mode.
         50 | 51 | 80 | 81 | 110 | 220 | 230 | 250 | 260 | 620 | 630 => Code::Silent,
         // Hurco ISNC: data smoothing (G05.2 Q P) and surface finish (G05.3 P). With axes or alone they are NURBS of other controls.

@@ -14,7 +14,6 @@ mod full_circles;
 mod gather;
 mod mirrors;
 mod motion;
-mod named_blocks;
 mod one_shots;
 mod other_controls;
 mod parts;

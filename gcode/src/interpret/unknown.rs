@@ -1,7 +1,7 @@
 //! Codes and statements that are not interpreted. They open sections that are not changed.
 
 use super::codes::{Code, Motion, OneShot, written};
-use super::gather::Gathered;
+use super::gather::{GWord, Gathered};
 use super::sections::Cause;
 use super::state::{FeedWord, Interpreter};
 use crate::dialect::Dialect;
@@ -9,7 +9,7 @@ use crate::execution::Ran;
 use crate::passive::{changes_nothing, is_user_defined};
 use crate::sinumerik::signs::{SINUMERIK_HELP, is_likely};
 use crate::toolpath::{Fixed, MoveKind};
-use crate::word::WordKind;
+use crate::word::{Word, WordKind};
 
 /// Statements for operator messages and look-ahead only.
 const SILENT: [&[u8]; 2] = [b"MSG", b"STOPRE"];
@@ -34,7 +34,8 @@ impl Interpreter<'_> {
             let ended = self.end_sections(words, g.tenths);
             self.note_transform(words, g);
             self.note_other_control(words, g);
-            if g.code == Code::Unknown && !ended && !self.ends_fixture_offset(words, g.tenths) {
+            let is_unknown = g.code == Code::Unknown || g.tenths == 1130 && self.is_work_offset_of_haas(words);
+            if is_unknown && !ended && !self.ends_fixture_offset(words, g.tenths) {
                 let cause = if self.is_sinumerik() { Cause::Lasting } else { Cause::G(g.tenths) };
                 self.open_section(g.index, &written(g.tenths), cause, None);
             }
@@ -42,6 +43,10 @@ impl Interpreter<'_> {
         for &index in &words.m {
             let number = self.program.words()[index].number().filter(|n| n.fract() == 0.0 && (0.0..1024.0).contains(n));
             match number.map(|n| n as u16) {
+                Some(number) if self.is_return_level(number, words) => {
+                    let what = format!("M{number} beside a cycle may change the level to which it returns");
+                    self.open_section(index, &what, Cause::Lasting, None);
+                }
                 Some(number) if self.is_passive(number) => {}
                 Some(number) => {
                     let help = format!("give --passive M{number} if the machine does nothing with path or frame by it");
@@ -129,12 +134,15 @@ impl Interpreter<'_> {
         })
     }
 
-    /// Whether the block is `:0815`, a program number in the ISO code of tapes (Fanuc 0i-F Operator's Manual, "Program Number").
+    /// Whether the block is `:0815`, a program number in the ISO code of tapes, or `<NAME>` (Fanuc 0i-F Operator's Manual, "Program Number", "Program Name").
     fn is_program_number(&self) -> bool {
         let text = self.program.text(self.span_of_block());
         let text = text.split(|byte| b";(".contains(byte)).next().unwrap_or_default().trim_ascii();
         let digits = text.strip_prefix(b":").unwrap_or_default();
-        self.options.dialect == Dialect::Fanuc && !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+        let is_number = !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
+        let name = text.strip_prefix(b"<").and_then(|name| name.strip_suffix(b">")).unwrap_or_default();
+        let is_name = !name.is_empty() && name.iter().all(|byte| byte.is_ascii_alphanumeric() || b"-+_.".contains(byte));
+        self.options.dialect == Dialect::Fanuc && (is_number || is_name)
     }
 
     /// The command of Grbl that stands alone in the block; the modal state stays as it is (Grbl v1.1, "Commands").
@@ -216,7 +224,9 @@ impl Interpreter<'_> {
         let is_line = matches!(self.motion, Some(Motion::Rapid | Motion::Line)) && self.cycle.is_none();
         let is_motion = |code: Code| matches!(code, Code::Motion(Motion::Rapid | Motion::Line) | Code::Distance(_));
         let is_plain = words.m.is_empty() && words.g.iter().all(|g| is_motion(g.code)) && words.unknown.is_none();
-        let (index, what) = if let Some(index) = words.drawing {
+        // Mazak's G61.1 ,K states how closely corners are followed.
+        let is_accuracy = words.g.iter().any(|g| g.tenths == 611) && words.any(b"XYZABCUVW").is_none();
+        let (index, what) = if let Some(index) = words.drawing.filter(|_| !is_accuracy) {
             (index, "the end of this line follows from a dimension of the drawing, which is not read")
         } else if let Some(index) = self.lacking_axis(words).filter(|_| !axes_taken) {
             (index, "the machine has no such axis: whether this is an angle or a chamfer is not known")
@@ -323,6 +333,24 @@ impl Interpreter<'_> {
             }
             is_open
         });
+    }
+
+    /// Whether G113 may be one of Haas's work offsets G110 to G129: G112, which it ends elsewhere, does not occur, and no other mode is ended beside it or
+    /// before any motion.
+    fn is_work_offset_of_haas(&self, words: &Gathered) -> bool {
+        let begins = |word: &Word| word.is(b'G') && [112.0, 12.1].contains(&word.value);
+        let ends = |g: &GWord| {
+            matches!(g.code, Code::Cutter(_) | Code::ToolLength(_) | Code::CancelCycle | Code::TransformOff) && g.tenths != 1130
+        };
+        let is_safety = words.g.iter().any(ends) || self.motion.is_none() && words.any(b"XYZABC").is_none();
+        self.options.dialect == Dialect::Fanuc && !is_safety && !self.program.words().iter().any(begins)
+    }
+
+    /// Whether an M code may state the return level of a cycle: M52 the upper limit, M53 the level of G71, M54 the plane R (Okuma, "Fixed cycles").
+    fn is_return_level(&self, number: u16, words: &Gathered) -> bool {
+        let has_cycle = || self.cycle.is_some() || words.g.iter().any(|g| matches!(g.code, Code::Cycle(_)));
+        let is_declared = self.options.passive.holds(number);
+        self.options.dialect == Dialect::Fanuc && matches!(number, 52..=54) && !is_declared && has_cycle()
     }
 
     fn is_passive(&self, number: u16) -> bool {

@@ -103,6 +103,11 @@ fn named_axes(program: &Program) -> [bool; 6] {
     b"XYZABC".map(|letter| program.words().iter().any(|word| word.is(letter)))
 }
 
+/// Refuses content of another kind.
+fn known(name: &str, program: &Program) -> Result<()> {
+    gcode::recognise(program).map_or(Ok(()), |kind| Err(Error::NotAProgram { name: name.to_owned(), kind }))
+}
+
 /// Length of the taper of a correction beside moves that are not compensated, s.
 pub const TAPER_S: f64 = 0.03;
 
@@ -126,12 +131,13 @@ impl Part {
     /// # Errors
     /// As [`Part::read`].
     pub fn of(name: &str, program: Program, setup: &Setup, settings: &ReadSettings) -> Result<Self> {
+        // A file that is no such program gets no questions about its numbers.
+        known(name, &program)?;
         let options = settings.options(name, &program, setup)?;
         let offsets = settings.offsets(setup);
         let plan = setup.program_plan(settings.corner_tolerance_mm);
         let files = |file: &str| settings.subprograms.read(file);
-        // What is no program is named by what reads it.
-        if !settings.expand || gcode::recognise(&program).is_some() {
+        if !settings.expand {
             return Self::evaluated(name, program, options, &files, &offsets, setup, &plan);
         }
         let flat = gcode::expand(&program, &options, &files).map_err(|error| refused(error, &program, name))?;
@@ -165,9 +171,7 @@ impl Part {
         setup: &Setup,
         settings: &PlanSettings,
     ) -> Result<Self> {
-        if let Some(kind) = gcode::recognise(&program) {
-            return Err(Error::NotAProgram { name: name.to_owned(), kind });
-        }
+        known(name, &program)?;
         gcode::evaluate(&mut program, &options, files).map_err(|error| refused(error, &program, name))?;
         let mut toolpath = gcode::interpret(&program, &options).map_err(|error| refused(error, &program, name))?;
         let mut missing = MissingAxes::of(setup.kinematics.as_ref());
