@@ -62,6 +62,26 @@ fn columns_that_disagree_at_rest_are_seen() {
 }
 
 #[test]
+fn backlash_of_a_run_that_rests_twice_is_no_refusal() {
+    // Rests at 0, reached from below before the run, and from above at its end.
+    let path = |t: f64| if (1.0..3.0).contains(&t) { 5.0 - 5.0 * (std::f64::consts::PI * (t - 1.0)).cos() } else { 0.0 };
+    let of = |play_mm: f64| {
+        let command: Vec<f64> = (0..2000).map(|k| path(f64::from(k) * 0.002)).collect();
+        let mut held = -play_mm;
+        let actual = command.iter().map(|at| {
+            held = held.clamp(at - play_mm, at + play_mm);
+            held
+        });
+        let actual = actual.collect();
+        assess_runs(&[log(0.002, vec![command], vec![actual])], Purpose::Training)
+    };
+    let report = of(0.008);
+    assert_found(&report, Warn, Check::Units, "by 0.0160 mm in the mean of 1 runs");
+    assert!(!report.is_refused(), "{report}");
+    assert_found(&of(0.04), Refuse, Check::Units, "by 0.0800 mm in the mean of 1 runs");
+}
+
+#[test]
 fn zeros_that_differ_are_seen_in_motion_where_nothing_rests() {
     let of = |offset_mm: f64| hurt(move |_, actual| actual[0].iter_mut().for_each(|at| *at += offset_mm));
     for offset_mm in [0.05, -0.5, 2.0, -300.0] {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::common::{Folder, text};
+use crate::common::{Folder, csv_files, text};
 
 /// A wave of lines of about this length at 50 mm/s, as CAM systems write it.
 fn wave(step_mm: f64) -> String {
@@ -117,4 +117,25 @@ fn an_error_that_a_rapid_leaves_is_told_with_its_remedy() {
         "{told}"
     );
     assert!(dwells["beside_unchanged"].is_null() && max(&dwells) < 0.6 * max(&rapids), "{} {}", max(&rapids), max(&dwells));
+}
+
+#[test]
+fn increments_whose_decimals_nobody_states_are_told() {
+    let folder = Folder::new();
+    folder.train("20", "linear");
+    // A model without a machine file knows no control.
+    let paths = csv_files(folder.0.path());
+    let logs: Vec<String> =
+        paths.iter().map(|path| path.to_string_lossy().into_owned()).filter(|path| path.contains("log-")).collect();
+    let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
+    folder.figures(&[&["train"], logs.as_slice(), &["--predictor", "linear", "-o", "machine.model"]].concat());
+    folder.write("steps.nc", "G21 G90 G94 G17\nG0 X0 Y0 Z0\nG91\nG1 X20. Y5. F2000\nG1 X-15. Y10.\nG1 X-5. Y-15.\nM2\n");
+    let said = |more: &[&str]| {
+        let words = [&["compensate", "steps.nc", "-m", "machine.model", "-o", "out.nc"][..], more].concat();
+        let output = folder.precomp(&words);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout) + &text(&output.stderr)
+    };
+    let warning = "increments (G91, from line 4) are written with 6 decimals";
+    assert!(said(&[]).contains(warning) && !said(&["--decimals", "4"]).contains("increments (G91"));
 }

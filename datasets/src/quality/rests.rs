@@ -27,6 +27,8 @@ const NEAR_MM: f64 = 1.0;
 /// Number of runs with such rests below which the change has to be larger, and how many times: one run of 15 s showed 8.0 µm of friction.
 const FEW_CHANGES: usize = 3;
 const FEW_OF: f64 = 1.5;
+/// Change of few runs up to which it may be backlash and friction, whose side at the start of a run is not known, mm: a worn machine's.
+const HYSTERESIS_MM: f64 = 0.05;
 const STANDARD_ERRORS: f64 = 3.0;
 /// The same as a multiple of what friction leaves between rests that are reached from either side: as much as that it can be without a drift.
 const OF_FRICTION: f64 = 1.25;
@@ -203,7 +205,17 @@ fn drift(rests: &[Rest], rounded: f64) -> Option<(Severity, String)> {
     // A few changes do not show how much they differ.
     let least = if changes.len() < FEW_CHANGES { FEW_OF * DRIFT_MM } else { DRIFT_MM };
     let least = least.max(STANDARD_ERRORS * (variance / count).sqrt()).max(rounded).max(friction);
-    (mean.abs() > least).then_some((Severity::Refuse, message))
+    // NaN without such rests.
+    let drifts = mean.abs() > least;
+    let may_be_hysteresis = changes.len() < FEW_CHANGES && mean.abs() <= HYSTERESIS_MM && !friction.is_finite();
+    drifts.then(|| {
+        if may_be_hysteresis {
+            let why = "; or backlash and friction hold it on either side of the place, which a run that comes there from both would show";
+            (Severity::Warn, format!("{message}{why}"))
+        } else {
+            (Severity::Refuse, message)
+        }
+    })
 }
 
 /// An error that grows with the position.

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use compensation::CorrectionLimits;
+use gcode::{Distance, Move, Shiftable};
 use machine::MachineSpec;
 use models::Bundle;
 use pipeline::control::is_replanned;
@@ -147,6 +148,7 @@ impl Compensate {
         let forecasts = Forecasts::default();
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &forecasts, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
+        show_increments(&input, &outcome, &format, &printer);
         self.show_control(&model, is_planned(&input), &printer);
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
@@ -337,6 +339,24 @@ impl Compensate {
 /// Whether precomp itself plans what the control will command.
 fn is_planned(input: &Input) -> bool {
     input.part().is_some_and(|part| part.recording.is_none())
+}
+
+/// Warns of increments with decimals that nobody stated: where the control resolves less, their rounding adds up.
+fn show_increments(input: &Input, outcome: &Outcome, format: &OutputSettings, printer: &Printer) {
+    let Some((part, settings)) = input.part().zip(format.program()).filter(|_| outcome.gained && !format.states_decimals())
+    else {
+        return;
+    };
+    let is_increment =
+        |step: &&Move| step.shiftable == Shiftable::Yes && part.toolpath.modal(step).distance == Distance::Incremental;
+    if let Some(step) = part.toolpath.moves.iter().find(is_increment) {
+        printer.line(format!(
+            "warning: increments (G91, from line {}) are written with {} decimals; where the control resolves less, their rounding adds up: state its \
+             decimals with --decimals, or its profile with --controller",
+            step.block + 1,
+            settings.decimals
+        ));
+    }
 }
 
 /// Reports where the program keeps its feeds because timed points would lengthen the cycle too much.
