@@ -1,6 +1,7 @@
 //! Meaning of the columns of a table: axis, commanded or actual, unit.
 
 mod clocks;
+mod doubts;
 mod entries;
 mod map;
 mod mapping;

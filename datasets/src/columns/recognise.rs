@@ -5,9 +5,10 @@ use std::path::Path;
 use motion::{Axis, AxisKind};
 
 use super::clocks::{Signal, clocks};
+use super::doubts::{Doubtful, is_garbled, is_perhaps_time, many_turns, rises};
 use super::map::{AxisColumns, Clock, ColumnMap, Side, Source};
 use super::meaning::{Meaning, Role};
-use super::names::{role_of, understand};
+use super::names::understand;
 use super::numbered::{assumed_unit, is_edge_signal};
 use super::unit::{Quantity, Unit};
 use crate::{DatasetError, Table};
@@ -31,8 +32,7 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let mut axes: Vec<AxisColumns> = Vec::new();
     let mut signals: Vec<Signal<'_>> = Vec::new();
     let names = axis_names(&meanings, &[Role::Reference, Role::Actual]);
-    let others = others(table, &meanings);
-    let mut doubtful = Vec::new();
+    let mut doubtful = Doubtful::of(table, &meanings);
     for name in &names {
         let reference = only(&meanings, name, Role::Reference).map_err(fail)?;
         let actual = only(&meanings, name, Role::Actual).map_err(fail)?;
@@ -66,31 +66,20 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
             assumed.extend(reference.and_then(|(column, _)| many_turns(&axis.name, table.columns.get(column)?)));
         }
         let Some(columns) = AxisColumns::with_error(axis, sources, states_unit) else { continue };
-        if units.iter().all(Option::is_none) && NO_AXES.contains(&name.as_str()) {
-            let [reference, actual] = [columns.reference, columns.actual].map(|source| source.column);
-            if !others.is_empty() || is_speed(table, &meanings, reference) {
-                doubtful.push([reference, actual].map(|column| format!("`{}`", table.names[column])).join(" and "));
-                continue;
-            }
+        let sides = [columns.reference, columns.actual].map(|source| source.column);
+        if units.iter().all(Option::is_none) && doubtful.leaves_out(name, sides) {
+            continue;
         }
         assumed.extend(columns.assumed(&table.names));
         signals.push(Signal { axis: name, role: Role::Reference, column: columns.reference.column });
         signals.push(Signal { axis: name, role: Role::Actual, column: columns.actual.column });
         axes.push(columns);
     }
-    if let Some(first) = doubtful.first() {
-        let beside = others.iter().map(|column| format!("`{}`", table.names[*column])).collect::<Vec<_>>();
-        let why = if beside.is_empty() {
-            "their values are the speed of another axis".to_owned()
-        } else {
-            format!("beside {}", beside.join(", "))
-        };
-        let why = format!("{first} may be speeds or voltages ({why})");
+    if let Some(why) = doubtful.why() {
         if axes.is_empty() {
             return Err(fail(format!("{why}, and no other columns are known for positions")));
         }
-        let all = doubtful.join(", ");
-        assumed.push(format!("{why}: {all} are left out; where they are positions, say so with a mapping"));
+        assumed.push(format!("{why} and are left out; where they are positions, say so with a mapping"));
     }
     if axes.is_empty() {
         let encoding = if table.names.iter().any(|name| is_garbled(name)) {
@@ -106,66 +95,6 @@ fn recognise(path: &Path, table: &Table) -> Result<ColumnMap, DatasetError> {
     let mut map = ColumnMap { time, clocks, axes, unused: Vec::new(), assumed };
     map.unused = unused(table, &map);
     Ok(map)
-}
-
-/// Turns of an axis beyond which its angles may be degrees.
-const MANY_TURNS: f64 = 1.0;
-
-/// What to say of angles that count as radians by their names, and are many turns then.
-fn many_turns(axis: &str, angles: &[f64]) -> Option<String> {
-    let (low, high) = angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(*at), high.max(*at)));
-    (high - low > MANY_TURNS * std::f64::consts::TAU).then(|| {
-        let degrees = (high - low).to_degrees();
-        format!("the angles of {axis} count as rad, {degrees:.0}° of travel; where they are degrees, map `{axis}:deg`")
-    })
-}
-
-/// Letters that name axes, and speeds or voltages as well.
-const NO_AXES: [&str; 3] = ["u", "v", "w"];
-/// What else is named as positions are, commanded and actual: positions of an axis without a name, currents, angles.
-const ELSE: [&str; 9] = ["pos", "position", "p", "s", "i", "q", "theta", "phi", "angle"];
-
-/// Columns whose names say that they are commanded or actual values of something that is no axis: `pos_cmd`, `i_act`, `Soll`.
-fn others(table: &Table, meanings: &[Option<Meaning>]) -> Vec<usize> {
-    let is_other = |name: &str| {
-        let words: Vec<String> = name.split(|sign: char| !sign.is_alphanumeric()).map(str::to_lowercase).collect();
-        let (sides, rest): (Vec<&String>, Vec<&String>) = words.iter().partition(|word| role_of(word).is_some());
-        !sides.is_empty() && rest.iter().all(|word| ELSE.contains(&word.as_str()))
-    };
-    (0..table.names.len()).filter(|column| meanings[*column].is_none() && is_other(&table.names[*column])).collect()
-}
-
-/// Share of the variance of a column that the steps of another explain, from which on it is that one's speed.
-const SPEED_SHARE: f64 = 0.98;
-
-/// Whether the first values of a column are the speed of another axis, but for a factor.
-fn is_speed(table: &Table, meanings: &[Option<Meaning>], column: usize) -> bool {
-    let head = |column: usize| table.columns.get(column).map_or(&[][..], |values| &values[..values.len().min(SPEED_ROWS)]);
-    let speeds = head(column);
-    let is_command = |(_, meaning): &(usize, &Option<Meaning>)| {
-        meaning.as_ref().is_some_and(|meaning| meaning.role == Role::Reference && !NO_AXES.contains(&meaning.axis.as_str()))
-    };
-    meanings.iter().enumerate().filter(is_command).any(|(other, _)| {
-        let (mut both, mut own, mut of_other) = (0.0, 0.0, 0.0);
-        for (step, speed) in head(other).windows(2).zip(speeds.windows(2)) {
-            let (step, speed) = (step[1] - step[0], f64::midpoint(speed[0], speed[1]));
-            both += step * speed;
-            own += speed * speed;
-            of_other += step * step;
-        }
-        both * both > SPEED_SHARE * own * of_other && own > 0.0
-    })
-}
-
-/// Rows at the beginning of a log that show what its columns are.
-const SPEED_ROWS: usize = 20_000;
-
-/// Whether a name has the look of another encoding read as Latin-1: letters beyond ASCII follow each other, as in no western word.
-fn is_garbled(name: &str) -> bool {
-    let is_high = |sign: &&char| ('\u{80}'..='\u{ff}').contains(*sign);
-    let signs: Vec<char> = name.chars().collect();
-    // By chance two bytes of another encoding are one letter of UTF-8.
-    signs.windows(3).any(|signs| !signs.iter().any(char::is_ascii) && signs.iter().filter(is_high).count() > 1)
 }
 
 /// The columns of a reference: time, others with time stamps of their own, positions.
@@ -329,21 +258,6 @@ fn meanings(table: &Table) -> (Vec<Option<Meaning>>, Vec<String>) {
         meanings[left] = None;
     }
     (meanings, assumed)
-}
-
-/// Whether the name of a column of time may be another's: with a number, as of temperatures `T1`, or a unit alone.
-fn is_perhaps_time(name: &str) -> bool {
-    name.ends_with(|sign: char| sign.is_ascii_digit()) || Unit::named(name).is_some()
-}
-
-/// Whether the first of some values rise, as time stamps do.
-fn rises(values: &[f64]) -> bool {
-    let steps = values[..values.len().min(PROBED_ROWS)].windows(2).filter(|pair| !(pair[0].is_nan() || pair[1].is_nan()));
-    let (mut rising, mut all) = (0, 0);
-    for pair in steps {
-        (rising, all) = (rising + usize::from(pair[1] > pair[0]), all + 1);
-    }
-    all > 0 && 10 * rising > 9 * all
 }
 
 /// What is assumed of axes that are numbered.
