@@ -267,6 +267,9 @@ fn measurement_files_of_labview_are_read() {
                 X_Value\tx_cmd\tx_act\tz_cmd\tz_act\tComment\n";
     let text = head.to_owned() + &rows(|t, [a, b, c, d]| format!("{t:.6}\t{a:.6}\t{b:.6}\t{c:.6}\t{d:.6}\t"));
     assert_sample(&read("run.lvm", &text).unwrap().0);
+    // Of two recordings none is dropped in silence.
+    let second = text.split_once("\n***End_of_Header***\t\n\t\n").unwrap().1;
+    assert!(read("run.lvm", format!("{text}{second}")).unwrap_err().to_string().contains("several recordings"));
     // Without times the head states the period.
     let untimed = head.to_owned() + &rows(|_, [a, b, c, d]| format!("\t{a:.6}\t{b:.6}\t{c:.6}\t{d:.6}\t"));
     assert_sample(&read("run.lvm", untimed).unwrap().0);

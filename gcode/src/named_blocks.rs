@@ -94,7 +94,8 @@ fn contours_of_dialogue(program: &Program) -> Vec<(usize, usize)> {
     };
     let named: Vec<String> = lines.iter().flat_map(named).collect();
     let label = |words: &Vec<String>| match words.as_slice() {
-        [_, word, name, ..] if word == "LBL" => Some(name.clone()),
+        [word, name, ..] if word == "LBL" => Some(name.clone()),
+        [first, word, name, ..] if word == "LBL" && first != "CALL" => Some(name.clone()),
         _ => None,
     };
     let begins = |block: &usize| label(&lines[*block]).is_some_and(|name| named.contains(&name));

@@ -321,3 +321,11 @@ fn a_tool_change_beside_a_move_leaves_the_place_unknown() {
     let found = moves("L X+5 F600\nL Z+50 R0 FMAX M6\nL X+10 F600\nL X+10 Y+0 Z+0 FMAX\nL X+20");
     assert_eq!(fixed(&found)[2..], [Some(Fixed::UnknownStart), Some(Fixed::Rapid), None]);
 }
+
+#[test]
+fn a_contour_that_a_cycle_runs_again_is_not_split() {
+    let contour = "LBL 1\nL X+30 F600\nL Y+30\nLBL 0\nL X+0\n";
+    let held = moves(&format!("CYCL DEF 14.0 KONTUR\nCYCL DEF 14.1 KONTURLABEL 1\n{contour}"));
+    assert_eq!(fixed(&held), [Some(Fixed::Unsplittable), Some(Fixed::Unsplittable), None]);
+    assert_eq!(fixed(&moves(contour)), [None, None, None]);
+}

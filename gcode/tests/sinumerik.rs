@@ -352,3 +352,14 @@ fn frames_with_parentheses_or_a_motion_code_are_not_read_as_those_of_words() {
         assert!(found.moves.iter().rev().take(2).all(|step| step.shiftable != Shiftable::Yes), "{block}");
     }
 }
+
+#[test]
+fn a_contour_that_a_cycle_runs_again_is_not_split() {
+    let contour = "KA: G1 X30 F600\nG1 Y30\nKE: G1 X0\nG1 Y0\n";
+    let shiftable = |cycle: &str| -> Vec<Shiftable> {
+        ends(&format!("{START}{contour}{cycle}M30\n")).into_iter().skip(1).take(4).map(|(_, shiftable)| shiftable).collect()
+    };
+    let held = Shiftable::No(Fixed::Unsplittable);
+    assert_eq!(shiftable(""), [Shiftable::Yes; 4]);
+    assert_eq!(shiftable("CYCLE72(\"KA:KE\",10,0,1,-5,2,0,0,500,200,11,42,1,2,,1,2,)\n"), [held, held, held, Shiftable::Yes]);
+}

@@ -10,6 +10,7 @@ mod names;
 mod numbered;
 mod recognise;
 mod unit;
+mod vocabulary;
 
 pub use map::{AxisColumns, Clock, ColumnMap, Side, Source};
 pub(crate) use numbered::{edge_role, is_joint_pin};

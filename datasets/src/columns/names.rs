@@ -3,182 +3,9 @@
 use super::meaning::{Meaning, Role};
 use super::numbered::{is_edge_name, numbered};
 use super::unit::{Quantity, Unit};
-
-const TIME: &[&str] = &[
-    "t",
-    "time",
-    "timestamp",
-    "stamp",
-    "datetime",
-    "elapsed",
-    "zeit",
-    "zeitstempel",
-    "temps",
-    "tiempo",
-    "tempo",
-    "czas",
-    "čas",
-    "tijd",
-    "zaman",
-    "время",
-    "시간",
-    "时间",
-    "時間",
-    "時刻",
-];
-const REFERENCE: &[&str] = &[
-    "ref",
-    "reference",
-    "cmd",
-    "command",
-    "commanded",
-    "des",
-    "desired",
-    "set",
-    "setpoint",
-    "sp",
-    "target",
-    "goal",
-    "nominal",
-    "planned",
-    "programmed",
-    "demand",
-    "demanded",
-    "noml",
-    "consigne",
-    "consigna",
-    "commande",
-    "comando",
-    "comandata",
-    "zadana",
-    "žádaná",
-    "referencia",
-    "teorica",
-    "gewenst",
-    "gewenste",
-    "komut",
-    "заданная",
-    "заданное",
-    "задание",
-    "지령",
-    "指令",
-    "命令",
-    "设定",
-    "給定",
-    "给定",
-    "目标",
-    "目標",
-    "soll",
-    "sollposition",
-    "sollpos",
-    "sollwert",
-    "lagesollwert",
-    "positionssollwert",
-];
-const ACTUAL: &[&str] = &[
-    "act",
-    "actual",
-    "enc",
-    "enc1",
-    "encoder",
-    "fb",
-    "fbk",
-    "fdbk",
-    "feedback",
-    "actl",
-    "posf",
-    "mesure",
-    "mesuré",
-    "meas",
-    "measured",
-    "real",
-    "reel",
-    "réel",
-    "réelle",
-    "mesurée",
-    "medida",
-    "reale",
-    "misurata",
-    "rzeczywista",
-    "skutečná",
-    "werkelijk",
-    "werkelijke",
-    "gerçek",
-    "фактическая",
-    "фактическое",
-    "факт",
-    "실제",
-    "实际",
-    "実際",
-    "実",
-    "反馈",
-    "フィードバック",
-    "ist",
-    "istposition",
-    "istpos",
-    "istwert",
-    "lageistwert",
-    "positionsistwert",
-];
-const ERROR: &[&str] = &[
-    "err",
-    "error",
-    "ferr",
-    "ferror",
-    "lag",
-    "diff",
-    "deviation",
-    "schleppfehler",
-    "schleppabstand",
-    "nachlauffehler",
-    "lageabweichung",
-    "regelabweichung",
-    "regeldifferenz",
-    "跟随误差",
-    "追従誤差",
-    "位置偏差",
-];
-/// Words that say of which kind an error is.
-const OF_ERROR: &[&str] = &["following", "follow", "tracking", "distance", "control", "servo"];
-const TABLE: &[&str] = &["enc2", "encoder2"];
-/// Word before the number of an encoder of SINUMERIK: 1 is usually at the motor, 2 at the table.
-const MEASURING_SYSTEM: &str = "system";
-const NEUTRAL: &[&str] = &[
-    "pos",
-    "position",
-    "axis",
-    "joint",
-    "value",
-    "achse",
-    "lage",
-    "wert",
-    "mc",
-    "nc",
-    "to",
-    "plc",
-    "s",
-    "measuring",
-    "system",
-    "date",
-    "datum",
-    "posición",
-    "posizione",
-    "axe",
-    "eje",
-    "asse",
-    "quota",
-    "poloha",
-    "positie",
-    "pozisyon",
-    "позиция",
-    "положение",
-    "ось",
-    "mcs",
-    "prg",
-    "gvl",
-    "위치",
-    "位置",
-];
+use super::vocabulary::{
+    ACTUAL, AXIS_SIGNS, COMPOUND, ERROR, MEASURING_SYSTEM, NEUTRAL, OF_ERROR, REFERENCE, SUFFIXES, TABLE, TIME,
+};
 
 /// Meaning of a column name; `None` if a word is unknown, so that `x_act_velocity` is never taken
 /// for a position.
@@ -299,11 +126,6 @@ fn words(name: &str) -> Vec<String> {
     words.into_iter().flat_map(|word| halves(&word).unwrap_or(vec![without_suffix(&word).to_owned()])).collect()
 }
 
-/// "Axis" in Chinese and Japanese.
-const AXIS_SIGNS: [char; 2] = ['轴', '軸'];
-/// "Position" and "value", behind what kind of one it is.
-const SUFFIXES: [&str; 3] = ["位置", "值", "値"];
-
 /// Whether a letter belongs to a script without capitals.
 fn has_no_case(character: char) -> bool {
     character.is_alphabetic() && !character.is_lowercase() && !character.is_uppercase()
@@ -312,10 +134,6 @@ fn has_no_case(character: char) -> bool {
 fn without_suffix(word: &str) -> &str {
     SUFFIXES.iter().find_map(|suffix| word.strip_suffix(suffix)).filter(|rest| !rest.is_empty()).unwrap_or(word)
 }
-
-/// Roles that stand beside an axis in letters of one size: `XSOLL`, `istx`, `xcmd`.
-const COMPOUND: &[&str] =
-    &["soll", "sollposition", "sollpos", "sollwert", "ist", "istposition", "istpos", "istwert", "cmd", "ref", "act", "enc"];
 
 fn halves(word: &str) -> Option<Vec<String>> {
     COMPOUND.iter().find_map(|role| {

@@ -1,5 +1,7 @@
 //! Text tables: comma, semicolon, tab or blanks, decimal point or comma, comments, a preamble, a row of units.
 
+use std::collections::HashSet;
+use std::hash::Hash;
 use std::path::Path;
 
 use super::dialect::Dialect;
@@ -27,6 +29,11 @@ impl LogFormat for Csv {
     fn read(&self, path: &Path, bytes: Vec<u8>) -> Result<Table, DatasetError> {
         let text = text::decode(&bytes);
         let (lines, comments) = text::lines(&text);
+        if text.matches(text::HEAD_END).count() > HEADS {
+            let why =
+                "the file holds several recordings of LabVIEW, each with a head of its own; cut it into one file a recording";
+            return Err(DatasetError::format(path, why));
+        }
         if is_part_program(&lines) {
             return Err(DatasetError::format(path, "this is a part program; a log holds recorded positions, one row a sample"));
         }
@@ -55,6 +62,9 @@ impl LogFormat for Csv {
         Ok(table)
     }
 }
+
+/// Heads of a measurement file of LabVIEW with one recording.
+const HEADS: usize = 2;
 
 /// Names the time of a measurement file of LabVIEW, whose column `X_Value` it is; where that is empty, the head states the sampling period.
 fn name_time_of_labview(table: &mut Table, text: &str) {
@@ -153,8 +163,8 @@ fn in_two_rows(groups: &[&str], names: &[&str]) -> Option<Vec<String>> {
 }
 
 /// Whether a name comes twice.
-fn repeats<T: PartialEq>(names: &[T]) -> bool {
-    (0..names.len()).any(|index| names[..index].contains(&names[index]))
+fn repeats<T: Eq + Hash>(names: &[T]) -> bool {
+    names.iter().collect::<HashSet<_>>().len() < names.len()
 }
 
 /// Whether a row is a header of the same columns in another order: the rows behind it would be taken for those before it.
