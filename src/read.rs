@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use datasets::{Inspection, Log, LongFile, Purpose, ReadOptions, Report, assess, inspect, read_log, read_runs};
+use datasets::formats::{Json, NumpyArray};
+use datasets::{Inspection, Log, LogFormat, LongFile, Purpose, ReadOptions, Report, assess, inspect, read_log, read_runs};
 use gcode::{Dialect, Program};
 use machine::{ControllerSpec, MachineSpec};
 use models::Bundle;
@@ -61,6 +62,11 @@ impl Source {
             if bytes.starts_with(datasets::formats::ARCHIVE) {
                 let why =
                     format!("{} is an archive, as models are, and no part program; a model goes behind -m", input.display());
+                return Err(Usage(why).into());
+            }
+            if Json.recognises(&bytes) || NumpyArray.recognises(&bytes) {
+                let why =
+                    format!("{} holds samples, and no part program; references are read as CSV or Parquet", input.display());
                 return Err(Usage(why).into());
             }
             let folder = input.parent().map(Path::to_path_buf).unwrap_or_default();

@@ -14,6 +14,10 @@ const TRUSTED_CYCLE: f64 = 0.02;
 pub const LIMITS_FROM_LOG: &str =
     "note: the machine's limits were taken from what the training log reached; give --machine to state them";
 
+/// A control of which nothing is known, so that its plan is a guess.
+pub const CONTROL_UNKNOWN: &str = "note: how the control plans is not known: what is expected holds where it moves as is planned here; train with \
+     --programs, or give --machine";
+
 /// Whether plans of a control are too poor for a first run.
 pub fn is_poor(path_rms_mm: f64, cycle_share: f64) -> bool {
     path_rms_mm > TRUSTED_PATH_MM || cycle_share > TRUSTED_CYCLE

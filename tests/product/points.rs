@@ -137,5 +137,6 @@ fn increments_whose_decimals_nobody_states_are_told() {
         text(&output.stdout) + &text(&output.stderr)
     };
     let warning = "increments (G91, from line 4) are written with 6 decimals";
+    assert!(said(&[]).contains("how the control plans is not known"));
     assert!(said(&[]).contains(warning) && !said(&["--decimals", "4"]).contains("increments (G91"));
 }

@@ -55,3 +55,11 @@ fn text_in_utf_16_is_named() {
     let error = text(&folder.precomp(&["simulate", "part.nc", "-o", "x.csv"]).stderr);
     assert!(error.contains("UTF-16; save it as UTF-8"), "{error}");
 }
+
+#[test]
+fn samples_that_are_no_reference_are_named() {
+    let folder = Folder::with_model();
+    folder.write("run.jsonl", "{\"t\": 0, \"x_cmd\": 1}\n{\"t\": 0.002, \"x_cmd\": 2}\n");
+    let said = folder.fails(2, &["compensate", "run.jsonl", "-m", "machine.model", "-o", "out.nc"]);
+    assert!(said.contains("run.jsonl holds samples, and no part program") && said.contains("CSV or Parquet"), "{said}");
+}

@@ -96,9 +96,9 @@ pub(super) fn many_turns(axis: &str, angles: &[f64]) -> Option<String> {
     })
 }
 
-/// Whether the name of a column of time may be another's: with a number, as of temperatures `T1`, or a unit alone.
+/// Whether the name of a column of time may be another's: with a number, as of temperatures `T1`, a unit alone, or `Ts`, a sampling time.
 pub(super) fn is_perhaps_time(name: &str) -> bool {
-    name.ends_with(|sign: char| sign.is_ascii_digit()) || Unit::named(name).is_some()
+    name.ends_with(|sign: char| sign.is_ascii_digit()) || name.eq_ignore_ascii_case("ts") || Unit::named(name).is_some()
 }
 
 /// Number of values that show it.

@@ -227,6 +227,8 @@ mod tests {
             ("X ERR(um)", Role::Error, "x"),
             ("X mesure (mm)", Role::Actual, "x"),
             ("Axis X.NcToPlc.SetPos", Role::Reference, "x"),
+            ("ts", Role::Time, ""),
+            ("axes_x_set", Role::Reference, "x"),
             ("Time.1", Role::Time, ""),
             ("Time [s].1", Role::Time, ""),
             ("t2", Role::Time, ""),

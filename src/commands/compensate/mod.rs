@@ -205,6 +205,9 @@ impl Compensate {
         }
         if model.manifest.limits_from_log {
             printer.line(control::LIMITS_FROM_LOG);
+            if is_planned && learned.is_none() {
+                printer.line(control::CONTROL_UNKNOWN);
+            }
         }
         learned.iter().for_each(|control| printer.line(control::control_fidelity(control)));
     }
