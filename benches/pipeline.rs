@@ -105,6 +105,7 @@ fn five_axes(c: &mut Criterion) {
     let written = RefitSettings {
         encoding,
         decimals: 6,
+        increment_decimals: None,
         spacing_s: 4e-3,
         chord_tolerance_mm: 2e-4,
         path_tolerance_mm: None,

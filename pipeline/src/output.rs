@@ -91,12 +91,6 @@ impl OutputSettings {
         }
     }
 
-    /// Whether the caller or a control profile states the decimals of coordinates.
-    #[must_use]
-    pub fn states_decimals(&self) -> bool {
-        self.decimals.is_some() || self.controller.is_some()
-    }
-
     /// Settings for writing a program; `None` where the output is setpoints.
     #[must_use]
     pub fn program(&self) -> Option<RefitSettings> {

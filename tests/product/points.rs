@@ -120,7 +120,7 @@ fn an_error_that_a_rapid_leaves_is_told_with_its_remedy() {
 }
 
 #[test]
-fn increments_whose_decimals_nobody_states_are_told() {
+fn increments_have_the_decimals_that_controls_resolve() {
     let folder = Folder::new();
     folder.train("20", "linear");
     // A model without a machine file knows no control.
@@ -136,7 +136,24 @@ fn increments_whose_decimals_nobody_states_are_told() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout) + &text(&output.stderr)
     };
-    let warning = "increments (G91, from line 4) are written with 6 decimals";
-    assert!(said(&[]).contains("how the control plans is not known"));
-    assert!(said(&[]).contains(warning) && !said(&["--decimals", "4"]).contains("increments (G91"));
+    // Decimals of every coordinate word, and the sum of those of X.
+    let written = || {
+        let text = folder.read("out.nc");
+        let words = text.lines().skip_while(|line| !line.starts_with("G91")).filter(|line| !line.starts_with(['(', ';']));
+        let coordinates =
+            words.flat_map(|line| line.split_inclusive(['X', 'Y', 'F', ' ']).collect::<Vec<_>>()).collect::<Vec<_>>();
+        let number = |text: &str| text.trim_end_matches(['X', 'Y', 'F', ' ']).to_owned();
+        let of =
+            |letter: char| coordinates.windows(2).filter(move |pair| pair[0].ends_with(letter)).map(move |pair| number(pair[1]));
+        let decimals = |value: &String| value.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let most = of('X').chain(of('Y')).map(|value| decimals(&value)).max().unwrap();
+        (most, of('X').map(|value| value.parse::<f64>().unwrap()).sum::<f64>())
+    };
+    let note = "increments (G91, from line 4) are written with 3 decimals";
+    let text = said(&[]);
+    assert!(text.contains("how the control plans is not known") && text.contains(note), "{text}");
+    let (most, sum) = written();
+    assert!(most == 3 && sum.abs() < 1e-9, "{most} {sum}");
+    assert!(!said(&["--decimals", "6"]).contains("increments (G91"));
+    assert!(written().0 > 3);
 }

@@ -17,6 +17,7 @@ use crate::statistics::{self, Figures};
 pub const MOVE_POINTS: RefitSettings = RefitSettings {
     encoding: TimeEncoding::Keep,
     decimals: DECIMALS,
+    increment_decimals: None,
     spacing_s: f64::INFINITY,
     chord_tolerance_mm: f64::INFINITY,
     path_tolerance_mm: None,

@@ -8,12 +8,6 @@ use super::observed::{Observed, Passage};
 use super::structure::FirstCorners;
 use crate::training::limits_of_logs;
 
-/// Half-widths of the differences from which a jerk is taken, s. Short ones show it whole, long ones in spite of rounded positions.
-const SPANS_S: [f64; 6] = [0.01, 0.014, 0.02, 0.028, 0.04, 0.056];
-/// Share of the samples up to whose jerk the command counts.
-const MOST_SAMPLES: f64 = 0.999;
-/// A difference has to be so many times what rounding may make of it.
-const ABOVE_ROUNDING: f64 = 4.0;
 /// A command that is further from a corner does not round it, mm.
 const FAR_MM: f64 = 1.0;
 /// Turns from which on a corner is a reversal, rad.
@@ -54,24 +48,16 @@ pub(super) fn first_limits(machine: &MachineSpec, logs: &[&Log], observed: &[Obs
     let speed = |limit: usize, given: f64, reached: f64| if kept[limit] { reached } else { reached.max(given) };
     let given_mm_s = machine.path.velocity_mm_s;
     let mut machine = machine.clone();
-    let mut most = 0.0_f64;
     for (index, axis) in machine.axes.iter_mut().enumerate() {
         let Some(of_logs) = reached.axes.iter().find(|other| other.name() == axis.name()) else { continue };
-        let columns = logs.iter().filter_map(|log| Some((log.reference.column(axis.name())?, log.period_s())));
-        let jerk = columns.filter_map(|(column, period_s)| jerk(column, period_s)).fold(0.0, f64::max);
         let limits = of_logs.limits();
         let velocity = speed(index, axis.limits().velocity, limits.velocity);
-        axis.set_limits(AxisLimits { jerk: if jerk > 0.0 { jerk } else { limits.jerk }, velocity, ..limits });
-        if axis.axis().kind == AxisKind::Linear {
-            most = most.max(jerk);
-        }
+        axis.set_limits(AxisLimits { velocity, ..limits });
     }
     machine.path.velocity_mm_s = speed(machine.axes.len(), given_mm_s, reached.path.velocity_mm_s);
     machine.path.acceleration_mm_s2 = reached.path.acceleration_mm_s2;
     machine.path.centripetal_mm_s2 = reached.path.acceleration_mm_s2;
-    if most > 0.0 {
-        machine.path.jerk_mm_s3 = most;
-    }
+    machine.path.jerk_mm_s3 = reached.path.jerk_mm_s3;
     machine
 }
 
@@ -99,25 +85,11 @@ fn kept_speeds(machine: &MachineSpec, observed: &[Observed]) -> Vec<bool> {
     (0..limits.len()).map(is_kept).collect()
 }
 
-/// Largest jerk of a command but for single jumps, mm/s³ or rad/s³; `None` where its positions are too coarse to show one.
-fn jerk(command: &[f64], period_s: f64) -> Option<f64> {
-    let most = |span: usize| {
-        let third = |k: usize| (command[k] - 3.0 * command[k - span] + 3.0 * command[k - 2 * span] - command[k - 3 * span]).abs();
-        motion::quantile(&mut (3 * span..command.len()).map(third).collect::<Vec<_>>(), MOST_SAMPLES)
-    };
-    let rounding = most(1)?;
-    SPANS_S.into_iter().find_map(|span_s| {
-        let span = (span_s / period_s).round().max(1.0) as usize;
-        let found = most(span)?;
-        (span > 1 && found > ABOVE_ROUNDING * rounding).then(|| found / (span as f64 * period_s).powi(3))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use machine::MachineSpec;
 
-    use super::{first_limits, jerk};
+    use super::first_limits;
     use crate::identification::{KnownRun, observe};
     use crate::input::Input;
     use crate::part::{Part, ReadSettings};
@@ -158,36 +130,5 @@ mod tests {
         for (found, expected) in short.iter().zip(&true_mm_s) {
             assert_eq!(*found, 2.0 * expected, "{short:?}");
         }
-    }
-
-    /// A move of 100 mm/s² whose acceleration rises and falls at `jerk`, positions rounded to `digit_mm`.
-    fn command(jerk: f64, digit_mm: f64) -> Vec<f64> {
-        let (period_s, rise_s) = (1e-3, 100.0 / jerk);
-        let acceleration = |t: f64| -> f64 {
-            let at = t % (4.0 * rise_s + 0.8);
-            let bump = |at: f64| (at / rise_s).min((2.0 * rise_s + 0.4 - at) / rise_s).clamp(0.0, 1.0);
-            100.0 * (bump(at) - bump(at - 2.0 * rise_s - 0.4))
-        };
-        let (mut speed, mut position) = (0.0, 0.0);
-        let step = |k: u32| {
-            speed += acceleration(f64::from(k) * period_s) * period_s;
-            position += speed * period_s;
-            (position / digit_mm).round() * digit_mm
-        };
-        (0..200_000).map(step).collect()
-    }
-
-    #[test]
-    fn the_jerk_of_a_command_is_seen_through_its_rounding() {
-        for (expected, digit_mm) in [(800.0, 1e-7), (800.0, 1e-4), (3000.0, 1e-3), (6000.0, 1e-6)] {
-            let mut command = command(expected, digit_mm);
-            let found = jerk(&command, 1e-3).unwrap();
-            assert!((0.8..1.6).contains(&(found / expected)), "{expected} {digit_mm}: {found}");
-            // One jump of a millimetre does not count.
-            command[10_000..].iter_mut().for_each(|at| *at += 1.0);
-            assert!((jerk(&command, 1e-3).unwrap() / found - 1.0).abs() < 0.2, "{expected} {digit_mm}");
-        }
-        assert_eq!(jerk(&[0.0; 1000], 1e-3), None);
-        assert_eq!(jerk(&[0.0; 2], 1e-3), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Blocks of a compensated program, in its own units.
 
 use gcode::{
-    ANGLE_INCREMENT, DecimalPoint, Distance, FeedMode, Move, Units, append_number, format_number, is_integer_program,
+    ANGLE_INCREMENT, DecimalPoint, Distance, FeedMode, Modal, Move, Units, append_number, format_number, is_integer_program,
     length_increment,
 };
 use motion::Vec6;
@@ -9,7 +9,7 @@ use motion::Vec6;
 use super::arc::ElementArc;
 use super::element::{Element, Target};
 use super::notation::Notation;
-use super::settings::{RefitSettings, SlowStop, TimeEncoding};
+use super::settings::{INCREMENT_DECIMALS, RefitSettings, SlowStop, TimeEncoding};
 use crate::error::{Error, Result};
 use crate::part::{Part, coordinates};
 
@@ -21,9 +21,6 @@ pub(super) fn stated_axes(part: &Part) -> Vec<usize> {
     (0..6).filter(|axis| named[*axis] && (*axis < 3 || turns(["a", "b", "c"][*axis - 3]))).collect()
 }
 
-/// Decimals of the least input increment, mm.
-const INCREMENT_DECIMALS: usize = 3;
-
 /// Largest inverse time of Fanuc's controls and its step, 1/min (B-62764EN, G93). A shorter line takes 6 ms.
 const FANUC_INVERSE_TIME: f64 = 9999.999;
 const FANUC_INVERSE_TIME_STEP: f64 = 1e-3;
@@ -34,9 +31,14 @@ fn counts_increments(part: &Part) -> bool {
         && part.section.as_ref().map_or_else(|| is_integer_program(&part.program), |section| section.whole.is_integer)
 }
 
-/// Decimals of written coordinates in mm.
+/// Least decimals of written coordinates in mm.
 pub(super) fn decimals(part: &Part, settings: &RefitSettings) -> usize {
-    if counts_increments(part) { INCREMENT_DECIMALS } else { settings.decimals }
+    let states_increments = || part.toolpath.modals.iter().any(|modal| modal.distance == Distance::Incremental);
+    match settings.increment_decimals {
+        _ if counts_increments(part) => INCREMENT_DECIMALS,
+        Some(decimals) if states_increments() => decimals.min(settings.decimals),
+        _ => settings.decimals,
+    }
 }
 
 /// Appends a word whose `value` is a whole number of increments. Returns the value that a control reads from it.
@@ -218,8 +220,12 @@ impl<'a> Writer<'a> {
     }
 
     /// Decimals of a coordinate.
-    fn decimals(&self, units: Units) -> usize {
-        self.settings.decimals + usize::from(units == Units::Inch)
+    fn decimals(&self, modal: &Modal) -> usize {
+        let own = match (modal.distance, self.settings.increment_decimals) {
+            (Distance::Incremental, Some(decimals)) => decimals,
+            _ => self.settings.decimals,
+        };
+        own + usize::from(modal.units == Units::Inch)
     }
 
     /// Writes the words of the axes that move, at least one.
@@ -227,7 +233,7 @@ impl<'a> Writer<'a> {
         let (toolpath, modal) = (&self.part.toolpath, self.part.toolpath.modal(step));
         let (units, start) = (modal.units, self.written);
         let mut moves = false;
-        let own = self.decimals(units);
+        let own = self.decimals(modal);
         // In program words, which a rotation turns.
         let words = |point: Vec6| Vec6::from(toolpath.programmed(step, start.into(), point.into()));
         let (wanted, present, end) = (words(target.point), words(start), words(coordinates(&step.end)));
@@ -282,7 +288,7 @@ impl<'a> Writer<'a> {
                 append_increments(text, letter, value, length_increment(modal.units))?;
             } else {
                 text.push(letter);
-                append_number(text, value, self.decimals(modal.units))?;
+                append_number(text, value, self.decimals(modal))?;
             }
         }
         Ok(())

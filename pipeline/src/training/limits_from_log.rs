@@ -6,9 +6,10 @@ use datasets::{Log, Recording};
 use machine::{AxisSpec, KinematicsSpec, LinearAxis, MachineSpec, PathSpec, RotaryAxis, Sensor};
 use motion::{Axis, AxisKind, PlanSettings};
 
+use super::swings::Swings;
 use crate::error::Result;
 
-/// Time in which the acceleration may change from one limit to the other, s; it sets the jerk.
+/// Time in which the acceleration may change from one limit to the other where positions are too coarse to show a jerk, s.
 const RISE_S: f64 = 0.02;
 
 /// Half-width of the central difference for accelerations, s. Between neighbouring samples the rounding steps of a
@@ -35,10 +36,31 @@ fn span(period_s: f64) -> usize {
     (SPAN_S / period_s).round().max(1.0) as usize
 }
 
-/// Largest speed and acceleration that every axis reached, mm or rad, s.
+/// Largest speed, acceleration and jerk that an axis reached, mm or rad, s.
+#[derive(Debug)]
+struct ReachedByAxis {
+    axis: Axis,
+    velocity: f64,
+    acceleration: f64,
+    swings: Swings,
+}
+
+impl ReachedByAxis {
+    /// The planner's windows, s.
+    fn windows_s(&self) -> [f64; 2] {
+        self.swings.windows_s().unwrap_or([RISE_S, PlanSettings::default().smoothing_s])
+    }
+
+    /// Limit of the jerk.
+    fn jerk(&self) -> f64 {
+        2.0 * self.acceleration / self.windows_s()[0]
+    }
+}
+
+/// What all axes reached.
 #[derive(Debug, Default)]
 pub(super) struct Reached {
-    axes: Vec<(Axis, f64, f64)>,
+    axes: Vec<ReachedByAxis>,
 }
 
 impl Reached {
@@ -68,12 +90,15 @@ impl Reached {
 
     fn add(&mut self, log: &Log) {
         if self.axes.is_empty() {
-            self.axes = log.axes().iter().map(|axis| (axis.clone(), 0.0, 0.0)).collect();
+            let none =
+                |axis: &Axis| ReachedByAxis { axis: axis.clone(), velocity: 0.0, acceleration: 0.0, swings: Swings::default() };
+            self.axes = log.axes().iter().map(none).collect();
         }
-        for ((_, velocity, most), column) in self.axes.iter_mut().zip(log.reference.columns()) {
+        for (reached, column) in self.axes.iter_mut().zip(log.reference.columns()) {
             let speed = column.windows(2).map(|pair| ((pair[1] - pair[0]) / log.period_s()).abs()).fold(0.0, f64::max);
-            *velocity = velocity.max(speed);
-            *most = most.max(acceleration(column, log.period_s()));
+            reached.velocity = reached.velocity.max(speed);
+            reached.acceleration = reached.acceleration.max(acceleration(column, log.period_s()));
+            reached.swings.add(column, log.period_s());
         }
     }
 
@@ -82,16 +107,17 @@ impl Reached {
     /// # Errors
     /// When an axis never moved.
     pub fn spec(&self, moving: &[usize], period_s: f64) -> Result<MachineSpec> {
-        // Along the path what the linear axes reach together, and the largest acceleration: the limits of each axis hold besides.
-        let mut path = (0.0_f64, 0.0_f64);
+        // Along the path what the linear axes reach together, and the largest acceleration and jerk: the limits of each axis hold besides.
+        let mut path = [0.0_f64; 3];
         let axes = moving
             .iter()
             .filter_map(|&index| {
-                let (axis, velocity, acceleration) = self.axes.get(index)?.clone();
+                let reached = self.axes.get(index)?;
+                let (axis, jerk) = (reached.axis.clone(), reached.jerk());
+                let (velocity, acceleration) = (reached.velocity, reached.acceleration);
                 if axis.kind == AxisKind::Linear {
-                    path = (path.0.hypot(velocity), path.1.max(acceleration));
+                    path = [path[0].hypot(velocity), path[1].max(acceleration), path[2].max(jerk)];
                 }
-                let jerk = 2.0 * acceleration / RISE_S;
                 Some(match axis.kind {
                     AxisKind::Linear => AxisSpec::Linear(LinearAxis {
                         name: axis.name,
@@ -116,24 +142,29 @@ impl Reached {
                 })
             })
             .collect();
-        if path.0 == 0.0 {
+        if path[0] == 0.0 {
             // Rotary axes alone: a degree counts as a millimetre.
-            let reached = moving.iter().filter_map(|&index| self.axes.get(index));
-            path = reached
-                .fold(path, |path, (_, velocity, most)| (path.0.hypot(velocity.to_degrees()), path.1.max(most.to_degrees())));
+            for reached in moving.iter().filter_map(|&index| self.axes.get(index)) {
+                let [velocity, acceleration, jerk] =
+                    [reached.velocity, reached.acceleration, reached.jerk()].map(f64::to_degrees);
+                path = [path[0].hypot(velocity), path[1].max(acceleration), path[2].max(jerk)];
+            }
         }
+        let [velocity_mm_s, acceleration_mm_s2, jerk_mm_s3] = path;
+        let windows = moving.iter().filter_map(|&index| Some(self.axes.get(index)?.windows_s()[1]));
+        let smoothing_s = windows.fold(PlanSettings::default().smoothing_s, f64::min);
         let spec = MachineSpec {
             name: "from the log".to_owned(),
             sampling_period_ms: period_s * 1e3,
             sensor: Sensor::default(),
             path: PathSpec {
-                smoothing_ms: PlanSettings::default().smoothing_s * 1e3,
+                smoothing_ms: smoothing_s * 1e3,
                 short_line_acceleration: PlanSettings::default().short_line_acceleration,
                 arc_acceleration_mm_s2: None,
-                velocity_mm_s: path.0,
-                acceleration_mm_s2: path.1,
-                jerk_mm_s3: 2.0 * path.1 / RISE_S,
-                centripetal_mm_s2: path.1,
+                velocity_mm_s,
+                acceleration_mm_s2,
+                jerk_mm_s3,
+                centripetal_mm_s2: acceleration_mm_s2,
             },
             kinematics: KinematicsSpec::default(),
             control: None,

@@ -10,6 +10,7 @@ mod hash;
 mod lags;
 mod limits_from_log;
 mod settings;
+mod swings;
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -148,7 +148,7 @@ impl Compensate {
         let forecasts = Forecasts::default();
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &forecasts, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
-        show_increments(&input, &outcome, &format, &printer);
+        show_increments(&input, &outcome, &format, &printer)?;
         self.show_control(&model, is_planned(&input), &printer);
         let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
@@ -344,22 +344,20 @@ fn is_planned(input: &Input) -> bool {
     input.part().is_some_and(|part| part.recording.is_none())
 }
 
-/// Warns of increments with decimals that nobody stated: where the control resolves less, their rounding adds up.
-fn show_increments(input: &Input, outcome: &Outcome, format: &OutputSettings, printer: &Printer) {
-    let Some((part, settings)) = input.part().zip(format.program()).filter(|_| outcome.gained && !format.states_decimals())
-    else {
-        return;
-    };
+/// Says with which decimals increments are written where nobody states them: with more, the rounding of a control that resolves less would add up.
+fn show_increments(input: &Input, outcome: &Outcome, format: &OutputSettings, printer: &Printer) -> Result<()> {
+    let Some((part, settings)) = input.part().zip(format.program()).filter(|_| outcome.gained) else { return Ok(()) };
+    let Some(decimals) = settings.suited_to(part)?.increment_decimals else { return Ok(()) };
     let is_increment =
         |step: &&Move| step.shiftable == Shiftable::Yes && part.toolpath.modal(step).distance == Distance::Incremental;
     if let Some(step) = part.toolpath.moves.iter().find(is_increment) {
         printer.line(format!(
-            "warning: increments (G91, from line {}) are written with {} decimals; where the control resolves less, their rounding adds up: state its \
-             decimals with --decimals, or its profile with --controller",
-            step.block + 1,
-            settings.decimals
+            "note: increments (G91, from line {}) are written with {decimals} decimals (mm; one more in inches), as most controls resolve them; \
+             --decimals or --controller states more",
+            step.block + 1
         ));
     }
+    Ok(())
 }
 
 /// Reports where the program keeps its feeds because timed points would lengthen the cycle too much.
