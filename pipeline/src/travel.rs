@@ -16,13 +16,21 @@ const ROUNDING: f64 = 1e-9;
 /// # Errors
 /// Names line or time, axis, position and limits.
 pub fn check(input: &Input, setup: &Setup) -> Result<()> {
+    check_from(input, setup, 0)
+}
+
+/// The same from this sample on.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_from(input: &Input, setup: &Setup, from: usize) -> Result<()> {
     let path = input.trajectory();
     if path.axes() != setup.kinematics.axes() {
         return Ok(());
     }
     for (index, (axis, travel)) in path.axes().iter().zip(&setup.travel).enumerate() {
         let Some([low, high]) = *travel else { continue };
-        let column = &path.columns()[index];
+        let column = &path.columns()[index][from..];
         let (scale, unit) = in_programs(axis.kind);
         let shown = |value: f64| format!("{:.3}", value * scale);
         if is_unplaced(input, axis.kind) {
@@ -35,7 +43,7 @@ pub fn check(input: &Input, setup: &Setup) -> Result<()> {
                     shown(high - low),
                     shown(highest)
                 );
-                return Err(refused(input, sample, why));
+                return Err(refused(input, from + sample, why));
             }
         } else if let Some(sample) = column.iter().position(|x| *x < low - ROUNDING || *x > high + ROUNDING) {
             let remedy = if input.part().is_some() { "say where the part lies with --work-offset" } else { "move the path" };
@@ -45,7 +53,7 @@ pub fn check(input: &Input, setup: &Setup) -> Result<()> {
                 shown(low),
                 shown(high)
             );
-            return Err(refused(input, sample, why));
+            return Err(refused(input, from + sample, why));
         }
     }
     Ok(())

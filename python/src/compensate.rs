@@ -10,10 +10,12 @@ use numpy::{PyArray1, PyArray2};
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::model_based_ilc::{LawName, Outcome, Settings};
 use pipeline::windows::{Joined, LongProgram};
-use pipeline::{Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, model_based_ilc};
+use pipeline::{
+    Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, is_plan_guessed, model_based_ilc,
+};
 use precomp::Chosen;
 use precomp::output::{Printer, Usage};
-use precomp::print::control::{LIMITS_FROM_LOG, control_fidelity, recorded as print_recorded};
+use precomp::print::control::{LIMITS_FROM_LOG, control_fidelity, control_unknown, recorded as print_recorded};
 use precomp::print::figures::{contour_json, orientation_json};
 use precomp::print::measurement::readback_json;
 use precomp::print::{compensation as print, program, written};
@@ -211,10 +213,14 @@ impl Job<'_> {
         let terms = PositionTerms::of(self.model, &input)?;
         print::show_unknown(&printer, &input, &self.setup, terms.as_ref());
         let (input, outcome, feeds) = self.learn(input, &format, &printer, progress)?;
+        let guessed = self.own_machine && is_plan_guessed(self.model, &input, format.program());
         self.show_limits(&printer, self.recorded.is_none() && input.part().is_some());
-        let expected = Expectation::of(self.model, &input, &outcome.reference, &outcome.forecast)?;
-        print::show(&printer, &input, &outcome, expected.as_ref(), false);
+        if guessed {
+            printer.line(control_unknown(true));
+        }
         let output = outcome.write(&input, &format, Path::new("reference.csv"))?;
+        let expected = Expectation::of_written(self.model, &input, &outcome, &output.content, guessed)?;
+        print::show(&printer, &input, &outcome, expected.as_ref(), false);
         let content = match (input.part(), &output.setpoints) {
             (None, None) => Content::Reference(outcome.reference.clone()),
             _ => Content::Text(output.content),
@@ -275,6 +281,9 @@ impl Job<'_> {
             program::show_dialect(&printer, &whole.program, &whole.options);
         }
         self.show_limits(&printer, true);
+        if self.own_machine && self.model.manifest.control.is_none() && self.model.manifest.limits_from_log {
+            printer.line(control_unknown(false));
+        }
         let joined = long.compensate(self.model, &self.options.settings(), format, progress)?;
         let how = format!("{} windows, up to {} updates on the model", joined.windows(), joined.updates);
         printer.line(print::forecast(" over feed moves", &joined.before()?, &joined.after()?, &how));

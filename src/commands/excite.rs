@@ -138,7 +138,14 @@ impl Excite {
         let runs = excite(&plan, &setup.limits, setup.kinematics.axes(), &travel, setup.period_s, self.common.seed)?;
         let mut outputs = Outputs::default();
         let spacing_s = self.output.spacing.map(|spacing_ms| spacing_ms * 1e-3);
-        let style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);
+        let mut style = Style::of(&self.output.settings(&setup).refit(), spacing_s, &setup);
+        if let Some(origin_mm) = self.program.settings().first_offset(&setup) {
+            style.origin_mm = origin_mm;
+            let [x, y, z] = origin_mm.map(|offset| format!("{offset:.3}"));
+            printer.line(format!(
+                "programs are for the work offset G54 with x {x}, y {y}, z {z} mm; the references are machine coordinates"
+            ));
+        }
         let mut planned_s = 0.0;
         for (number, (name, reference)) in runs.iter().enumerate() {
             let table = self.out.join(format!("{name}.csv"));

@@ -1,7 +1,7 @@
 //! `precomp init`: a commented machine file.
 
 use std::io::{BufRead, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
@@ -89,7 +89,11 @@ impl Init {
             Some(path) => {
                 let name =
                     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-                machine::draft(&name, &String::from_utf8_lossy(&read_file(path)?))?
+                let beside = |included: &str| {
+                    let path = path.parent().unwrap_or(Path::new("")).join(included);
+                    Some(String::from_utf8_lossy(&read_file(&path).ok()?).into_owned())
+                };
+                machine::draft(&name, &String::from_utf8_lossy(&read_file(path)?), &beside)?
             }
             None => Draft { name: "mill".into(), origin: "options and answers".into(), ..Draft::default() },
         };
@@ -99,6 +103,11 @@ impl Init {
         if let Some(controller) = &self.controller {
             read::controller(controller)?;
             draft.controller = Some(controller.clone());
+        }
+        if let (Some(settings), Some(axes)) = (&self.settings, &self.axes) {
+            let why =
+                format!("--axes {axes} beside {}: the axes are those of the settings, {}", settings.display(), axes_of(&draft));
+            return Err(Usage(why).into());
         }
         for letter in self.axes.iter().flat_map(|axes| axes.chars()) {
             draft.axis(&letter.to_string());
@@ -110,6 +119,11 @@ impl Init {
             let stated = |value: Option<f64>, option: &str| value.map(|value| Known::new(value, option));
             axis.velocity = stated(self.velocity, "--velocity").or(axis.velocity.take());
             axis.acceleration = stated(self.acceleration, "--acceleration").or(axis.acceleration.take());
+        }
+        // What the settings say of the path follows from their axes.
+        if self.acceleration.is_some() {
+            (draft.path_acceleration_mm_s2, draft.centripetal_mm_s2, draft.arc_acceleration_mm_s2) = (None, None, None);
+            draft.axes.iter_mut().for_each(|axis| axis.jerk = None);
         }
         for Travel { axis, range } in &self.travel {
             if !draft.axes.iter().any(|known| known.name == *axis) {

@@ -14,9 +14,16 @@ const TRUSTED_CYCLE: f64 = 0.02;
 pub const LIMITS_FROM_LOG: &str =
     "note: the machine's limits were taken from what the training log reached; give --machine to state them";
 
-/// A control of which nothing is known, so that its plan is a guess.
-pub const CONTROL_UNKNOWN: &str = "note: how the control plans is not known: what is expected holds where it moves as is planned here; train with \
-     --programs, or give --machine";
+/// A control of which nothing is known, so that its plan is a guess; what is expected covers other plans where `covered`.
+#[must_use]
+pub fn control_unknown(covered: bool) -> String {
+    let holds = if covered {
+        "covers accelerations and jerks beside those of the log, and no control that rounds corners by more than micrometres"
+    } else {
+        "holds where it moves as is planned here"
+    };
+    format!("note: how the control plans is not known: what is expected {holds}; train with --programs, or give --machine")
+}
 
 /// Whether plans of a control are too poor for a first run.
 pub fn is_poor(path_rms_mm: f64, cycle_share: f64) -> bool {

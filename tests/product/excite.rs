@@ -147,3 +147,51 @@ fn the_next_excitation_is_of_what_the_model_knows_least_on_a_part() {
     folder.fails(2, &["excite", "--for", "part.nc", "-o", "other"]);
     folder.fails(1, &["excite", "--after", "part.nc", "-o", "other"]);
 }
+
+#[test]
+fn programs_run_under_the_work_offset_of_the_machine_file() {
+    let folder = Folder::new();
+    let axis = |name: &str| {
+        format!(
+            "[[axes]]\nkind = \"linear\"\nname = \"{name}\"\nvelocity_mm_s = 200.0\nacceleration_mm_s2 = 1000.0\njerk_mm_s3 = 50000.0\ntravel_mm = [0.5, 300.0]\n"
+        )
+    };
+    let machine = |offsets: &str| {
+        format!(
+            "name = \"mill\\nG0 X999\"\nsampling_period_ms = 2.0\n[path]\nvelocity_mm_s = 200.0\nacceleration_mm_s2 = 1000.0\njerk_mm_s3 = 50000.0\n\
+             centripetal_mm_s2 = 1000.0\n{offsets}[kinematics]\nkind = \"cartesian\"\n{}",
+            ["x", "y", "z"].map(axis).concat()
+        )
+    };
+    // A travel without 0 is no obstacle, and a name stays within its comment.
+    folder.write("zero.toml", machine(""));
+    folder.write("placed.toml", machine("[work_offsets]\nG54 = [250.0, 200.0, 150.0]\n"));
+    folder.figures(&["excite", "--machine", "zero.toml", "--seconds", "5", "-o", "zero"]);
+    folder.figures(&["excite", "--machine", "placed.toml", "--seconds", "5", "-o", "placed"]);
+    for name in ["01-full", "control-test"] {
+        let [zero, placed] = ["zero", "placed"].map(|of| folder.read(&format!("{of}/{name}.nc")));
+        for (letter, offset, lines) in [('X', 250.0, &zero), ('Y', 200.0, &zero), ('Z', 150.0, &zero)] {
+            let [from_zero, from_offset] = [lines, &placed].map(|text| extent(text, letter));
+            for (zero, placed) in from_zero.iter().zip(from_offset) {
+                assert!((zero - placed - offset).abs() < 1e-3, "{name} {letter}: {zero} {placed}");
+            }
+            assert!(from_zero[0] >= 0.5 && from_zero[1] <= 300.0, "{from_zero:?}");
+            // The header states the range in which the lines are.
+            let stated = placed.lines().find(|line| line.starts_with(&format!("({letter} "))).unwrap();
+            let numbers: Vec<f64> = stated.split(['(', ' ', ')']).filter_map(|word| word.parse().ok()).collect();
+            assert!(numbers[0] <= from_offset[0] + 1e-3 && numbers[1] >= from_offset[1] - 1e-3, "{stated} {from_offset:?}");
+            assert!(numbers[1] - numbers[0] < 1.3 * (from_offset[1] - from_offset[0]) + 1.0, "{stated} {from_offset:?}");
+        }
+        assert!(!placed.lines().any(|line| line.starts_with("G0 X999")), "{placed}");
+        assert!(placed.contains("WITH X 250.000 Y 200.000 Z 150.000"), "{placed}");
+    }
+    // The references are machine coordinates either way.
+    assert_eq!(folder.read("zero/01-full.csv"), folder.read("placed/01-full.csv"));
+}
+
+/// Lowest and highest word of an axis in the lines of a program that move.
+fn extent(text: &str, letter: char) -> [f64; 2] {
+    let lines = text.lines().filter(|line| line.starts_with(['G']) && !line.starts_with("G21"));
+    let words = lines.flat_map(|line| line.split_whitespace()).filter_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok());
+    words.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
+}

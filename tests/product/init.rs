@@ -99,3 +99,68 @@ fn all_that_is_missing_is_named_at_once() {
     assert!(said.contains("LinuxCNC INI") && !folder.0.path().join("m.toml").exists(), "{said}");
     folder.fails(2, &["init", "--axes", "xq", "-o", "m.toml"]);
 }
+
+#[test]
+fn an_ini_file_is_read_as_linuxcnc_reads_it() {
+    let folder = Folder::new();
+    let file = |traj: &str, rest: &str| {
+        format!(
+            "[TRAJ]\n  {traj}\n[AXIS_X]\n MAX_VELOCITY = 4\nMAX_ACCELERATION = 20\n  MIN_LIMIT = -1\nMAX_LIMIT = 10\nMAX_LIMIT = 500\n\
+             [AXIS_Y]\nMAX_VELOCITY = 4\nMAX_ACCELERATION = 20\nMAX_LIMIT = 10\n[AXIS_Z]\nMAX_VELOCITY = 4\nMAX_ACCELERATION = 20\n\
+             MIN_LIMIT = -1e99\nMAX_LIMIT = 1e99\n{rest}"
+        )
+    };
+    let read = |text: String| {
+        folder.write("m.ini", text);
+        let said = folder.prints(&["init", "m.ini", "-o", "m.toml"]);
+        (toml::from_str::<toml::Value>(&folder.read("m.toml")).unwrap(), said)
+    };
+    // The first of equal keys; blanks before a line; one limit alone and limits of 1e99 are no travel.
+    let (mill, said) = read(file("LINEAR_UNITS = 0.03937007874", ""));
+    assert!((number(&mill, "axes.0.velocity_mm_s") / 101.6 - 1.0).abs() < 1e-4);
+    assert!((number(&mill, "axes.0.travel_mm.1") / 254.0 - 1.0).abs() < 1e-4);
+    assert!(mill["axes"][1].get("travel_mm").is_none() && mill["axes"][2].get("travel_mm").is_none());
+    assert!(said.contains("axis Y has one limit alone"), "{said}");
+    // Two joints move Y; their kinematics says which.
+    let joints = "[KINS]\nKINEMATICS = trivkins coordinates=XYYZ\n[JOINT_2]\nMIN_LIMIT = -9\nMAX_LIMIT = 9\nMAX_VELOCITY = 2\n\
+                  [JOINT_3]\nMIN_LIMIT = -150\nMAX_LIMIT = 5\n";
+    let (mill, _) = read(file("LINEAR_UNITS = mm", joints));
+    assert_eq!((number(&mill, "axes.1.velocity_mm_s"), number(&mill, "axes.2.travel_mm.0")), (2.0, -150.0));
+    let arm = "[KINS]\nKINEMATICS = scarakins\n[JOINT_0]\nMAX_VELOCITY = 1\n";
+    let (mill, said) = read(file("LINEAR_UNITS = mm", arm));
+    assert!(number(&mill, "axes.0.velocity_mm_s") == 4.0 && said.contains("its kinematics are scarakins"), "{said}");
+    // Angles in radians.
+    let turning = "COORDINATES = XA\nANGULAR_UNITS = radian\nLINEAR_UNITS = mm";
+    let (mill, _) = read(file(turning, "[AXIS_A]\nMAX_VELOCITY = 0.5\nMAX_ACCELERATION = 2\n"));
+    assert!((number(&mill, "axes.1.velocity_rad_s") / 0.5 - 1.0).abs() < 1e-5);
+    // Limits in a file beside it; a file that is missing is told.
+    folder.write("lim.inc", "[AXIS_Y]\nMIN_LIMIT = -3\n");
+    let (mill, said) = read(file("LINEAR_UNITS = mm", "#INCLUDE lim.inc\n#INCLUDE gone.inc\n"));
+    assert!(number(&mill, "axes.1.travel_mm.0") == -3.0 && said.contains("gone.inc, which m.ini includes"), "{said}");
+    folder.write("m.ini", file("LINEAR_UNITS = cm", ""));
+    let said = folder.fails(1, &["init", "m.ini", "-o", "n.toml"]);
+    assert!(said.contains("m.ini:2: LINEAR_UNITS is `cm`"), "{said}");
+    // Options beside settings.
+    folder.write("m.ini", file("LINEAR_UNITS = mm", ""));
+    let said = folder.fails(2, &["init", "m.ini", "--axes", "xy", "-o", "n.toml"]);
+    assert!(!folder.0.path().join("n.toml").exists(), "{said}");
+}
+
+#[test]
+fn grbl_states_where_its_travel_lies() {
+    let folder = Folder::new();
+    let read = |settings: &str| {
+        folder.write("grbl.txt", format!("{GRBL}$131=200\r\n{settings}"));
+        let said = folder.prints(&["init", "grbl.txt", "--period", "2", "-o", "m.toml"]);
+        (toml::from_str::<toml::Value>(&folder.read("m.toml")).unwrap(), said)
+    };
+    let (router, _) = read("$22=1\r\n$23=1\r\n");
+    assert_eq!(number(&router, "axes.0.travel_mm.0"), -300.0);
+    // grblHAL, machine zero where it homes: X at its lower end.
+    let (router, _) = read("$22=9\r\n$23=1\r\n");
+    assert_eq!((number(&router, "axes.0.travel_mm.1"), number(&router, "axes.1.travel_mm.0")), (300.0, -200.0));
+    let (router, said) = read("$22=0\r\n");
+    assert!(router["axes"][0].get("travel_mm").is_none() && said.contains("it does not home"), "{said}");
+    let (router, _) = read("[AXS:4:XYZC]\r\n$113=360\r\n$123=90\r\n");
+    assert_eq!(router["axes"][3]["name"].as_str(), Some("c"));
+}

@@ -1,10 +1,15 @@
 //! The settings that Grbl and its relatives print for `$$`.
 
-use super::known::{Draft, Known};
+use super::known::{Draft, Known, order};
 use crate::{ControlSpec, CornerRule, MachineError};
 
 /// Grbl recomputes its speed a hundred times a second (its documentation, "acceleration manager").
 const SEGMENT_MS: f64 = 10.0;
+
+/// Flag of `$22` with which grblHAL sets machine zero where the axis homes (its wiki, "Additional or extended settings").
+const ORIGIN_AT_HOME: u32 = 8;
+/// Number of axes that `$110` to `$115` name.
+const MOST_AXES: usize = 6;
 
 /// A setting `$110=500.000 (x max rate, mm/min)`.
 struct Setting<'a> {
@@ -18,7 +23,7 @@ pub(super) fn read(file: &str, text: &str) -> Option<Result<Draft, MachineError>
     let settings: Vec<Setting<'_>> = text.lines().enumerate().filter_map(|(index, line)| setting(line, index + 1)).collect();
     let is_one = settings.iter().any(|of| (110..=115).contains(&of.number) || (120..=125).contains(&of.number));
     is_one.then(|| {
-        let mut draft = draft(file, &settings)?;
+        let mut draft = draft(file, &settings, letters(text))?;
         draft.look_ahead_lines = look_ahead(text);
         if let (Some(lines), None) = (&draft.look_ahead_lines, &draft.control) {
             draft.notes.push(format!(
@@ -41,13 +46,21 @@ fn look_ahead(text: &str) -> Option<Known<u32>> {
     text.lines().enumerate().find_map(of_line)
 }
 
+/// The letters of the axes in their order: those that grblHAL's `[AXS:5:XYZAC]` states, if the text holds it.
+fn letters(text: &str) -> &str {
+    let of_line =
+        |line: &'_ str| line.trim().strip_prefix("[AXS:")?.strip_suffix(']')?.split_once(':').map(|(_, letters)| letters.len());
+    let found = text.lines().find(|line| of_line(line).is_some());
+    found.and_then(|line| line.trim().trim_end_matches(']').rsplit(':').next()).unwrap_or("XYZABC")
+}
+
 fn setting(line: &str, number_of_line: usize) -> Option<Setting<'_>> {
     let (number, rest) = line.trim().strip_prefix('$')?.split_once('=')?;
     let value = rest.split(['(', ';', '[']).next().unwrap_or(rest).trim();
     Some(Setting { number: number.trim().parse().ok()?, value, line: number_of_line })
 }
 
-fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
+fn draft(file: &str, settings: &[Setting<'_>], letters: &str) -> Result<Draft, MachineError> {
     let number = |wanted: u32, scale: f64| {
         let known = |of: &Setting<'_>| match of.value.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Known::new(value * scale, format!("${wanted}, line {}", of.line))),
@@ -66,18 +79,33 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
         rise_ms: Some(Known::new(SEGMENT_MS, "Grbl limits no jerk: one segment of its planner")),
         ..Draft::default()
     };
-    for (index, name) in ["x", "y", "z", "a", "b", "c"].into_iter().enumerate() {
-        let index = index as u32;
+    let flags = |wanted: u32| Ok::<_, MachineError>(number(wanted, 1.0)?.map(|of| of.value as u32));
+    let (homing, lower_ends) = (flags(22)?, flags(23)?.unwrap_or_default());
+    if homing == Some(0) {
+        draft.notes.push(
+            "it does not home ($22=0): machine zero is where it was switched on, and its travel is not stated here (--travel)"
+                .to_owned(),
+        );
+    }
+    for (index, letter) in letters.chars().enumerate().take(MOST_AXES) {
+        let (name, index) = (letter.to_ascii_lowercase().to_string(), index as u32);
         let (velocity, acceleration) = (number(110 + index, 1.0 / 60.0)?, number(120 + index, 1.0)?);
         if velocity.is_none() && acceleration.is_none() {
             continue;
         }
-        let travel = number(130 + index, 1.0)?.filter(|travel| travel.value > 0.0);
-        let axis = draft.axis(name);
+        if order(&name) == 6 {
+            draft.notes.push(format!("axis {letter} is left out: only X Y Z A B C are known"));
+            continue;
+        }
+        let travel = number(130 + index, 1.0)?.filter(|travel| travel.value > 0.0 && homing != Some(0));
+        let axis = draft.axis(&name);
         (axis.velocity, axis.acceleration) = (velocity, acceleration);
-        // Machine zero is where the axis homes, at the upper end, unless the homing mask says otherwise.
-        axis.travel =
-            travel.map(|travel| Known::new([-travel.value, 0.0], format!("{} (homes at its upper end)", travel.source)));
+        // Machine zero is at the upper end of every axis; at the lower one where grblHAL sets it to the end at which the axis homes.
+        let is_from_zero = homing.is_some_and(|homing| homing & ORIGIN_AT_HOME != 0) && lower_ends >> index & 1 == 1;
+        axis.travel = travel.map(|travel| match is_from_zero {
+            true => Known::new([0.0, travel.value], format!("{} (machine zero at its lower end, $22 and $23)", travel.source)),
+            false => Known::new([-travel.value, 0.0], format!("{} (machine zero at its upper end)", travel.source)),
+        });
     }
     draft.control = number(11, 1.0)?.map(|deviation| {
         let corners = CornerRule::JunctionDeviationMm(deviation.value);

@@ -1,7 +1,7 @@
 //! Klipper's configuration.
 
 use super::known::{Draft, Known};
-use super::sections::{Setting, find, settings};
+use super::sections::{Beside, Setting, Settings, Style};
 use crate::{ControlSpec, CornerRule, MachineError};
 
 /// Square corner velocity where the file states none, mm/s (Klipper's configuration reference).
@@ -10,15 +10,15 @@ const SQUARE_CORNER_MM_S: f64 = 5.0;
 const STEP_MS: f64 = 1.0;
 
 /// The draft, if the file is one.
-pub(super) fn read(file: &str, text: &str) -> Option<Result<Draft, MachineError>> {
-    let settings = settings(text);
-    find(&settings, "printer", "kinematics").is_some().then(|| draft(file, &settings))
+pub(super) fn read(file: &str, text: &str, beside: Beside<'_>) -> Option<Result<Draft, MachineError>> {
+    let settings = Settings::read(file, text, Style::Klipper, beside);
+    settings.find("printer", "kinematics").is_some().then(|| draft(file, &settings))
 }
 
-fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
+fn draft(file: &str, settings: &Settings) -> Result<Draft, MachineError> {
     let number = |section: &str, key: &str| {
-        let known = |of: &Setting<'_>| Ok::<_, MachineError>(Known::new(of.number(file)?, of.place()));
-        find(settings, section, key).map(known).transpose()
+        let known = |of: &Setting| Ok::<_, MachineError>(Known::new(of.number()?, of.place(file)));
+        settings.find(section, key).map(known).transpose()
     };
     let mut draft = Draft {
         name: "printer".to_owned(),
@@ -26,6 +26,7 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
         controller: Some("generic".to_owned()),
         smoothing_ms: Some(0.0),
         rise_ms: Some(Known::new(STEP_MS, "Klipper limits no jerk")),
+        notes: settings.notes.clone(),
         ..Draft::default()
     };
     let (velocity, acceleration) = (number("printer", "max_velocity")?, number("printer", "max_accel")?);
@@ -50,11 +51,16 @@ fn draft(file: &str, settings: &[Setting<'_>]) -> Result<Draft, MachineError> {
         draft.control = Some(Known::new(control, format!("from {} and max_accel", square.source)));
     }
     (draft.path_velocity_mm_s, draft.path_acceleration_mm_s2) = (velocity, acceleration);
-    if settings.iter().any(|of| of.section.starts_with("input_shaper")) {
+    if settings.sections().any(|section| section.starts_with("input_shaper")) {
         draft.notes.push("the input shaper is not stated here: train --programs finds what it does to the command".to_owned());
     }
-    if find(settings, "printer", "kinematics").is_some_and(|of| of.value != "cartesian") {
+    let kinematics = settings.find("printer", "kinematics").map_or("", |of| of.value.as_str());
+    if kinematics != "cartesian" {
         draft.notes.push("x and y are the axes of programs; their motors drive both: log x and y, not motors".to_owned());
+    }
+    let without: Vec<&str> = draft.axes.iter().filter(|axis| axis.travel.is_none()).map(|axis| axis.name.as_str()).collect();
+    if !without.is_empty() {
+        draft.notes.push(format!("the travel of {} is not stated ({kinematics}): --travel states it", without.join(", ")));
     }
     Ok(draft)
 }

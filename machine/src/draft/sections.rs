@@ -2,32 +2,108 @@
 
 use crate::MachineError;
 
-/// A setting: section and key as written, value without comment, line from 1.
+/// Content of a file beside the settings, by the name that they give it.
+pub(super) type Beside<'a> = &'a dyn Fn(&str) -> Option<String>;
+
+/// A setting: section and key as written, value without comment, and the file and line, from 1, where it stands.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Setting<'a> {
-    pub section: &'a str,
-    pub key: &'a str,
-    pub value: &'a str,
+pub(super) struct Setting {
+    pub section: String,
+    pub key: String,
+    pub value: String,
+    pub file: String,
     pub line: usize,
 }
 
-/// The settings of a file, in order. Keys end at `=` or `:`; comments begin with `#` or `;` at the head of a line, and behind a blank.
-pub(super) fn settings(text: &str) -> Vec<Setting<'_>> {
-    let mut section = "";
-    let mut out = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        // An indented line continues the value above it.
-        if line.starts_with([' ', '\t']) {
-            continue;
-        }
-        let line = without_comment(line).trim();
-        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
-            section = name.trim();
-        } else if let Some((key, value)) = line.split_once(['=', ':']) {
-            out.push(Setting { section, key: key.trim(), value: value.trim(), line: index + 1 });
+/// Way of writing settings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Style {
+    /// LinuxCNC's INI: blanks before a line mean nothing, `#INCLUDE name` takes in a file, and of several equal keys the first counts.
+    Ini,
+    /// Klipper's: an indented line continues the value above it, `[include name]` takes in a file, and of several equal keys the last counts.
+    Klipper,
+}
+
+/// The settings of a file and of those that it includes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Settings {
+    all: Vec<Setting>,
+    style: Style,
+    /// What of it was not read, for the reader.
+    pub notes: Vec<String>,
+}
+
+/// Depth up to which files include others.
+const MOST_INCLUDES: usize = 8;
+
+impl Settings {
+    /// Reads a file. Keys end at `=` or `:`; comments begin with `#` or `;` at the head of a line, and behind a blank.
+    pub fn read(file: &str, text: &str, style: Style, beside: Beside<'_>) -> Self {
+        let mut settings = Self { all: Vec::new(), style, notes: Vec::new() };
+        settings.add(file, text, beside, MOST_INCLUDES);
+        settings
+    }
+
+    fn add(&mut self, file: &str, text: &str, beside: Beside<'_>, depth: usize) {
+        let mut section = String::new();
+        for (index, line) in text.lines().enumerate() {
+            if self.style == Style::Klipper && line.starts_with([' ', '\t']) {
+                continue;
+            }
+            if let Some(name) = self.style.included(line) {
+                self.include(name, (file, index + 1), beside, depth);
+                continue;
+            }
+            let line = without_comment(line).trim();
+            if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+                name.trim().clone_into(&mut section);
+            } else if let Some((key, value)) = line.split_once(['=', ':']) {
+                let [key, value] = [key, value].map(|text| text.trim().to_owned());
+                self.all.push(Setting { section: section.clone(), key, value, file: file.to_owned(), line: index + 1 });
+            }
         }
     }
-    out
+
+    fn include(&mut self, name: &str, (file, line): (&str, usize), beside: Beside<'_>, depth: usize) {
+        match beside(name).filter(|_| depth > 0) {
+            Some(text) => self.add(name, &text, beside, depth - 1),
+            None => {
+                self.notes
+                    .push(format!("{name}, which {file} includes in line {line}, is not read: what it states is missing here"));
+            }
+        }
+    }
+
+    /// The value of a key; keys and sections are the same in either case.
+    pub fn find(&self, section: &str, key: &str) -> Option<&Setting> {
+        let mut found = self.of(section).filter(|of| of.key.eq_ignore_ascii_case(key));
+        match self.style {
+            Style::Ini => found.next(),
+            Style::Klipper => found.last(),
+        }
+    }
+
+    /// The settings of a section.
+    pub fn of(&self, section: &str) -> impl Iterator<Item = &Setting> {
+        self.all.iter().filter(move |of| of.section.eq_ignore_ascii_case(section))
+    }
+
+    /// The sections that hold a setting, as written.
+    pub fn sections(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(|of| of.section.as_str())
+    }
+}
+
+impl Style {
+    /// The file that a line takes in.
+    fn included(self, line: &str) -> Option<&str> {
+        let line = line.trim();
+        let name = match self {
+            Self::Ini => line.strip_prefix("#INCLUDE")?,
+            Self::Klipper => without_comment(line).trim().strip_prefix("[include ")?.strip_suffix(']')?,
+        };
+        Some(name.trim()).filter(|name| !name.is_empty())
+    }
 }
 
 fn without_comment(line: &str) -> &str {
@@ -40,26 +116,25 @@ fn without_comment(line: &str) -> &str {
     line.char_indices().find_map(begins).map_or(line, |at| &line[..at])
 }
 
-/// The value of a key; keys and sections are the same in either case. Of several the last one counts.
-pub(super) fn find<'a, 'b>(settings: &'b [Setting<'a>], section: &str, key: &str) -> Option<&'b Setting<'a>> {
-    settings.iter().rev().find(|of| of.section.eq_ignore_ascii_case(section) && of.key.eq_ignore_ascii_case(key))
-}
-
-impl Setting<'_> {
+impl Setting {
     /// Its number.
     ///
     /// # Errors
     /// With the line where it is none.
-    pub fn number(&self, file: &str) -> Result<f64, MachineError> {
-        self.value.parse().ok().filter(|number: &f64| number.is_finite()).ok_or_else(|| {
-            let Self { key, value, line, .. } = self;
-            MachineError::BadDescription(format!("{file}:{line}: {key} is `{value}`; a number is wanted"))
-        })
+    pub fn number(&self) -> Result<f64, MachineError> {
+        self.value.parse().ok().filter(|number: &f64| number.is_finite()).ok_or_else(|| self.refused("a number is wanted"))
+    }
+
+    /// An error about its value.
+    pub fn refused(&self, wanted: &str) -> MachineError {
+        let Self { key, value, file, line, .. } = self;
+        MachineError::BadDescription(format!("{file}:{line}: {key} is `{value}`; {wanted}"))
     }
 
     /// Where it stands, for the comment beside the value.
-    pub fn place(&self) -> String {
-        format!("[{}] {}, line {}", self.section, self.key, self.line)
+    pub fn place(&self, main: &str) -> String {
+        let Self { section, key, file, line, .. } = self;
+        if file == main { format!("[{section}] {key}, line {line}") } else { format!("[{section}] {key}, {file}, line {line}") }
     }
 }
 
@@ -67,14 +142,34 @@ impl Setting<'_> {
 mod tests {
     use super::*;
 
+    fn places(settings: &Settings) -> Vec<(&str, &str, &str, &str, usize)> {
+        settings.all.iter().map(|of| (&*of.section, &*of.key, &*of.value, &*of.file, of.line)).collect()
+    }
+
     #[test]
     fn settings_end_at_comments_and_keep_their_lines() {
         let text = "# a = 1\n[AXIS_X]\nMAX_VELOCITY = 30.5 # mm/s\n\n[stepper_x]\nposition_max: 235;\n  more: 1\n; b: 2\n";
-        let found = settings(text);
-        let expected = [("AXIS_X", "MAX_VELOCITY", "30.5", 3), ("stepper_x", "position_max", "235;", 6)];
-        assert_eq!(found.iter().map(|of| (of.section, of.key, of.value, of.line)).collect::<Vec<_>>(), expected);
-        assert_eq!(find(&found, "axis_x", "max_velocity").map(|of| of.number("f").ok()), Some(Some(30.5)));
-        let error = found[1].number("printer.cfg").err().map(|error| error.to_string());
+        let found = Settings::read("printer.cfg", text, Style::Klipper, &|_| None);
+        let file = "printer.cfg";
+        let expected = [("AXIS_X", "MAX_VELOCITY", "30.5", file, 3), ("stepper_x", "position_max", "235;", file, 6)];
+        assert_eq!(places(&found), expected);
+        assert_eq!(found.find("axis_x", "max_velocity").map(|of| of.number().ok()), Some(Some(30.5)));
+        let error = found.all[1].number().err().map(|error| error.to_string());
         assert!(error.is_some_and(|error| error.contains("printer.cfg:6: position_max is `235;`")));
+        // In an INI file blanks before a line mean nothing.
+        assert_eq!(Settings::read("m.ini", text, Style::Ini, &|_| None).all.len(), 3);
+    }
+
+    #[test]
+    fn included_files_count_and_those_that_are_missing_are_told() {
+        let beside = |name: &str| (name == "lim.inc").then(|| "[A]\nb = 2\nc = 3\n#INCLUDE lim.inc\n".to_owned());
+        let ini = Settings::read("m.ini", "[A]\nb = 1\n#INCLUDE lim.inc\n#INCLUDE no.inc\n", Style::Ini, &beside);
+        let value = |settings: &Settings, key: &str| settings.find("a", key).map(|of| (of.value.clone(), of.place("m.ini")));
+        assert_eq!(value(&ini, "b"), Some(("1".into(), "[A] b, line 2".into())));
+        assert_eq!(value(&ini, "c"), Some(("3".into(), "[A] c, lim.inc, line 3".into())));
+        assert!(ini.notes.iter().any(|note| note.starts_with("no.inc, which m.ini includes in line 4")), "{:?}", ini.notes);
+        let klipper = Settings::read("m.cfg", "[A]\nb = 1\n[include lim.inc]\n[include *.cfg]\n", Style::Klipper, &beside);
+        assert_eq!(value(&klipper, "b"), Some(("2".into(), "[A] b, lim.inc, line 2".into())));
+        assert_eq!(klipper.notes.len(), 1);
     }
 }

@@ -15,6 +15,7 @@ use crate::MachineError;
 #[serde(deny_unknown_fields)]
 pub struct ControlSpec {
     /// Rule of corners.
+    #[serde(default)]
     pub corners: CornerRule,
     /// Moving averages of every axis after interpolation, ms. They round corners and shrink arcs with the speed. 0 for none.
     #[serde(default)]

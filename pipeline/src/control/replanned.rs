@@ -32,9 +32,17 @@ impl<'a> Replanned<'a> {
             let (command, path_positions) = rerun(recorded, recording, &planned, &shifts)?;
             return Ok(Self { original: part, command, path_positions });
         }
-        let path_positions = follow_axes(planned.plan.desired.trajectory(), &part.plan.desired)?;
+        Self::of(part, planned)
+    }
+
+    /// A program as `planned`, whose points are near the path of `original`.
+    ///
+    /// # Errors
+    /// When it leaves the path.
+    pub fn of(original: &'a Part, planned: Part) -> Result<Self> {
+        let path_positions = follow_axes(planned.plan.desired.trajectory(), &original.plan.desired)?;
         let command = planned.command.unwrap_or_else(|| planned.plan.desired.trajectory().clone());
-        Ok(Self { original: part, command, path_positions })
+        Ok(Self { original, command, path_positions })
     }
 
     /// Original path at the positions of the command. Its directions of motion are those of the program without the

@@ -3,9 +3,8 @@
 use datasets::excitation::{Block, ControlTest, Coordinates};
 use gcode::{Feed, Move, MoveKind, append_number, format_number};
 use machine::ProgramWords;
-use motion::Trajectory;
 
-use super::program::{FEED_DECIMALS, Style, WAIT_S, header};
+use super::program::{FEED_DECIMALS, Style, WAIT_S, header, in_work_coordinates};
 use super::recording::in_program_words;
 use crate::error::{Error, ProgramFault, Result};
 use crate::input::Input;
@@ -84,8 +83,9 @@ fn planned(
         motion::AxisKind::Rotary => 0.0_f64.clamp(*low, *high),
     };
     let joints: Vec<f64> = axes.iter().zip(travel).map(home).collect();
-    let home: Coordinates = stated(&joints, setup.kinematics.as_ref(), setup.words).into();
-    let is_within = |at: &Coordinates| is_within(at, &joints, setup, travel);
+    let origin_mm = style.origin_mm;
+    let home: Coordinates = moved(stated(&joints, setup.kinematics.as_ref(), setup.words).into(), origin_mm.map(|by| -by));
+    let is_within = |at: &Coordinates| is_within(&moved(*at, origin_mm), &joints, setup, travel);
     let groups = ControlTest { axes, limits: &setup.limits, home, speed_share, is_short, is_within: &is_within }.groups(seed);
     let failed = |source| Error::Excitation { run: ControlProgram::NAME.to_owned(), source };
     let mut text = Text { style, words: words_of(setup), body: String::new(), at: [f64::NAN; 6], written: Vec::new() };
@@ -101,16 +101,33 @@ fn planned(
         return Ok(None);
     }
     text.wait(WAIT_S).map_err(failed)?;
-    let part = read(&style.framed(number, &[], &text.body), setup)?;
+    let part = read(&style.framed(number, &[], &text.body), setup, origin_mm)?;
     text.check(&part).map_err(failed)?;
     let path = Input::from(part);
-    travel::check(&path, setup)?;
-    let reference: Trajectory = in_program_words(path.trajectory(), setup)?;
-    let header = header(ControlProgram::NAME, &reference, style, text.feeds());
-    Ok(Some(ControlProgram { text: style.framed(number, &header, &text.body), seconds: reference.duration_s() }))
+    // Nobody knows where the tool comes from.
+    let from = path.part().and_then(|part| first_sample(part, &text)).unwrap_or_default();
+    travel::check_from(&path, setup, from)?;
+    let planned = in_work_coordinates(&in_program_words(path.trajectory(), setup)?, style)?;
+    let ranges: Vec<[f64; 2]> =
+        axes.iter().zip(planned.columns()).map(|(axis, column)| text.range(axis, &home, &column[from..])).collect();
+    let header = header(ControlProgram::NAME, (axes, &ranges), planned.duration_s(), style, text.feeds());
+    let seconds = planned.duration_s();
+    Ok(Some(ControlProgram { text: style.framed(number, &header, &text.body), seconds }))
 }
 
-/// Whether a position in program coordinates is within the travel.
+/// Coordinates with their linear ones moved by `by`, mm.
+fn moved(at: Coordinates, by: [f64; 3]) -> Coordinates {
+    std::array::from_fn(|slot| at[slot] + by.get(slot).copied().unwrap_or_default())
+}
+
+/// The first sample of the moves behind the approach.
+fn first_sample(part: &Part, text: &Text<'_>) -> Option<usize> {
+    let moves = part.toolpath.moves.iter().enumerate().filter(|(_, of)| of.is_feed() || matches!(of.kind, MoveKind::Rapid));
+    let (first, _) = moves.rev().nth(text.written.len().checked_sub(1)?)?;
+    (0..part.plan.desired.trajectory().len()).find(|sample| part.move_at(*sample).is_some_and(|of| of >= first))
+}
+
+/// Whether a position in machine coordinates is within the travel.
 fn is_within(at: &Coordinates, near: &[f64], setup: &Setup, travel: &[(f64, f64)]) -> bool {
     let (axes, mut joints) = (setup.kinematics.axes(), near.to_vec());
     match setup.words {
@@ -145,9 +162,9 @@ fn words_of(setup: &Setup) -> Vec<(usize, char, f64)> {
     known.map(|(slot, scale)| (slot, ['X', 'Y', 'Z', 'A', 'B', 'C'][slot], scale)).collect()
 }
 
-/// The program as planned with its origin at the machine's, where the user is to run it.
-fn read(text: &str, setup: &Setup) -> Result<Part> {
-    let settings = ReadSettings { work_offsets: vec![(None, [0.0; 3])], ..ReadSettings::default() };
+/// The program as planned under the work offset with which the user is to run it.
+fn read(text: &str, setup: &Setup, origin_mm: [f64; 3]) -> Result<Part> {
+    let settings = ReadSettings { work_offsets: vec![(None, origin_mm)], ..ReadSettings::default() };
     Part::read(ControlProgram::NAME, text, setup, &settings)
 }
 
@@ -269,6 +286,14 @@ impl Text<'_> {
         Ok((words, at))
     }
 
+    /// Lowest and highest position of an axis, mm or rad: in the plan, and at the ends of moves, since a plan may leave out turns without a feed of their own.
+    fn range(&self, axis: &motion::Axis, home: &Coordinates, planned: &[f64]) -> [f64; 2] {
+        let at = |of: &Coordinates| axis.slot().map(|slot| of[slot]);
+        let ends = self.written.iter().filter_map(|written| at(&written.at)).chain(at(home));
+        let planned = planned.iter().copied().filter(|_| axis.kind == motion::AxisKind::Linear);
+        ends.chain(planned).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
+    }
+
     /// Lowest and highest feed of the linear axes, mm/min.
     fn feeds(&self) -> Option<(f64, f64)> {
         let feeds = self.written.iter().filter(|of| !of.is_rotary).filter_map(|of| of.feed);
@@ -342,7 +367,7 @@ mod tests {
         for block in [Block::Line { to: at(10.0, 0.0), feed: 20.0 }, half, Block::Dwell, Block::Rapid { to: at(0.0, 0.0) }] {
             text.block(&block).unwrap();
         }
-        let check = |body: &str| text.check(&read(&style.framed(0, &[], body), &setup).unwrap());
+        let check = |body: &str| text.check(&read(&style.framed(0, &[], body), &setup, [0.0; 3]).unwrap());
         assert_eq!(check(&text.body), Ok(()));
         for (written, other) in [
             ("G1 X10. F", "G1 X10. Z1. F"),

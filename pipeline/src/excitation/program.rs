@@ -1,7 +1,8 @@
 //! An excitation run as a part program in the dialect of its control.
 
 use gcode::{Dialect, Feed, MoveKind, Options, append_number, format_number};
-use motion::{Axis, AxisKind, Trajectory};
+use machine::WORK_SYSTEMS;
+use motion::{Axis, AxisKind, MotionError, Trajectory};
 
 use crate::error::{Error, ProgramFault};
 use crate::refit::{RefitSettings, TimeEncoding};
@@ -40,6 +41,8 @@ pub struct Style {
     pub path_tolerance_mm: Option<f64>,
     /// Name of the machine.
     pub machine: String,
+    /// Work offset under which the programs run, machine minus program coordinates, mm: that of G54 in the machine file, else zero.
+    pub origin_mm: [f64; 3],
     /// Feed of the descent to the first point, mm/min.
     pub(super) plunge_mm_min: f64,
 }
@@ -64,6 +67,7 @@ impl Style {
             spacing_s: spacing_s.unwrap_or(settings.spacing_s.min(if of_linuxcnc { LINUXCNC_SPACING_S } else { f64::INFINITY })),
             path_tolerance_mm: of_linuxcnc.then(|| settings.path_tolerance_mm.unwrap_or(PATH_TOLERANCE_MM)),
             machine: setup.name.clone(),
+            origin_mm: setup.work_offsets.get(WORK_SYSTEMS[0]).copied().unwrap_or_default(),
             plunge_mm_min: PLUNGE_MM_MIN.min(0.5 * 60.0 * z_mm_s),
         }
     }
@@ -92,7 +96,8 @@ impl Style {
 
     /// A comment block.
     pub(super) fn comment(&self, line: &str) -> String {
-        let plain: String = line.chars().map(|c| if c.is_ascii() && !"()%;".contains(c) { c } else { ' ' }).collect();
+        let is_plain = |c: &char| (c.is_ascii_graphic() || *c == ' ') && !"()%;".contains(*c);
+        let plain: String = line.chars().map(|c| if is_plain(&c) { c } else { ' ' }).collect();
         let plain = plain.to_ascii_uppercase();
         // The comments of a SINUMERIK program follow a semicolon.
         if self.dialect == Some(Dialect::Sinumerik) { format!("; {plain}\n") } else { format!("({plain})\n") }
@@ -126,7 +131,8 @@ pub fn program(name: &str, number: usize, reference: &Trajectory, style: &Style)
     if !without_words(reference.axes()).is_empty() {
         return Ok(None);
     }
-    written(name, number, reference, style).map(Some).map_err(|source| Error::Excitation { run: name.to_owned(), source })
+    let reference = in_work_coordinates(reference, style)?;
+    written(name, number, &reference, style).map(Some).map_err(|source| Error::Excitation { run: name.to_owned(), source })
 }
 
 /// The axes whose positions no word of a part program states: those other than x, y, z, a, b, c, such as an arm's joints.
@@ -138,28 +144,52 @@ pub fn without_words(axes: &[Axis]) -> Vec<&str> {
 fn written(name: &str, number: usize, reference: &Trajectory, style: &Style) -> Result<String, ProgramFault> {
     let mut lines = Lines { reference, style, text: String::new(), words: Vec::new(), at: Vec::new(), ends: Vec::new() };
     lines.motion()?;
-    let mut header = header(name, reference, style, lines.feeds());
+    let ranges: Vec<[f64; 2]> = reference.columns().iter().map(|column| extent(column)).collect();
+    let mut header = header(name, (reference.axes(), &ranges), reference.duration_s(), style, lines.feeds());
     header.push("The time is that of a control that keeps these feeds".to_owned());
     let text = style.framed(number, &header, &lines.text);
     check(&text, reference, &lines.ends, style)?;
     Ok(text)
 }
 
-/// Header for the operator, one line each.
-pub(super) fn header(name: &str, reference: &Trajectory, style: &Style, feeds: Option<(f64, f64)>) -> Vec<String> {
+/// Positions under the work offset of `style`.
+pub(super) fn in_work_coordinates(reference: &Trajectory, style: &Style) -> Result<Trajectory, MotionError> {
+    let columns = reference.axes().iter().zip(reference.columns()).map(|(axis, column)| {
+        let by = axis.slot().and_then(|slot| style.origin_mm.get(slot)).copied().unwrap_or_default();
+        column.iter().map(|position| position - by).collect()
+    });
+    reference.with_columns(columns.collect())
+}
+
+/// Header for the operator, one line each. `ranges` are the lowest and highest positions of the axes, mm or rad.
+pub(super) fn header(
+    name: &str,
+    (axes, ranges): (&[Axis], &[[f64; 2]]),
+    seconds: f64,
+    style: &Style,
+    feeds: Option<(f64, f64)>,
+) -> Vec<String> {
     let mut lines = vec![
         format!("precomp excitation {name} for machine {}", style.machine),
         "Run from a clear start: no tool, no part".to_owned(),
     ];
-    for (axis, column) in reference.axes().iter().zip(reference.columns()) {
+    for (axis, range) in axes.iter().zip(ranges) {
         let (scale, unit) = in_programs(axis.kind);
-        let [low, high] = extent(column).map(|position| position * scale);
+        let [low, high] = range.map(|position| position * scale);
         lines.push(format!("{} {low:.3} to {high:.3} {unit}", axis.name));
     }
-    lines.push("Origin: the active work offset, G54. Coordinates are machine coordinates where all offsets are zero,".to_owned());
-    lines.push("else machine coordinates shifted by them. The axes move within these ranges about that origin".to_owned());
+    if style.origin_mm == [0.0; 3] {
+        lines.push(
+            "Origin: the active work offset, G54. Coordinates are machine coordinates where all offsets are zero,".to_owned(),
+        );
+        lines.push("else machine coordinates shifted by them. The axes move within these ranges about that origin".to_owned());
+    } else {
+        let [x, y, z] = style.origin_mm.map(|offset| format!("{offset:.3}"));
+        lines.push(format!("Origin: the active work offset, G54, with X {x} Y {y} Z {z}. With another one"));
+        lines.push("the axes move elsewhere: within these ranges about that origin".to_owned());
+    }
     if let Some((slowest, fastest)) = feeds {
-        lines.push(format!("Feed {slowest:.1} to {fastest:.1} mm/min, {:.1} s", reference.duration_s()));
+        lines.push(format!("Feed {slowest:.1} to {fastest:.1} mm/min, {seconds:.1} s"));
     }
     lines
 }

@@ -253,11 +253,19 @@ impl Part {
     /// # Errors
     /// As [`Part::read`].
     pub fn replanned(&self, bytes: Vec<u8>) -> Result<Self> {
+        self.planned_by(bytes, &self.limits)
+    }
+
+    /// The same by a control with other limits.
+    ///
+    /// # Errors
+    /// As [`Part::read`].
+    pub fn planned_by(&self, bytes: Vec<u8>, limits: &Limits) -> Result<Self> {
         let setup = Setup {
             name: String::new(),
             kinematics: self.plan.desired.kinematics().clone(),
             words: self.words,
-            limits: self.limits.clone(),
+            limits: limits.clone(),
             period_s: self.settings.period_s,
             plan: self.settings.clone(),
             states_corners: true,

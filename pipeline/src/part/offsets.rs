@@ -58,7 +58,7 @@ impl WorkOffsets {
     }
 
     /// Offset of a coordinate system including the tool length, mm.
-    fn of(&self, system: WorkOffset) -> Option<Vec3> {
+    pub(super) fn of(&self, system: WorkOffset) -> Option<Vec3> {
         let own = match system {
             WorkOffset::Standard(number) => {
                 usize::from(number).checked_sub(1).and_then(|index| self.systems.get(&index).copied())

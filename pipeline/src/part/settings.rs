@@ -1,6 +1,6 @@
 //! Settings for reading a program, and what they mean on a setup.
 
-use gcode::{ArcCentres, DecimalPoint, Dialect, Macros, Options, PassiveCodes, Program};
+use gcode::{ArcCentres, DecimalPoint, Dialect, Macros, Options, PassiveCodes, Program, WorkOffset};
 
 use super::faults::render;
 use super::offsets::{GivenOffset, WorkOffsets};
@@ -62,6 +62,12 @@ impl Default for ReadSettings {
 }
 
 impl ReadSettings {
+    /// The first work offset (G54), machine minus program coordinates, mm; `None` where neither these settings nor the machine file state it.
+    #[must_use]
+    pub fn first_offset(&self, setup: &Setup) -> Option<[f64; 3]> {
+        WorkOffsets::new(&self.work_offsets, &setup.work_offsets, 0.0).of(WorkOffset::Standard(1)).map(Into::into)
+    }
+
     /// Work offsets for a program on this setup.
     pub(super) fn offsets(&self, setup: &Setup) -> WorkOffsets {
         let given = WorkOffsets::new(&self.work_offsets, &setup.work_offsets, self.tool_length_mm);

@@ -39,7 +39,8 @@ impl Compensate {
         if self.program.dialect.is_none() && setup.dialect.is_none() {
             program::show_dialect(printer, &whole.program, &whole.options);
         }
-        self.show_control(model, true, printer);
+        let guessed = self.machine.is_none() && model.manifest.control.is_none() && model.manifest.limits_from_log;
+        self.show_control(model, true, guessed.then_some(false), printer);
         let shown = self.common.shown();
         let joined = long.compensate(model, &self.settings(), format, &|event| shown.event(event))?;
         drop(shown);

@@ -17,7 +17,9 @@ use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
 use pipeline::model_based_ilc::{Outcome, Settings};
 use pipeline::training::check_machine;
-use pipeline::{Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, model_based_ilc};
+use pipeline::{
+    Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, is_plan_guessed, model_based_ilc,
+};
 use serde_json::{Value, json};
 
 use crate::args::{Common, LawArg, LogArgs, OutputArgs, ProgramArgs, ReportArgs, parse_not_negative};
@@ -149,11 +151,12 @@ impl Compensate {
         let Learned { input, outcome, feeds } = self.learn(input, &model, &format, &forecasts, &printer)?;
         show_kept_feeds(&outcome, &format, &printer);
         show_increments(&input, &outcome, &format, &printer)?;
-        self.show_control(&model, is_planned(&input), &printer);
-        let expected = Expectation::of(&model, &input, &outcome.reference, &outcome.forecast)?;
+        let guessed = self.machine.is_none() && is_plan_guessed(&model, &input, format.program());
+        self.show_control(&model, is_planned(&input), guessed.then_some(true), &printer);
+        let output = outcome.write(&input, &format, &self.out)?;
+        let expected = Expectation::of_written(&model, &input, &outcome, &output.content, guessed)?;
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
 
-        let output = outcome.write(&input, &format, &self.out)?;
         self.show_output(&output, &outcome, &printer);
         let lines = input.part().map(|part| (line_count(part.program.bytes()), line_count(&output.content)));
         if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
@@ -196,8 +199,8 @@ impl Compensate {
         }
     }
 
-    /// What is known of the control that plans.
-    fn show_control(&self, model: &Bundle, is_planned: bool, printer: &Printer) {
+    /// What is known of the control that plans. `guess`: it is not, and what is expected covers other plans or does not.
+    fn show_control(&self, model: &Bundle, is_planned: bool, guess: Option<bool>, printer: &Printer) {
         let learned = model.manifest.control.as_ref().filter(|_| is_planned);
         if let Some(machine) = &self.machine {
             learned.iter().for_each(|_| printer.line(control::control_unused(machine)));
@@ -205,10 +208,8 @@ impl Compensate {
         }
         if model.manifest.limits_from_log {
             printer.line(control::LIMITS_FROM_LOG);
-            if is_planned && learned.is_none() {
-                printer.line(control::CONTROL_UNKNOWN);
-            }
         }
+        guess.iter().for_each(|covered| printer.line(control::control_unknown(*covered)));
         learned.iter().for_each(|control| printer.line(control::control_fidelity(control)));
     }
 
