@@ -1,12 +1,37 @@
 //! Files that a command reads and writes, checked against one another before any work.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 
 use crate::kind::Kind;
 use crate::output::Usage;
 use crate::read::CURVE;
+
+/// Subprograms that a program has called so far: which ones is known only while it is interpreted.
+static SUBPROGRAMS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Notes that a program called this file.
+pub fn note_subprogram(path: &Path) {
+    SUBPROGRAMS.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+}
+
+/// Refuses to write over a subprogram that a program called.
+///
+/// # Errors
+/// [`Usage`], which names the file.
+pub fn check_not_called(output: &Path) -> Result<()> {
+    let called = SUBPROGRAMS.lock().unwrap_or_else(PoisonError::into_inner);
+    let output = Named::new("", output);
+    match called.iter().find(|path| !output.is_special() && Named::new("", path).is(&output)) {
+        Some(path) => {
+            let why = format!("{} would be written over, which the program calls as a subprogram", path.display());
+            Err(Usage(format!("{why}; name another file")).into())
+        }
+        None => Ok(()),
+    }
+}
 
 /// What a command reads and writes, each with the option that names it.
 #[derive(Debug, Default)]

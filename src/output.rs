@@ -10,6 +10,8 @@ use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::Value;
 
+use crate::files::check_not_called;
+
 /// The exit status where input or model are not fit for the job.
 pub const REFUSED: u8 = 1;
 
@@ -69,6 +71,8 @@ impl Outputs {
         if let Some(path) = json.filter(|_| !to_stdout) {
             self.add(path, text.as_bytes());
         }
+        let paths = self.files.iter().map(|(path, _)| path).chain(self.spools.iter().map(|(path, _)| path));
+        paths.into_iter().try_for_each(|path| check_not_called(path))?;
         datasets::write_all_and(&self.files, &mut self.spools).context("cannot write")?;
         if to_stdout {
             std::io::stdout().write_all(text.as_bytes())?;

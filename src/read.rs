@@ -17,6 +17,7 @@ use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
+use crate::files::note_subprogram;
 use crate::kind::Kind;
 use crate::output::{Printer, Refusal, Usage, read_file, read_file_up_to};
 
@@ -145,7 +146,10 @@ fn beside(folder: PathBuf) -> Subprograms {
     Subprograms::new(move |name| {
         // A name of a program is no path to elsewhere.
         let is_plain = Path::new(name).file_name().is_some_and(|file| file == name);
-        if is_plain { std::fs::read(folder.join(name)).ok() } else { None }
+        let path = folder.join(name);
+        let content = std::fs::read(&path).ok().filter(|_| is_plain)?;
+        note_subprogram(&path);
+        Some(content)
     })
 }
 

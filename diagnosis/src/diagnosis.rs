@@ -6,14 +6,19 @@ use serde::Serialize;
 
 use crate::context::{AxisContext, Sensor, TestCircle};
 use crate::error::DiagnosisError;
-use crate::finding::Finding;
+use crate::finding::{Estimate, Finding, Quantity};
 use crate::findings::{mismatches, of_axis};
 use crate::record::AxisRecord;
-use servo::{Fit, Scope, Servo, identify};
+use servo::{Fit, Record, Scope, Servo, identify, identify_any_control};
 
 /// Share of the tracking error that the servo model may leave: it leaves 0.1 to 6 % of drives, simulated ones and EMPS, and a third to a half of
 /// the joints of a UR5 arm, which are no feed drives.
 const DOUBTFUL: f64 = 0.2;
+/// Magnitude that no figure of a machine has: a metre in micrometres.
+const ABSURD: f64 = 1e6;
+/// Share up to which loops of other kinds are not tried, and ratio of the mean squares from which on one of them is taken.
+const LITTLE: f64 = 0.002;
+const FAR_BETTER: f64 = 0.25;
 
 /// What the caller knows about the logs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -67,7 +72,7 @@ pub fn diagnose(logs: &[Log], settings: &Settings) -> Result<Diagnosis, Diagnosi
     let scope = Scope { sees_backlash: settings.sensor != Sensor::Motor, whole: false };
     let fits: Vec<Fit> = records
         .par_iter()
-        .map(|record| identify(&record.for_fit(), scope).ok_or_else(|| DiagnosisError::NoFit { axis: record.name.clone() }))
+        .map(|record| followed(record, scope).ok_or_else(|| DiagnosisError::NoFit { axis: record.name.clone() }))
         .collect::<Result<_, _>>()?;
     let contexts: Vec<AxisContext<'_>> =
         records.iter().zip(&fits).map(|(record, fit)| AxisContext::new(record, fit, circle, settings.sensor)).collect();
@@ -75,8 +80,10 @@ pub fn diagnose(logs: &[Log], settings: &Settings) -> Result<Diagnosis, Diagnosi
     findings.extend(mismatches(&contexts));
     let models: Vec<AxisModel> = records.iter().zip(&fits).map(|(record, fit)| model(record, fit)).collect();
     let doubtful = models.iter().filter(|model| model.residual_rms_mm > DOUBTFUL * model.tracking_rms_mm);
+    let doubtful_axes: Vec<String> = doubtful.map(|model| model.axis.clone()).collect();
+    let findings = findings.into_iter().map(|finding| observable(finding, &doubtful_axes)).collect();
     Ok(Diagnosis {
-        doubtful_axes: doubtful.map(|model| model.axis.clone()).collect(),
+        doubtful_axes,
         circle,
         sensor: settings.sensor,
         seconds: logs.iter().map(|log| log.len() as f64 * log.period_s()).sum(),
@@ -86,13 +93,51 @@ pub fn diagnose(logs: &[Log], settings: &Settings) -> Result<Diagnosis, Diagnosi
     })
 }
 
-fn model(record: &AxisRecord, fit: &Fit) -> AxisModel {
+/// The finding, where the model behind it follows its axes and its figures are those of a machine.
+fn observable(finding: Finding, doubtful_axes: &[String]) -> Finding {
+    let of_loops = matches!(
+        finding.quantity,
+        Quantity::VelocityGain
+            | Quantity::FollowingLag
+            | Quantity::ServoMismatch
+            | Quantity::ChannelDelay
+            | Quantity::VelocityFeedForward
+            | Quantity::AccelerationFeedForward
+    );
+    let is_doubtful = of_loops && finding.axis.split('-').any(|axis| doubtful_axes.iter().any(|doubtful| doubtful == axis));
+    let is_absurd = |of: &Estimate| ![of.value, of.low, of.high].iter().all(|value| value.abs() < ABSURD);
+    let why = match finding {
+        _ if is_doubtful => "the servo model does not follow the log",
+        _ if finding.estimate.iter().chain(&finding.effect_um).any(is_absurd) => "the logs do not bound it",
+        _ => return finding,
+    };
+    let remedy = "record reversals and stops at full acceleration (precomp excite), at a higher rate";
+    Finding::not_observable(finding.quantity, &finding.axis, finding.unit, why, remedy)
+}
+
+/// The servo model that follows an axis. Where that of the usual loops leaves much, loops of any kind are tried.
+fn followed(record: &AxisRecord, scope: Scope) -> Option<Fit> {
+    let runs: Record = record.for_fit();
+    let usual = identify(&runs, scope);
+    if usual.as_ref().is_some_and(|fit| fit.mean_square.sqrt() < LITTLE * tracking_rms_mm(record)) {
+        return usual;
+    }
+    let least = usual.as_ref().map_or(f64::INFINITY, |fit| FAR_BETTER * fit.mean_square);
+    identify_any_control(&runs, scope).filter(|other| other.mean_square < least).or(usual)
+}
+
+/// RMS of the tracking error, mm.
+fn tracking_rms_mm(record: &AxisRecord) -> f64 {
     let errors = record.runs.iter().flat_map(|run| run.reference.iter().zip(&run.actual).skip(record.first_scored()));
     let (squares, count) = errors.fold((0.0, 0_usize), |(sum, count), (r, x)| (sum + (r - x).powi(2), count + 1));
+    (squares / count.max(1) as f64).sqrt()
+}
+
+fn model(record: &AxisRecord, fit: &Fit) -> AxisModel {
     AxisModel {
         axis: record.name.clone(),
         servo: fit.servo,
-        tracking_rms_mm: (squares / count.max(1) as f64).sqrt(),
+        tracking_rms_mm: tracking_rms_mm(record),
         residual_rms_mm: fit.mean_square.sqrt(),
     }
 }

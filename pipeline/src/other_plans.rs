@@ -14,7 +14,7 @@ use crate::refit::RefitSettings;
 
 /// Other controls, as ratios to the acceleration that logs reached and to the time in which it rises: moves at a feed may not reach the acceleration of
 /// the control, and its rise shows to a third ([`Swings`](crate::training)).
-const OTHERS: [[f64; 2]; 4] = [[2.0, 1.0], [1.4, 0.7], [1.0, 0.7], [1.0, 1.4]];
+const OTHERS: [[f64; 2]; 5] = [[3.0, 1.0], [2.0, 1.0], [1.4, 0.7], [1.0, 0.7], [1.0, 1.4]];
 
 /// Limits with this multiple of the accelerations, and of the time in which they rise.
 fn other(limits: &Limits, [acceleration, rise]: [f64; 2]) -> Limits {

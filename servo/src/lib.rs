@@ -23,5 +23,5 @@ pub use fit::{Fit, Free, fit};
 pub use parameters::Servo;
 pub use record::{Record, Run, Scope};
 pub use scales::{COUNT, PLACES, index};
-pub use search::{identify, identify_all, refit};
+pub use search::{identify, identify_all, identify_any_control, refit};
 pub use simulate::{MOVING_MM_S, Simulated, simulate, simulate_with_friction, speed_at_start};

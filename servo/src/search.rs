@@ -46,10 +46,21 @@ const LEAST_GAIN: f64 = 0.01;
 /// The servo model of an axis. `None` where none follows the record.
 #[must_use]
 pub fn identify(record: &Record, scope: Scope) -> Option<Fit> {
+    identify_from(record, scope, scope)
+}
+
+/// The same for a diagnosis, from the starts of a prediction: cascades and PID loops, with smoothed commands and without.
+#[must_use]
+pub fn identify_any_control(record: &Record, scope: Scope) -> Option<Fit> {
+    identify_from(record, scope, Scope { whole: true, ..scope })
+}
+
+/// The best model from the starts `of`.
+fn identify_from(record: &Record, scope: Scope, of: Scope) -> Option<Fit> {
     let short = record.shortened(COMPARED_S);
     let seconds = short.fitted_s();
     let long = record.shortened(FITTED_S);
-    let starts = promising(&short, scope);
+    let starts = promising(&short, of);
     let full = |start: &Fit| fit(start.servo, &short, &of_friction(start, scope), Some(STRUCTURE_ITERATIONS));
     let mut fits = steady(starts.iter().filter_map(full).collect(), &long, |fit| fit);
     fits.sort_by(|a, b| a.mean_square.total_cmp(&b.mean_square));

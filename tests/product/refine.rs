@@ -240,3 +240,21 @@ fn every_run_has_its_program_and_every_program_its_original() {
     assert_eq!(runs.refine()["ended"], "no-gain");
     assert_eq!(folder.read("run2.nc"), folder.read("run1.nc"));
 }
+
+#[test]
+fn recordings_of_another_machine_and_repeated_ones_are_refused() {
+    let mut runs = Runs::new(&[], &[]);
+    runs.run();
+    let folder = &runs.folder;
+    let refine = |logs: &[&'static str], ran: &[&'static str]| {
+        [&["refine", "part.nc", "-m", "machine.model", "-o", "no.nc", "--log"][..], logs, &["--ran"], ran].concat()
+    };
+    std::fs::copy(folder.path("run1.csv"), folder.path("again.csv")).unwrap();
+    let error = folder.fails(1, &refine(&["run1.csv", "again.csv"], &["run1.nc", "run1.nc"]));
+    assert!(error.contains("again.csv is the same recording as run1.csv"), "{error}");
+    // The same program on a machine of other drives.
+    folder.figures(&["simulate", "run1.nc", "--machine", "random:403", "-o", "foreign.csv", "--against", "part.nc"]);
+    let error = folder.fails(1, &refine(&["foreign.csv"], &["run1.nc"]));
+    assert!(error.contains("foreign.csv is not of the machine of the model") && error.contains("held-out runs"), "{error}");
+    assert!(!folder.path("no.nc").exists());
+}

@@ -14,6 +14,7 @@ impl Refine {
         let programs = self.programs(&input, &format)?;
         input.check_original()?;
         self.check_logs(&input, &setup, &logs, None)?;
+        self.check_recordings(&logs, None, &printer)?;
         let runs = logs.iter().map(|log| Aligned::of(&input, log)).collect::<Result<Vec<_>, _>>()?;
         let measured: Vec<_> = runs.iter().map(|run| run.figures).collect();
         let best = best_of(&measured).unwrap_or_default();

@@ -26,6 +26,7 @@ impl Refine {
         let shown = self.common.shown();
         let settings = self.learning_settings(&format);
         self.check_logs(&input, &setup, &logs, Some(&model))?;
+        self.check_recordings(&logs, Some(&model), &printer)?;
         let learning = learn_from_runs(&input, &logs, &model, &settings, &|event| shown.event(event))?;
         let measured: Vec<_> = learning.runs.iter().map(|run| run.figures).collect();
         let offset = learning.runs.last().map(|run| run.matched.offset);

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use anyhow::Result;
 use datasets::Log;
 use models::Bundle;
+use pipeline::measure::fits;
 use pipeline::refine::{command_apart_mm, is_compensated};
 use pipeline::units::um;
 use pipeline::{Input, Setup};
 
 use super::Refine;
-use crate::output::{Refusal, read_file};
+use crate::output::{Printer, Refusal, read_file};
 use crate::read;
 
 /// Distance of a command from the nearest program, as a share of that from its own, below which it is a run of that one, and the least
@@ -18,7 +19,39 @@ use crate::read;
 const NEARER: f64 = 0.5;
 const LEAST_APART_MM: f64 = 2e-4;
 
+/// A log is of another machine where the model's error is so many times that on held-out runs, and this share of the tracking error.
+const UNEXPLAINED: f64 = 10.0;
+const LEAST_EXPLAINED: f64 = 0.3;
+
 impl Refine {
+    /// Refuses a recording that is given twice, and one that the model does not explain: it is of another machine, or the model is of another time.
+    pub(super) fn check_recordings(&self, logs: &[Log], model: Option<&Bundle>, printer: &Printer) -> Result<()> {
+        for (index, log) in logs.iter().enumerate() {
+            let path = self.log[index].display();
+            if let Some(first) = logs[..index].iter().position(|other| other.actual == log.actual) {
+                let why = format!("{path} is the same recording as {}: give each recording once", self.log[first].display());
+                return Err(Refusal(why).into());
+            }
+            let Some(model) = model else { continue };
+            for fit in fits(model, log)?.iter().filter(|fit| fit.stale) {
+                let tracking = tracking_rms(log, &fit.axis).unwrap_or(f64::INFINITY);
+                let (axis, unit) = (&fit.axis, fit.unit.sign());
+                let [error, expected, own] = [fit.rms, fit.expected, tracking].map(|value| fit.unit.number(value));
+                if fit.rms > UNEXPLAINED * fit.expected && fit.rms > LEAST_EXPLAINED * tracking {
+                    return Err(Refusal(format!(
+                        "{path} is not of the machine of the model, as it is now: the model is off by {error} {unit} RMS in {axis}, of a tracking error of {own}, \
+                         and was by {expected} on held-out runs; train again, or give the log of this machine"
+                    ))
+                    .into());
+                }
+                printer.line(format!(
+                    "warning: {path}: the model is off by {error} {unit} RMS in {axis}, and was by {expected} on held-out runs: adapt it with train --from"
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// Refuses logs that are not of the programs of --ran. Without --ran nothing is said of the programs.
     pub(super) fn check_logs(&self, input: &Input, setup: &Setup, logs: &[Log], model: Option<&Bundle>) -> Result<()> {
         if input.part().is_none() || self.ran.is_empty() {
@@ -67,4 +100,11 @@ impl Refine {
         }
         Ok(())
     }
+}
+
+/// RMS of command minus actual position of an axis, mm or rad.
+fn tracking_rms(log: &Log, axis: &str) -> Option<f64> {
+    let (command, actual) = (log.reference.column(axis)?, log.actual.column(axis)?);
+    let square: f64 = command.iter().zip(actual).map(|(command, actual)| (command - actual).powi(2)).sum();
+    Some((square / command.len().max(1) as f64).sqrt())
 }
