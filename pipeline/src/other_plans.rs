@@ -60,8 +60,8 @@ impl Expectation {
             let Ok(replanned) = Replanned::of(&original, written) else { continue };
             let mut machine = machine_for(bundle, Some(part))?;
             machine.freeze_flags(&replanned.path()?);
-            let actual = replanned.in_path_time(&machine::Machine::run(&mut machine, &replanned.command)?)?;
-            let command = replanned.in_path_time(&replanned.command)?;
+            let actual = replanned.in_path_time_standing(&machine::Machine::run(&mut machine, &replanned.command)?)?;
+            let command = replanned.in_path_time_standing(&replanned.command)?;
             let input = Input::from(original);
             if let Some(found) = Self::of(bundle, &input, &command, &actual)? {
                 bounds = bounds.widened(found);

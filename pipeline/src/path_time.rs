@@ -8,7 +8,19 @@ use motion::{DesiredPath, MotionError, Trajectory, cubic};
 /// # Errors
 /// When the axes of the run are not those of the path.
 pub fn in_time_of(path: &Trajectory, run: &Trajectory, path_positions: &[f64]) -> Result<Trajectory, MotionError> {
-    let instants = instants(path, path_positions);
+    at_instants(path, run, &instants(path, path_positions, Stop::Passed))
+}
+
+/// The same, with all of a standstill whose place the command does not quite reach: what the axes do after their stop counts. Learning leaves it out: no
+/// shift of a resting command takes it away.
+///
+/// # Errors
+/// As [`in_time_of`].
+pub fn in_time_of_standing(path: &Trajectory, run: &Trajectory, path_positions: &[f64]) -> Result<Trajectory, MotionError> {
+    at_instants(path, run, &instants(path, path_positions, Stop::Stood))
+}
+
+fn at_instants(path: &Trajectory, run: &Trajectory, instants: &[f64]) -> Result<Trajectory, MotionError> {
     path.with_columns(run.columns().iter().map(|column| instants.iter().map(|at| cubic(column, *at).0).collect()).collect())
 }
 
@@ -27,7 +39,9 @@ pub fn weights(desired: &DesiredPath, path_positions: &[f64]) -> Vec<f64> {
     let is_one = |a: f64, b: f64| (a - b).abs() < SAME || (place(a).is_some() && place(a) == place(b));
     let within = (first.round() as usize)..=(last.round() as usize);
     let mut before = f64::NAN;
-    for (sample, at) in instants(path, path_positions).into_iter().enumerate().filter(|(sample, _)| within.contains(sample)) {
+    for (sample, at) in
+        instants(path, path_positions, Stop::Stood).into_iter().enumerate().filter(|(sample, _)| within.contains(sample))
+    {
         let is_left = at == before && sample > 0 && path.at(sample).eq(path.at(sample - 1));
         before = at;
         if !is_left {
@@ -69,8 +83,17 @@ fn places(desired: &DesiredPath) -> Vec<Option<usize>> {
     (0..poses.len()).map(of).collect()
 }
 
+/// What a run does at a standstill of the path before whose place it stops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stop {
+    /// It passes the place when it goes on.
+    Passed,
+    /// It stands there.
+    Stood,
+}
+
 /// Instants, in samples of the run, at which a run with path positions `path_positions` passes every sample of the path.
-pub(crate) fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
+pub(crate) fn instants(path: &Trajectory, path_positions: &[f64], stop: Stop) -> Vec<f64> {
     let mut k = 0;
     let mut passes = |sample: usize| {
         let wanted = sample as f64;
@@ -78,14 +101,20 @@ pub(crate) fn instants(path: &Trajectory, path_positions: &[f64]) -> Vec<f64> {
             k += 1;
         }
         let (before, after) = (path_positions[k], path_positions.get(k + 1).copied().unwrap_or(path_positions[k]));
-        k as f64 + if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 }
+        let share = if after > before { ((wanted - before) / (after - before)).clamp(0.0, 1.0) } else { 0.0 };
+        (k, k as f64 + share)
     };
     let samples: Vec<usize> = (0..path.len()).collect();
     let mut instants = Vec::with_capacity(samples.len());
     for standstill in samples.chunk_by(|a, b| path.at(*a).eq(path.at(*b))) {
-        let (arrives, last) = (passes(standstill[0]), standstill[standstill.len() - 1] as f64);
-        let leaves = path_positions.partition_point(|at| *at <= last).saturating_sub(1) as f64;
-        instants.extend((0..standstill.len()).map(|waited| (arrives + waited as f64).min(leaves.max(arrives))));
+        let ((stands, passes), last) = (passes(standstill[0]), standstill[standstill.len() - 1] as f64);
+        let leaves = path_positions.partition_point(|at| *at <= last).saturating_sub(1);
+        // A command that is corrected may stop before the place at which the path stops, and go on from beyond it.
+        let stops_before = stop == Stop::Stood && leaves == stands && standstill.len() > 1;
+        let stopped = path_positions[..=stands].iter().rev().take_while(|at| path_positions[stands] - **at < SAME).count();
+        let arrives = if stops_before && stopped > 1 { (stands + 1 - stopped) as f64 } else { passes };
+        let leaves = (leaves as f64).max(arrives);
+        instants.extend((0..standstill.len()).map(|waited| (arrives + waited as f64).min(leaves)));
     }
     instants
 }
@@ -111,12 +140,25 @@ mod tests {
     }
 
     #[test]
+    fn a_run_that_stops_before_the_place_of_a_standstill_stands_there() {
+        let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
+        let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]);
+        // It stops at 1.9 of 2, and goes on from beyond the standstill.
+        let path_positions = [0.0, 1.0, 1.9, 1.9, 1.9, 5.0, 6.0];
+        assert_eq!(instants(&desired, &path_positions, Stop::Stood), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let of_path = self::desired(path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]));
+        assert_eq!(weights(&of_path, &path_positions).iter().sum::<f64>(), 7.0);
+        // Without a stop it passes.
+        assert_eq!(instants(&desired, &[0.0, 1.0, 1.9, 5.0, 6.0], Stop::Stood)[2..5], [2.0 + 0.1 / 3.1; 3]);
+    }
+
+    #[test]
     fn a_standstill_lasts_as_long_as_in_the_run() {
         let path = |positions: &[f64]| Trajectory::new(0.002, vec![Axis::named("x")], vec![positions.to_vec()]).unwrap();
         let desired = path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 4.0, 4.0]);
         // Half as fast, with a shorter standstill in between and a longer one at the end.
         let path_positions = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 4.5, 5.0, 5.5, 6.0, 6.0, 6.0, 6.0];
-        assert_eq!(instants(&desired, &path_positions), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
+        assert_eq!(instants(&desired, &path_positions, Stop::Stood), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
         assert_eq!(
             instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
             [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]

@@ -1,8 +1,8 @@
 //! Error figures of a run: RMS, MAX and 95th percentile of contour and orientation error.
 
 use motion::contour::{
-    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, LEVER_MM, at_places, follow_axes, orientation_errors,
-    poses_at_places, summary, summary_of,
+    ContourError, ContourEstimator, ContourSummary, Exact, ExactOnCurve, LEVER_MM, at_places_and_corners, follow_axes,
+    orientation_errors, poses_at_places, summary, summary_of,
 };
 use motion::{DesiredPath, Pose, Trajectory, Vec3, poses_of};
 
@@ -38,7 +38,7 @@ pub fn contour_errors_along(
         return Ok((errors_from(desired, &desired.tips_of(actual)?, &path)?, path_positions));
     }
     let path_positions = follow_axes(reference, desired)?;
-    Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places(&path, &path_positions))?, path_positions))
+    Ok((errors_from(desired, &desired.tips_of(actual)?, &at_places_and_corners(&path, &path_positions))?, path_positions))
 }
 
 /// Contour errors of `tips` against `path`, the desired points at the same instants.
@@ -194,7 +194,7 @@ pub fn figures_along(desired: &DesiredPath, part: Option<&Part>, reference: &Tra
 /// # Errors
 /// When the axes differ from those of the path, or no sample counts.
 pub fn figures_at(desired: &DesiredPath, part: Option<&Part>, path_positions: &[f64], actual: &Trajectory) -> Result<Figures> {
-    let errors = errors_from(desired, &desired.tips_of(actual)?, &at_places(&desired.tips(), path_positions))?;
+    let errors = errors_from(desired, &desired.tips_of(actual)?, &at_places_and_corners(&desired.tips(), path_positions))?;
     figures_of(desired, part, &errors, path_positions, actual)
 }
 

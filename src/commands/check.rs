@@ -22,7 +22,7 @@ use crate::read;
   precomp check runs/*.csv
   precomp check log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm")]
 pub struct Check {
-    /// Logs, one a run: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
+    /// Logs, one a run: CSV, Parquet, JSON, NumPy, MATLAB, LabVIEW, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]

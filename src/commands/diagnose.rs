@@ -26,7 +26,7 @@ use crate::report::{Group, diagnosis as sections, nothing, suggestion};
   precomp diagnose runs/*.csv -m mill.model --report machine.html
   precomp diagnose runs/*.log --controller linuxcnc -o suggestion.ini")]
 pub struct Diagnose {
-    /// Logs, one a run: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
+    /// Logs, one a run: CSV, Parquet, JSON, NumPy, MATLAB, LabVIEW, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub struct Diagnose {
     /// A model of the machine: it says where the sensor is, and what of the error no model predicts
     #[arg(short, long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Machine that made the logs: a TOML file, or a built-in one; the model's when left out
+    /// Machine that made the logs: a TOML file, a built-in one, or random:SEED; the model's when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Where the logged actual position is measured: only a scale at the table sees backlash. The machine's when left out

@@ -32,11 +32,11 @@ use crate::report::{Group, Run, Track, model_fit, sections};
   precomp measure today.csv --model mill.model --report run.html
   precomp measure circle.csv --desired curve:circle --feed 50 --machine mill.toml")]
 pub struct Measure {
-    /// The log: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
+    /// The log: CSV, Parquet, JSON, NumPy, MATLAB, LabVIEW, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     log: PathBuf,
     #[command(flatten)]
     common: Common,
-    /// Machine that made the log: a TOML file, or a built-in one; the model's when left out
+    /// Machine that made the log: a TOML file, a built-in one, or random:SEED; the model's when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     #[command(flatten)]

@@ -34,7 +34,7 @@ use crate::report::{Group, adaptation, held_out, known, trained_range};
   precomp train ten-seconds.csv --from mill.model -o mill-today.model
   precomp train log.csv --columns t=time_s,x_ref=x_cmd_mm,x_act=x_act_mm -o x.model")]
 pub struct Train {
-    /// Logs, one a run: CSV, Parquet, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
+    /// Logs, one a run: CSV, Parquet, JSON, NumPy, MATLAB, LabVIEW, halsampler, halscope, TwinCAT Scope, SINUMERIK Edge or trace
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub struct Train {
     /// The model to write
     #[arg(short, long, value_name = "MODEL")]
     out: PathBuf,
-    /// Machine whose limits and kinematics go into the model: a TOML file, or a built-in one; taken from the log when left out
+    /// Machine whose limits and kinematics go into the model: a TOML file, a built-in one, or random:SEED; taken from the log when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Programs that ran while logs were recorded, paired with them by name (`part.nc` and `part.csv`): from these the control is

@@ -16,7 +16,9 @@ mod turns;
 pub use estimators::{
     Exact, ExactOnCurve, ExactStream, HermiteFootPoint, Horizon, MovingWindow, OsculatingCircle, SplineSearch, Tangent, Window,
 };
-pub use matching::{AlignSettings, AlignedBy, Alignment, align, at_places, follow, follow_axes, poses_at_places};
+pub use matching::{
+    AlignSettings, AlignedBy, Alignment, align, at_places, at_places_and_corners, follow, follow_axes, poses_at_places,
+};
 pub use spline::SampledSpline;
 pub use statistics::{
     CirclePlane, CircularTest, ContourSummary, DirectionFigures, NominalCircle, OrientationError, PAPER_B_RATIO, PAPER_B_SUPPORT,

@@ -47,6 +47,8 @@ pub struct ControlledMachine<'a, M: ?Sized> {
     part: Option<&'a Part>,
     pub(super) replans: Option<RefitSettings>,
     pub(super) pairing: Pairing,
+    /// Whether runs show what the axes do at standstills whose places the command does not quite reach.
+    stands: bool,
     /// Gives the machine the command without correction, which sets its directions of motion.
     prepare: fn(&mut M, &Trajectory),
     /// Duration of every replanned program, s.
@@ -68,7 +70,7 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
     /// A machine behind a control that commands the reference, or follows the recorded command of `part`.
     pub fn new(machine: &'a mut M, part: Option<&'a Part>) -> Self {
         let (replans, pairing, durations_s, runs) = (None, Pairing::Place, Vec::new(), None);
-        Self { machine, part, replans, pairing, prepare: |_, _| {}, durations_s, runs, disturbance: None }
+        Self { machine, part, replans, pairing, stands: false, prepare: |_, _| {}, durations_s, runs, disturbance: None }
     }
 
     /// The same machine with a disturbance that repeats in every run: actual minus undisturbed positions at the path's samples, one column
@@ -86,6 +88,20 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
             self.replans = Some(written);
         }
         replans
+    }
+
+    /// A run of a replanned program, with what the axes do at standstills; `None` where the control takes the reference.
+    ///
+    /// # Errors
+    /// As [`Machine::run`].
+    pub fn run_standing(&mut self, reference: &Trajectory) -> Result<Option<Trajectory>, MachineError> {
+        if self.replans.is_none() {
+            return Ok(None);
+        }
+        self.stands = true;
+        let run = self.run(reference);
+        self.stands = false;
+        run.map(Some)
     }
 
     /// Whether the control would plan the program, written with these settings, again.
@@ -121,6 +137,7 @@ impl<'a, M: Machine + ?Sized> ControlledMachine<'a, M> {
         let seen = match self.pairing {
             // The command gives the intended position at every instant, to the micrometre. One delay for the whole run
             // is less exact.
+            Pairing::Place if self.stands => replanned.in_path_time_standing(&actual)?,
             Pairing::Place => replanned.in_path_time(&actual)?,
             Pairing::Time => in_step(&actual, reference.len())?,
         };

@@ -6,7 +6,7 @@ use motion::{MotionError, Trajectory};
 use super::rerun::rerun;
 use crate::error::Result;
 use crate::part::Part;
-use crate::path_time::{in_time_of, linear};
+use crate::path_time::{in_time_of, in_time_of_standing, linear};
 use crate::refit::{RefitSettings, refit};
 
 /// A program with moved points, planned as the control reads it; of a recorded run with what the control did otherwise.
@@ -66,5 +66,13 @@ impl<'a> Replanned<'a> {
     /// When the samples of `actual` are not those of the command.
     pub fn in_path_time(&self, actual: &Trajectory) -> Result<Trajectory, MotionError> {
         in_time_of(self.original.plan.desired.trajectory(), actual, &self.path_positions)
+    }
+
+    /// The same with what the axes do at standstills ([`in_time_of_standing`]).
+    ///
+    /// # Errors
+    /// As [`Self::in_path_time`].
+    pub fn in_path_time_standing(&self, actual: &Trajectory) -> Result<Trajectory, MotionError> {
+        in_time_of_standing(self.original.plan.desired.trajectory(), actual, &self.path_positions)
     }
 }

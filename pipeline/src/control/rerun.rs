@@ -5,7 +5,7 @@ use motion::{MotionError, Trajectory, cubic};
 
 use crate::error::Result;
 use crate::part::{Part, Recording, TAPER_S};
-use crate::path_time::{instants, linear};
+use crate::path_time::{Stop, instants, linear};
 
 /// Least advance of the run by a sample of the recorded one, samples: where the plan slowed down and the control did not, a faster plan saves nothing.
 const LEAST_STEP: f64 = 0.8;
@@ -29,7 +29,7 @@ pub(super) fn rerun(
     let plan = &recording.plan.desired;
     let follows = follow_axes(version.plan.desired.trajectory(), plan)?;
     // For every sample of the plan the instant at which the version is there, in samples.
-    let passes = instants(plan.trajectory(), &follows);
+    let passes = instants(plan.trajectory(), &follows, Stop::Passed);
     let there: Vec<f64> = recording.path_positions.iter().map(|at| linear(&passes, *at)).collect();
     let later = there.iter().zip(&recording.path_positions).map(|(there, at)| there - at).collect();
     let times = increasing(&averaged(later, TAPER_S / recorded.period_s()));

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use datasets::Log;
-use motion::contour::{AlignSettings, align, at_places, follow, follow_axes};
+use motion::contour::{AlignSettings, align, at_places, at_places_and_corners, follow, follow_axes};
 use motion::{Axis, DesiredPath, Trajectory, Vec3};
 
 use crate::error::Result;
@@ -161,7 +161,7 @@ fn by_position(desired: &DesiredPath, command: &Trajectory, offset: Vec3) -> Res
     } else {
         follow_axes(command, desired)?
     };
-    let path = at_places(&path, &path_positions);
+    let path = at_places_and_corners(&path, &path_positions);
     Ok(Match { delay_s: None, offset, path_positions, path })
 }
 

@@ -180,10 +180,23 @@ impl<M: Machine + ?Sized> Subject<'_, M> {
             chosen.updates += updates;
         }
         let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
+        if let Some((run, figures)) = &mut chosen.run
+            && rests(input)
+            && let Some(actual) = control.run_standing(&run.reference)?
+        {
+            *figures = task.figures(&task.errors(&actual)?)?;
+            *run = Iteration { measure: cost(figures), reference: run.reference.clone(), actual };
+        }
         let outcome = choose(input, first, chosen, Learned { max_shift, ended, without_gain })?;
         let beside_unchanged = if outcome.gained { task.beside_unchanged(&outcome.forecast)? } else { None };
         Ok(Outcome { beside_unchanged, ..outcome })
     }
+}
+
+/// Whether the path of a program stands still between moves.
+fn rests(input: &Input) -> bool {
+    let path = input.trajectory();
+    input.part().is_some() && (1..path.len()).any(|k| path.at(k).eq(path.at(k - 1)))
 }
 
 /// Reduces the correction of segments without gain, until the forecast of every corrected segment gains. Returns those that are left as they

@@ -5,11 +5,11 @@ use clap::ValueEnum;
 /// How much time the search may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Effort {
-    /// One update on the model, and up to three on the replanned program, as long as they save 3 % of the error expected on the machine
+    /// The fewest steps on the model and on the replanned program, as long as they save 3 % of the error expected on the machine
     Fast,
-    /// Four updates on the model, and up to twelve on the replanned program, as long as they save 1 %
+    /// Four times as many, as long as they save 1 %
     Normal,
-    /// Eight updates on the model, and up to 24 on the replanned program, as long as they save 0.2 %; a program whose corners need time is learned twice
+    /// Eight times as many, as long as they save 0.2 %; a program whose corners need time is learned twice
     Best,
 }
 

@@ -72,7 +72,8 @@ pub struct Compensate {
     /// How much time the search may take
     #[arg(long, value_enum, default_value = "normal")]
     effort: Effort,
-    /// Updates on the model, instead of those of --effort. A replanned program gets up to three times as many more
+    /// Rounds of updates on the model, instead of those of --effort: one of `fast`, four of `normal`, eight of `best`. A round has up to eight runs of the model; a
+    /// replanned program gets up to three times as many rounds more
     #[arg(long, value_parser = crate::numbers::iterations, conflicts_with = "effort")]
     iterations: Option<usize>,
     /// Largest shift of the tool tip, mm. When left out: twice the largest error of the uncompensated forecast, from 0.1 to 1 mm
@@ -93,7 +94,7 @@ pub struct Compensate {
     keep_stops: bool,
     #[command(flatten)]
     feeds: FeedArgs,
-    /// Limits of this machine instead of those in the model: a TOML file, or a built-in one
+    /// Limits of this machine instead of those in the model: a TOML file, a built-in one, or random:SEED
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Log of an uncompensated run of INPUT: its command, changed as the compensated points change the plan, takes the place of the plan where the

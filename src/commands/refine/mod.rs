@@ -55,7 +55,7 @@ pub struct Refine {
     /// The next program or reference to write, of the same kind as INPUT
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
-    /// Machine that made the logs: a TOML file, or a built-in one; the model's when left out
+    /// Machine that made the logs: a TOML file, a built-in one, or random:SEED; the model's when left out
     #[arg(long, value_name = "TOML")]
     machine: Option<String>,
     /// Model of that machine, from `precomp train`: limits and control are those in it

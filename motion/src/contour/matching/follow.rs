@@ -190,6 +190,30 @@ pub fn at_places(desired: &[Vec3], positions: &[f64]) -> Vec<Vec3> {
         .collect()
 }
 
+/// The same for contour errors: with the corners and cusps of the path that a command does not reach, so that its positions leap over them. There the nearest
+/// of the samples takes the place of the corner.
+#[must_use]
+pub fn at_places_and_corners(desired: &[Vec3], positions: &[f64]) -> Vec<Vec3> {
+    let mut points = at_places(desired, positions);
+    let mut last_taken = None;
+    for (k, pair) in positions.windows(2).enumerate() {
+        let (from, to) = (pair[0], pair[1]);
+        let skipped = (from.floor() as usize + 1)..(to.ceil() as usize).min(desired.len());
+        let (start, end) = (points[k], points[k + 1]);
+        let turns = |at: &usize| (desired[*at] - start).dot(&(end - desired[*at])) <= 0.0;
+        let far = |at: &usize| (desired[*at] - start).norm() + (end - desired[*at]).norm();
+        let corner = skipped.filter(|at| turns(at) && far(at) > LEAST_CORNER_MM).max_by(|a, b| far(a).total_cmp(&far(b)));
+        let Some(corner) = corner.filter(|_| last_taken != Some(k)) else { continue };
+        let taken = if corner as f64 - from < to - corner as f64 { k } else { k + 1 };
+        points[taken] = desired[corner];
+        last_taken = Some(taken);
+    }
+    points
+}
+
+/// Way to a corner and back below which it is not one, mm.
+const LEAST_CORNER_MM: f64 = 1e-4;
+
 /// Poses of a path at these positions, tip and tool axis.
 #[must_use]
 pub fn poses_at_places(desired: &[Pose], positions: &[f64]) -> Vec<Pose> {
@@ -266,6 +290,25 @@ mod tests {
                 point_at(40.0 * (u + warp * (std::f64::consts::TAU * u).sin() / std::f64::consts::TAU))
             })
             .collect()
+    }
+
+    #[test]
+    fn a_cusp_that_the_command_does_not_reach_stays_on_the_path() {
+        // To the cusp and back beside it; the command turns 8 µm before.
+        let path = |k: u32| {
+            Vec3::new(if k > 100 { 1e-3 * f64::from(k - 100) } else { 0.0 }, 0.02 * (100.0 - (f64::from(k) - 100.0).abs()), 0.0)
+        };
+        let desired: Vec<Vec3> = (0..=200).map(path).collect();
+        let positions: Vec<f64> =
+            (0..=200).map(f64::from).filter(|at| (at - 100.0).abs() > 0.4).map(|at| at + 0.3 * f64::from(at < 100.0)).collect();
+        let plain = at_places(&desired, &positions);
+        let points = at_places_and_corners(&desired, &positions);
+        let highest = |points: &[Vec3]| points.iter().map(|point| point.y).fold(0.0, f64::max);
+        assert!(highest(&plain) < 1.999 && highest(&points) == 2.0, "{} {}", highest(&plain), highest(&points));
+        assert_eq!(points.iter().zip(&plain).filter(|(one, other)| one != other).count(), 1);
+        // What reaches it stays as it is.
+        let all: Vec<f64> = (0..=200).map(f64::from).collect();
+        assert_eq!(at_places_and_corners(&desired, &all), at_places(&desired, &all));
     }
 
     #[test]

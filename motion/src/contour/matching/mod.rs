@@ -4,4 +4,4 @@ mod align;
 mod follow;
 
 pub use align::{AlignSettings, AlignedBy, Alignment, align};
-pub use follow::{at_places, follow, follow_axes, poses_at_places};
+pub use follow::{at_places, at_places_and_corners, follow, follow_axes, poses_at_places};
