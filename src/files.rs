@@ -175,6 +175,10 @@ impl Named {
             ))
             .into());
         }
+        if *kind == Some(Kind::Table) && Kind::is_only_read(path) {
+            let why = format!("{option} {}: logs and references are written as CSV and Parquet", path.display());
+            return Err(Usage(format!("{why}; name a file that ends in .csv or .parquet")).into());
+        }
         if path.as_os_str() == "-" {
             return Err(Usage(format!(
                 "{option} -: files are not written to standard output; name a file, or ./- for one of this name"
@@ -294,6 +298,8 @@ mod tests {
         assert!(refused(&Files::of(Some(folder.path()))).contains("is a folder"));
         assert!(refused(&Files::of(Some(&at("file/below")))).contains("not a folder"));
         assert!(refused(&Files::of(Some(&at("new"))).writes("-o", &*at("new/below"), Kind::Table)).contains("cannot hold"));
+        // A format that is read alone.
+        assert!(refused(&Files::of(None).writes("-o", &*at("run.NPZ"), Kind::Table)).contains("written as CSV and Parquet"));
         let mut only = at("file").metadata().unwrap().permissions();
         only.set_readonly(true);
         std::fs::set_permissions(at("file"), only).unwrap();

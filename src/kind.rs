@@ -49,6 +49,15 @@ impl Kind {
         }
     }
 
+    /// Whether a file of this name is a table in a format that is read, and not written.
+    #[must_use]
+    pub fn is_only_read(path: &Path) -> bool {
+        let only_read = [
+            "json", "jsonl", "ndjson", "npz", "npy", "mat", "lvm", "svb", "arrow", "feather", "ipc", "h5", "hdf5", "xlsx", "tdms",
+        ];
+        path.extension().is_some_and(|ending| only_read.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+    }
+
     /// What a file of this name holds that is not of this kind.
     #[must_use]
     pub fn is_not(self, path: &Path) -> Option<Self> {

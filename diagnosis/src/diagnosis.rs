@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::context::{AxisContext, Sensor, TestCircle};
 use crate::error::DiagnosisError;
-use crate::finding::{Estimate, Finding, Quantity};
+use crate::finding::{Estimate, Finding};
 use crate::findings::{mismatches, of_axis};
 use crate::record::AxisRecord;
 use servo::{Fit, Record, Scope, Servo, identify, identify_any_control};
@@ -80,39 +80,25 @@ pub fn diagnose(logs: &[Log], settings: &Settings) -> Result<Diagnosis, Diagnosi
     findings.extend(mismatches(&contexts));
     let models: Vec<AxisModel> = records.iter().zip(&fits).map(|(record, fit)| model(record, fit)).collect();
     let doubtful = models.iter().filter(|model| model.residual_rms_mm > DOUBTFUL * model.tracking_rms_mm);
-    let doubtful_axes: Vec<String> = doubtful.map(|model| model.axis.clone()).collect();
-    let findings = findings.into_iter().map(|finding| observable(finding, &doubtful_axes)).collect();
     Ok(Diagnosis {
-        doubtful_axes,
+        doubtful_axes: doubtful.map(|model| model.axis.clone()).collect(),
         circle,
         sensor: settings.sensor,
         seconds: logs.iter().map(|log| log.len() as f64 * log.period_s()).sum(),
         axes: records.iter().map(|record| record.name.clone()).collect(),
-        findings,
+        findings: findings.into_iter().map(observable).collect(),
         models,
     })
 }
 
-/// The finding, where the model behind it follows its axes and its figures are those of a machine.
-fn observable(finding: Finding, doubtful_axes: &[String]) -> Finding {
-    let of_loops = matches!(
-        finding.quantity,
-        Quantity::VelocityGain
-            | Quantity::FollowingLag
-            | Quantity::ServoMismatch
-            | Quantity::ChannelDelay
-            | Quantity::VelocityFeedForward
-            | Quantity::AccelerationFeedForward
-    );
-    let is_doubtful = of_loops && finding.axis.split('-').any(|axis| doubtful_axes.iter().any(|doubtful| doubtful == axis));
+/// The finding, where its figures are those of a machine.
+fn observable(finding: Finding) -> Finding {
     let is_absurd = |of: &Estimate| ![of.value, of.low, of.high].iter().all(|value| value.abs() < ABSURD);
-    let why = match finding {
-        _ if is_doubtful => "the servo model does not follow the log",
-        _ if finding.estimate.iter().chain(&finding.effect_um).any(is_absurd) => "the logs do not bound it",
-        _ => return finding,
-    };
+    if !finding.estimate.iter().chain(&finding.effect_um).any(is_absurd) {
+        return finding;
+    }
     let remedy = "record reversals and stops at full acceleration (precomp excite), at a higher rate";
-    Finding::not_observable(finding.quantity, &finding.axis, finding.unit, why, remedy)
+    Finding::not_observable(finding.quantity, &finding.axis, finding.unit, "the logs do not bound it", remedy)
 }
 
 /// The servo model that follows an axis. Where that of the usual loops leaves much, loops of any kind are tried.

@@ -160,7 +160,7 @@ mod tests {
         let path_positions = [0.0, 0.5, 1.0, 1.5, 2.0, 2.0, 4.5, 5.0, 5.5, 6.0, 6.0, 6.0, 6.0];
         assert_eq!(instants(&desired, &path_positions, Stop::Stood), [0.0, 2.0, 4.0, 5.0, 5.0, 7.0, 9.0, 10.0, 11.0]);
         assert_eq!(
-            instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+            instants(&desired, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], Stop::Stood),
             [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
         );
     }

@@ -28,6 +28,7 @@ use task::{Runs, STEPS, STEPS_OF_REPLANNED, Task};
 
 use crate::control::ControlledMachine;
 use crate::error::Result;
+use crate::expectation::{Expectation, ExpectedFigures};
 use crate::input::Input;
 use crate::part::Part;
 use crate::progress::{Progress, SILENT};
@@ -78,7 +79,30 @@ pub fn model_based_ilc_after(
     let held_out = model.manifest.axes.iter().map(|axis| axis.held_out.rms.powi(2)).sum::<f64>().sqrt();
     let mut machine = model.machine()?;
     let learned = Learner { machine: &mut machine, coverage: &model.coverage(), known, model_error_mm: held_out };
-    Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..on_learner(input, learned, settings, progress)? })
+    let outcome = on_learner(input, learned, settings, progress)?;
+    // What runs have shown of the model's error is in the forecast already.
+    let outcome = if known.is_none() { where_certain(outcome, input, model)? } else { outcome };
+    Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..outcome })
+}
+
+/// Share of the expected error that a correction has to save.
+const LEAST_EXPECTED: f64 = 0.01;
+
+/// The outcome where less error is expected with it than without; else the unchanged path. A forecast that gains less than the model's own error says
+/// nothing of the machine.
+fn where_certain(outcome: Outcome, input: &Input, model: &Bundle) -> Result<Outcome> {
+    if !outcome.gained {
+        return Ok(outcome);
+    }
+    let before = Expectation::of(model, input, input.command(), &outcome.uncompensated)?;
+    let after = Expectation::of(model, input, &outcome.reference, &outcome.forecast)?;
+    let Some((before, after)) = before.zip(after) else { return Ok(outcome) };
+    let gains = |before: ExpectedFigures, after: ExpectedFigures| after.rms.middle < (1.0 - LEAST_EXPECTED) * before.rms.middle;
+    let turns_better = before.direction.zip(after.direction).is_some_and(|(before, after)| gains(before, after));
+    if gains(before.tip, after.tip) || turns_better {
+        return Ok(outcome);
+    }
+    Ok(outcome.unchanged(input, [before, after].map(|of| of.tip.rms.middle)))
 }
 
 /// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage` and its error
@@ -333,6 +357,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         written: written.filter(|_| gained),
         without_gain: if gained { without_gain } else { Vec::new() },
         beside_unchanged: None,
+        uncertain_mm: None,
         outside: Vec::new(),
         mark: None,
     })

@@ -50,6 +50,8 @@ pub struct Outcome {
     pub without_gain: Vec<WithoutGain>,
     /// Where the largest error is that is left, if beside a move that is not changed.
     pub beside_unchanged: Option<BesideUnchanged>,
+    /// Expected RMS without and with compensation, mm, where the forecast gains less than the model's own error; nothing is changed then.
+    pub uncertain_mm: Option<[f64; 2]>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
     /// Comment at the head of the written program; `None` where no model file was involved.
@@ -68,6 +70,23 @@ pub struct BesideUnchanged {
 }
 
 impl Outcome {
+    /// The outcome that changes nothing, for this expected RMS without and with compensation.
+    pub(super) fn unchanged(self, input: &Input, expected_mm: [f64; 2]) -> Self {
+        Self {
+            reference: input.trajectory().clone(),
+            forecast: self.uncompensated.clone(),
+            after: self.before,
+            of_program: self.of_program.map(|[before, _]| [before; 2]),
+            gained: false,
+            cycle_s: None,
+            written: None,
+            without_gain: Vec::new(),
+            beside_unchanged: None,
+            uncertain_mm: Some(expected_mm),
+            ..self
+        }
+    }
+
     /// Predicted figures without and with compensation, against the planned path of the program.
     #[must_use]
     pub fn figures(&self) -> [Figures; 2] {
