@@ -1,37 +1,13 @@
 //! Files that a command reads and writes, checked against one another before any work.
 
-use std::path::{Component, Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
 use crate::kind::Kind;
 use crate::output::Usage;
 use crate::read::CURVE;
-
-/// Subprograms that a program has called so far: which ones is known only while it is interpreted.
-static SUBPROGRAMS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Notes that a program called this file.
-pub fn note_subprogram(path: &Path) {
-    SUBPROGRAMS.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
-}
-
-/// Refuses to write over a subprogram that a program called.
-///
-/// # Errors
-/// [`Usage`], which names the file.
-pub fn check_not_called(output: &Path) -> Result<()> {
-    let called = SUBPROGRAMS.lock().unwrap_or_else(PoisonError::into_inner);
-    let output = Named::new("", output);
-    match called.iter().find(|path| !output.is_special() && Named::new("", path).is(&output)) {
-        Some(path) => {
-            let why = format!("{} would be written over, which the program calls as a subprogram", path.display());
-            Err(Usage(format!("{why}; name another file")).into())
-        }
-        None => Ok(()),
-    }
-}
+use crate::same_file::{is_same, resolved};
 
 /// What a command reads and writes, each with the option that names it.
 #[derive(Debug, Default)]
@@ -153,11 +129,7 @@ impl Named {
 
     /// Whether both are one file.
     fn is(&self, other: &Self) -> bool {
-        match (inode(&self.path), inode(&other.path)) {
-            (Some(a), Some(b)) => a == b,
-            (None, None) => same_name(&resolved(&self.path), &resolved(&other.path)),
-            _ => resolved(&self.path) == resolved(&other.path),
-        }
+        is_same(&self.path, &other.path)
     }
 
     /// Whether this path leads through `file` as if it were a folder.
@@ -208,40 +180,6 @@ impl Named {
             Usage(format!("{option} {path} cannot be written: {error}; name another place")).into()
         })
     }
-}
-
-/// What the file system calls the file itself, whatever links lead to it; `None` where there is no file, or it is not known.
-#[cfg(unix)]
-fn inode(path: &Path) -> Option<(u64, u64)> {
-    use std::os::unix::fs::MetadataExt;
-    path.metadata().ok().map(|there| (there.dev(), there.ino()))
-}
-
-#[cfg(not(unix))]
-fn inode(path: &Path) -> Option<PathBuf> {
-    path.canonicalize().ok()
-}
-
-/// The whole path with the links of those folders that exist followed.
-fn resolved(path: &Path) -> PathBuf {
-    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let there = whole.ancestors().find_map(|folder| Some((folder, folder.canonicalize().ok()?)));
-    let Some((folder, mut out)) = there else { return whole };
-    for part in whole.strip_prefix(folder).into_iter().flat_map(Path::components) {
-        match part {
-            Component::ParentDir => {
-                out.pop();
-            }
-            part => out.push(part),
-        }
-    }
-    out
-}
-
-/// Whether two resolved paths, neither of which exists, will be one file: names may differ in case where the file system takes no notice.
-fn same_name(a: &Path, b: &Path) -> bool {
-    let folded = |path: &Path| path.to_string_lossy().to_lowercase();
-    a == b || (folded(a) == folded(b) && datasets::ignores_case(a.parent().unwrap_or(a)))
 }
 
 #[cfg(test)]

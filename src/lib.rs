@@ -23,6 +23,7 @@ mod progress;
 #[doc(hidden)]
 pub mod read;
 mod report;
+mod same_file;
 
 pub use cli::{main, status};
 #[doc(hidden)]

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::Value;
 
-use crate::files::check_not_called;
+use crate::same_file::called_at;
 
 /// The exit status where input or model are not fit for the job.
 pub const REFUSED: u8 = 1;
@@ -72,7 +72,10 @@ impl Outputs {
             self.add(path, text.as_bytes());
         }
         let paths = self.files.iter().map(|(path, _)| path).chain(self.spools.iter().map(|(path, _)| path));
-        paths.into_iter().try_for_each(|path| check_not_called(path))?;
+        if let Some(called) = paths.into_iter().find_map(|path| called_at(path)) {
+            let why = format!("{} would be written over, which the program calls as a subprogram", called.display());
+            return Err(Usage(format!("{why}; name another file")).into());
+        }
         datasets::write_all_and(&self.files, &mut self.spools).context("cannot write")?;
         if to_stdout {
             std::io::stdout().write_all(text.as_bytes())?;

@@ -17,9 +17,9 @@ use pipeline::windows::LongProgram;
 use pipeline::{Input, Part, ReadSettings, Setup, machine_of, travel};
 use training::Recipe;
 
-use crate::files::note_subprogram;
 use crate::kind::Kind;
 use crate::output::{Printer, Refusal, Usage, read_file, read_file_up_to};
+use crate::same_file::note_called;
 
 /// The prefix of built-in test curves.
 pub const CURVE: &str = "curve:";
@@ -148,7 +148,7 @@ fn beside(folder: PathBuf) -> Subprograms {
         let is_plain = Path::new(name).file_name().is_some_and(|file| file == name);
         let path = folder.join(name);
         let content = std::fs::read(&path).ok().filter(|_| is_plain)?;
-        note_subprogram(&path);
+        note_called(&path);
         Some(content)
     })
 }

@@ -31,10 +31,11 @@ fn other(limits: &Limits, [acceleration, rise]: [f64; 2]) -> Limits {
 }
 
 impl Expectation {
-    /// Expected figures of `outcome`, written as `content`. Where `guessed`, it is planned by limits that are known from logs alone: as [`Self::of_any_plan`].
+    /// Expected figures of `outcome`, written as `content`. Where `guessed`, it is planned by limits that are known from logs alone: the bounds then reach as
+    /// far as those of controls that accelerate more, or whose acceleration rises faster or slower.
     ///
     /// # Errors
-    /// As [`Self::of`] and [`Self::of_any_plan`].
+    /// As [`Self::of`], and when the model cannot run a plan.
     pub fn of_written(bundle: &Bundle, input: &Input, outcome: &Outcome, content: &[u8], guessed: bool) -> Result<Option<Self>> {
         let expected = Self::of(bundle, input, &outcome.reference, &outcome.forecast)?;
         match (expected, input.part()) {
@@ -43,11 +44,7 @@ impl Expectation {
         }
     }
 
-    /// The same for a control that plans `part`, written as `content`, by limits that are known from logs alone: the bounds reach as far as those of
-    /// controls that accelerate more, or whose acceleration rises faster or slower. Median as it is.
-    ///
-    /// # Errors
-    /// When the model cannot run a plan.
+    /// The same for any control that plans `part`, written as `content`. The median stays.
     fn of_any_plan(self, bundle: &Bundle, part: &Part, content: &[u8]) -> Result<Self> {
         let mut bounds = self;
         for ratios in OTHERS {
