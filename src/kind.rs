@@ -49,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Whether a file of this name is a table in a format that is read, and not written.
+    /// Whether a file of this name is a table in a format that is not written.
     #[must_use]
     pub fn is_only_read(path: &Path) -> bool {
         let only_read = [

@@ -73,7 +73,7 @@ impl Outputs {
         }
         let paths = self.files.iter().map(|(path, _)| path).chain(self.spools.iter().map(|(path, _)| path));
         if let Some(called) = paths.into_iter().find_map(|path| called_at(path)) {
-            let why = format!("{} would be written over, which the program calls as a subprogram", called.display());
+            let why = format!("{} would be written over, and is a file that the input calls or includes", called.display());
             return Err(Usage(format!("{why}; name another file")).into());
         }
         datasets::write_all_and(&self.files, &mut self.spools).context("cannot write")?;

@@ -146,8 +146,8 @@ fn beside(folder: PathBuf) -> Subprograms {
     Subprograms::new(move |name| {
         // A name of a program is no path to elsewhere.
         let is_plain = Path::new(name).file_name().is_some_and(|file| file == name);
-        let path = folder.join(name);
-        let content = std::fs::read(&path).ok().filter(|_| is_plain)?;
+        let path = is_plain.then(|| folder.join(name))?;
+        let content = std::fs::read(&path).ok()?;
         note_called(&path);
         Some(content)
     })

@@ -1,17 +1,18 @@
-//! Whether paths lead to one file, and which files a program has called.
+//! Whether paths lead to one file, and which files the input has called.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Subprograms that a program has called so far: which ones is known only while it is interpreted.
-static CALLED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Subprograms that a program has called so far, and files that settings include: which ones is known only while they are read.
+static CALLED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Notes that a program called this file.
+/// Notes that the input called this file.
 pub fn note_called(path: &Path) {
-    CALLED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+    CALLED.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned());
 }
 
-/// The called subprogram that `output` would write over.
+/// The called file that `output` would write over.
 pub fn called_at(output: &Path) -> Option<PathBuf> {
     let called = CALLED.lock().unwrap_or_else(PoisonError::into_inner);
     called.iter().find(|path| is_same(path, output)).cloned()

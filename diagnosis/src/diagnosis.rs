@@ -16,7 +16,8 @@ use servo::{Fit, Record, Scope, Servo, identify, identify_any_control};
 const DOUBTFUL: f64 = 0.2;
 /// Magnitude that no figure of a machine has: a metre in micrometres.
 const ABSURD: f64 = 1e6;
-/// Share up to which loops of other kinds are not tried, and ratio of the mean squares from which on one of them is taken.
+/// Share up to which loops of other kinds are not tried, and ratio of the mean squares from which on one of them is taken: wrong loops left 0.3 to 83 % on
+/// `random:500` to `512`; on the 40 cascades of the blind test no other loop is taken.
 const LITTLE: f64 = 0.002;
 const FAR_BETTER: f64 = 0.25;
 

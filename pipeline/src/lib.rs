@@ -37,7 +37,7 @@ pub use expectation::{Expectation, Expected, ExpectedFigures};
 pub use forecast::{Columns, Forecast, forecast};
 pub use input::{Input, TimedPath};
 pub use model_based_ilc::model_based_ilc;
-pub use other_plans::is_plan_guessed;
+pub use other_plans::{is_control_unknown, is_plan_guessed};
 pub use output::{Output, OutputFormat, OutputSettings};
 pub use part::{Part, ReadSettings};
 pub use position_terms::{PositionTerms, machine_for};

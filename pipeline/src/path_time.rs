@@ -111,8 +111,13 @@ pub(crate) fn instants(path: &Trajectory, path_positions: &[f64], stop: Stop) ->
         let leaves = path_positions.partition_point(|at| *at <= last).saturating_sub(1);
         // A command that is corrected may stop before the place at which the path stops, and go on from beyond it.
         let stops_before = stop == Stop::Stood && leaves == stands && standstill.len() > 1;
-        let stopped = path_positions[..=stands].iter().rev().take_while(|at| path_positions[stands] - **at < SAME).count();
-        let arrives = if stops_before && stopped > 1 { (stands + 1 - stopped) as f64 } else { passes };
+        let stopped = || path_positions[..=stands].iter().rev().take_while(|at| path_positions[stands] - **at < SAME).count();
+        let arrives = match stops_before.then(stopped) {
+            Some(stopped) if stopped > 1 => (stands + 1 - stopped) as f64,
+            _ => passes,
+        };
+        // The path between the two is passed at the stop.
+        instants.iter_mut().rev().take_while(|at| **at > arrives).for_each(|at| *at = arrives);
         let leaves = (leaves as f64).max(arrives);
         instants.extend((0..standstill.len()).map(|waited| (arrives + waited as f64).min(leaves)));
     }
@@ -148,6 +153,8 @@ mod tests {
         assert_eq!(instants(&desired, &path_positions, Stop::Stood), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let of_path = self::desired(path(&[0.0, 1.0, 2.0, 2.0, 2.0, 3.0, 4.0]));
         assert_eq!(weights(&of_path, &path_positions).iter().sum::<f64>(), 7.0);
+        // So it does from further away; instants never decrease.
+        assert_eq!(instants(&desired, &[0.0, 0.5, 0.5, 0.5, 5.0, 6.0], Stop::Stood), [0.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
         // Without a stop it passes.
         assert_eq!(instants(&desired, &[0.0, 1.0, 1.9, 5.0, 6.0], Stop::Stood)[2..5], [2.0 + 0.1 / 3.1; 3]);
     }

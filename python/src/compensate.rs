@@ -11,7 +11,8 @@ use pipeline::feed_adjustment::Adjusted;
 use pipeline::model_based_ilc::{LawName, Outcome, Settings};
 use pipeline::windows::{Joined, LongProgram};
 use pipeline::{
-    Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, is_plan_guessed, model_based_ilc,
+    Expectation, Input, OutputSettings, PositionTerms, Progress, Setup, as_recorded, is_control_unknown, is_plan_guessed,
+    model_based_ilc,
 };
 use precomp::Chosen;
 use precomp::output::{Printer, Usage};
@@ -215,11 +216,11 @@ impl Job<'_> {
         let (input, outcome, feeds) = self.learn(input, &format, &printer, progress)?;
         let guessed = self.own_machine && is_plan_guessed(self.model, &input, format.program());
         self.show_limits(&printer, self.recorded.is_none() && input.part().is_some());
-        if guessed {
-            printer.line(control_unknown(true));
-        }
         let output = outcome.write(&input, &format, Path::new("reference.csv"))?;
-        let expected = Expectation::of_written(self.model, &input, &outcome, &output.content, guessed)?;
+        let (expected, covers) = Expectation::of_written(self.model, &input, &outcome, &output.content, guessed)?;
+        if guessed {
+            printer.line(control_unknown(covers));
+        }
         print::show(&printer, &input, &outcome, expected.as_ref(), false);
         let content = match (input.part(), &output.setpoints) {
             (None, None) => Content::Reference(outcome.reference.clone()),
@@ -281,7 +282,7 @@ impl Job<'_> {
             program::show_dialect(&printer, &whole.program, &whole.options);
         }
         self.show_limits(&printer, true);
-        if self.own_machine && self.model.manifest.control.is_none() && self.model.manifest.limits_from_log {
+        if self.own_machine && is_control_unknown(self.model) {
             printer.line(control_unknown(false));
         }
         let joined = long.compensate(self.model, &self.options.settings(), format, progress)?;

@@ -152,7 +152,8 @@ impl Excite {
             outputs.add(&table, reference_content(&table, reference)?);
             if let Some(program) = program(name, number, &in_program_words(reference, &setup)?, &style)? {
                 let file = format!("{name}.nc");
-                let planned = Part::read(&file, program.as_bytes(), &setup, &ReadSettings::default());
+                let placed = ReadSettings { work_offsets: vec![(None, style.origin_mm)], ..ReadSettings::default() };
+                let planned = Part::read(&file, program.as_bytes(), &setup, &placed);
                 planned_s += planned.map_or(0.0, |part| part.plan.desired.trajectory().duration_s());
                 outputs.add(&self.out.join(file), program);
             }

@@ -15,6 +15,7 @@ use crate::kind::Kind;
 use crate::numbers::{self, Travel};
 use crate::output::{Outputs, Usage, read_file};
 use crate::read;
+use crate::same_file::note_called;
 
 /// Write a commented machine file, from the control's own settings, from logs, or from answers
 ///
@@ -91,7 +92,9 @@ impl Init {
                     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
                 let beside = |included: &str| {
                     let path = path.parent().unwrap_or(Path::new("")).join(included);
-                    Some(String::from_utf8_lossy(&read_file(&path).ok()?).into_owned())
+                    let content = read_file(&path).ok()?;
+                    note_called(&path);
+                    Some(String::from_utf8_lossy(&content).into_owned())
                 };
                 machine::draft(&name, &String::from_utf8_lossy(&read_file(path)?), &beside)?
             }

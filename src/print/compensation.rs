@@ -207,7 +207,7 @@ fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
     }
     if let Some([before_mm, after_mm]) = outcome.uncertain_mm {
         let expected = format!("{} → {} µm RMS expected", um(before_mm), um(after_mm));
-        return format!("the forecast gains less than the model's own error ({expected})");
+        return format!("the model's own error grows by more than the forecast gains ({expected})");
     }
     let Some(part) = part else { return NO_GAIN.to_owned() };
     let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();

@@ -159,7 +159,7 @@ fn grbl_states_where_its_travel_lies() {
     // grblHAL, machine zero where it homes: X at its lower end.
     let (router, _) = read("$22=9\r\n$23=1\r\n");
     assert_eq!((number(&router, "axes.0.travel_mm.1"), number(&router, "axes.1.travel_mm.0")), (300.0, -200.0));
-    let (router, said) = read("$22=0\r\n");
+    let (router, said) = read("$22=8\r\n");
     assert!(router["axes"][0].get("travel_mm").is_none() && said.contains("it does not home"), "{said}");
     let (router, _) = read("[AXS:4:XYZC]\r\n$113=360\r\n$123=90\r\n");
     assert_eq!(router["axes"][3]["name"].as_str(), Some("c"));

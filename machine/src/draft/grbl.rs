@@ -6,7 +6,8 @@ use crate::{ControlSpec, CornerRule, MachineError};
 /// Grbl recomputes its speed a hundred times a second (its documentation, "acceleration manager").
 const SEGMENT_MS: f64 = 10.0;
 
-/// Flag of `$22` with which grblHAL sets machine zero where the axis homes (its wiki, "Additional or extended settings").
+/// Flag of `$22` with which an axis homes, and that with which grblHAL sets machine zero where the axis homes (its wiki, "Additional or extended settings").
+const HOMES: u32 = 1;
 const ORIGIN_AT_HOME: u32 = 8;
 /// Number of axes that `$110` to `$115` name.
 const MOST_AXES: usize = 6;
@@ -48,10 +49,12 @@ fn look_ahead(text: &str) -> Option<Known<u32>> {
 
 /// The letters of the axes in their order: those that grblHAL's `[AXS:5:XYZAC]` states, if the text holds it.
 fn letters(text: &str) -> &str {
-    let of_line =
-        |line: &'_ str| line.trim().strip_prefix("[AXS:")?.strip_suffix(']')?.split_once(':').map(|(_, letters)| letters.len());
-    let found = text.lines().find(|line| of_line(line).is_some());
-    found.and_then(|line| line.trim().trim_end_matches(']').rsplit(':').next()).unwrap_or("XYZABC")
+    text.lines().find_map(axes_of).unwrap_or("XYZABC")
+}
+
+/// The letters of a line `[AXS:5:XYZAC]`.
+fn axes_of(line: &str) -> Option<&str> {
+    line.trim().strip_prefix("[AXS:")?.strip_suffix(']')?.split_once(':').map(|(_, letters)| letters)
 }
 
 fn setting(line: &str, number_of_line: usize) -> Option<Setting<'_>> {
@@ -81,9 +84,9 @@ fn draft(file: &str, settings: &[Setting<'_>], letters: &str) -> Result<Draft, M
     };
     let flags = |wanted: u32| Ok::<_, MachineError>(number(wanted, 1.0)?.map(|of| of.value as u32));
     let (homing, lower_ends) = (flags(22)?, flags(23)?.unwrap_or_default());
-    if homing == Some(0) {
+    if homing.is_some_and(|homing| homing & HOMES == 0) {
         draft.notes.push(
-            "it does not home ($22=0): machine zero is where it was switched on, and its travel is not stated here (--travel)"
+            "it does not home ($22): machine zero is where it was switched on, and its travel is not stated here (--travel)"
                 .to_owned(),
         );
     }
@@ -97,7 +100,8 @@ fn draft(file: &str, settings: &[Setting<'_>], letters: &str) -> Result<Draft, M
             draft.notes.push(format!("axis {letter} is left out: only X Y Z A B C are known"));
             continue;
         }
-        let travel = number(130 + index, 1.0)?.filter(|travel| travel.value > 0.0 && homing != Some(0));
+        let travel =
+            number(130 + index, 1.0)?.filter(|travel| travel.value > 0.0 && homing.is_none_or(|homing| homing & HOMES != 0));
         let axis = draft.axis(&name);
         (axis.velocity, axis.acceleration) = (velocity, acceleration);
         // Machine zero is at the upper end of every axis; at the lower one where grblHAL sets it to the end at which the axis homes.

@@ -31,7 +31,8 @@ fn unit(settings: &Settings, key: &str, names: &[(&[&str], f64)]) -> Result<f64,
     let of_number = of.value.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0).map(f64::recip);
     of_number.ok_or_else(|| {
         let known: Vec<&str> = names.iter().filter_map(|(names, _)| names.first().copied()).collect();
-        of.refused(&format!("{}, or the number of units in one of the first is wanted", known.join(" or ")))
+        let first = known.first().copied().unwrap_or_default();
+        of.refused(&format!("{}, or the number of units in 1 {first}, is wanted", known.join(", ")))
     })
 }
 

@@ -40,33 +40,44 @@ impl Settings {
     /// Reads a file. Keys end at `=` or `:`; comments begin with `#` or `;` at the head of a line, and behind a blank.
     pub fn read(file: &str, text: &str, style: Style, beside: Beside<'_>) -> Self {
         let mut settings = Self { all: Vec::new(), style, notes: Vec::new() };
-        settings.add(file, text, beside, MOST_INCLUDES);
+        settings.add(&mut vec![file.to_owned()], text, &mut String::new(), beside);
         settings
     }
 
-    fn add(&mut self, file: &str, text: &str, beside: Beside<'_>, depth: usize) {
-        let mut section = String::new();
+    /// Adds the last of `files`, each of which includes the next.
+    fn add(&mut self, files: &mut Vec<String>, text: &str, section: &mut String, beside: Beside<'_>) {
+        let file = files.last().cloned().unwrap_or_default();
         for (index, line) in text.lines().enumerate() {
             if self.style == Style::Klipper && line.starts_with([' ', '\t']) {
                 continue;
             }
             if let Some(name) = self.style.included(line) {
-                self.include(name, (file, index + 1), beside, depth);
+                self.include(name, (files, index + 1), section, beside);
                 continue;
             }
             let line = without_comment(line).trim();
             if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
-                name.trim().clone_into(&mut section);
+                name.trim().clone_into(section);
             } else if let Some((key, value)) = line.split_once(['=', ':']) {
                 let [key, value] = [key, value].map(|text| text.trim().to_owned());
-                self.all.push(Setting { section: section.clone(), key, value, file: file.to_owned(), line: index + 1 });
+                self.all.push(Setting { section: section.clone(), key, value, file: file.clone(), line: index + 1 });
             }
         }
     }
 
-    fn include(&mut self, name: &str, (file, line): (&str, usize), beside: Beside<'_>, depth: usize) {
-        match beside(name).filter(|_| depth > 0) {
-            Some(text) => self.add(name, &text, beside, depth - 1),
+    /// Takes in a file. In an INI file it goes on in the section that is open, and leaves its own one open.
+    fn include(&mut self, name: &str, (files, line): (&mut Vec<String>, usize), section: &mut String, beside: Beside<'_>) {
+        let file = files.last().cloned().unwrap_or_default();
+        let is_open = files.iter().any(|open| open == name) || files.len() > MOST_INCLUDES;
+        match beside(name).filter(|_| !is_open) {
+            Some(text) => {
+                files.push(name.to_owned());
+                match self.style {
+                    Style::Ini => self.add(files, &text, section, beside),
+                    Style::Klipper => self.add(files, &text, &mut String::new(), beside),
+                }
+                files.pop();
+            }
             None => {
                 self.notes
                     .push(format!("{name}, which {file} includes in line {line}, is not read: what it states is missing here"));
@@ -99,7 +110,7 @@ impl Style {
     fn included(self, line: &str) -> Option<&str> {
         let line = line.trim();
         let name = match self {
-            Self::Ini => line.strip_prefix("#INCLUDE")?,
+            Self::Ini => line.strip_prefix("#INCLUDE").filter(|name| name.starts_with([' ', '\t']))?,
             Self::Klipper => without_comment(line).trim().strip_prefix("[include ")?.strip_suffix(']')?,
         };
         Some(name.trim()).filter(|name| !name.is_empty())
@@ -168,6 +179,10 @@ mod tests {
         assert_eq!(value(&ini, "b"), Some(("1".into(), "[A] b, line 2".into())));
         assert_eq!(value(&ini, "c"), Some(("3".into(), "[A] c, lim.inc, line 3".into())));
         assert!(ini.notes.iter().any(|note| note.starts_with("no.inc, which m.ini includes in line 4")), "{:?}", ini.notes);
+        // The section that is open goes on in the file.
+        let limits = |name: &str| (name == "x.inc").then(|| "MAX = 5\n[Y]\n".to_owned());
+        let ini = Settings::read("m.ini", "[X]\n#INCLUDE x.inc\nMIN = 1\n", Style::Ini, &limits);
+        assert!(ini.find("X", "MAX").is_some() && ini.find("Y", "MIN").is_some() && ini.notes.is_empty());
         let klipper = Settings::read("m.cfg", "[A]\nb = 1\n[include lim.inc]\n[include *.cfg]\n", Style::Klipper, &beside);
         assert_eq!(value(&klipper, "b"), Some(("2".into(), "[A] b, lim.inc, line 2".into())));
         assert_eq!(klipper.notes.len(), 1);

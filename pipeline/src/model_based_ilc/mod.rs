@@ -85,11 +85,8 @@ pub fn model_based_ilc_after(
     Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..outcome })
 }
 
-/// Share of the expected error that a correction has to save.
-const LEAST_EXPECTED: f64 = 0.01;
-
-/// The outcome where less error is expected with it than without; else the unchanged path. A forecast that gains less than the model's own error says
-/// nothing of the machine.
+/// The outcome where less error is expected with it than without; else the unchanged path. A correction into motion of which the model
+/// is less sure may cost more than the forecast gains.
 fn where_certain(outcome: Outcome, input: &Input, model: &Bundle) -> Result<Outcome> {
     if !outcome.gained {
         return Ok(outcome);
@@ -97,7 +94,7 @@ fn where_certain(outcome: Outcome, input: &Input, model: &Bundle) -> Result<Outc
     let before = Expectation::of(model, input, input.command(), &outcome.uncompensated)?;
     let after = Expectation::of(model, input, &outcome.reference, &outcome.forecast)?;
     let Some((before, after)) = before.zip(after) else { return Ok(outcome) };
-    let gains = |before: ExpectedFigures, after: ExpectedFigures| after.rms.middle < (1.0 - LEAST_EXPECTED) * before.rms.middle;
+    let gains = |before: ExpectedFigures, after: ExpectedFigures| after.rms.middle < before.rms.middle;
     let turns_better = before.direction.zip(after.direction).is_some_and(|(before, after)| gains(before, after));
     if gains(before.tip, after.tip) || turns_better {
         return Ok(outcome);
@@ -204,21 +201,23 @@ impl<M: Machine + ?Sized> Subject<'_, M> {
             chosen.updates += updates;
         }
         let without_gain = leave_out(&task, &mut control, input, &first, &mut chosen)?;
-        if let Some((run, figures)) = &mut chosen.run
-            && rests(input)
-            && let Some(actual) = control.run_standing(&run.reference)?
-        {
-            *figures = task.figures(&task.errors(&actual)?)?;
-            *run = Iteration { measure: cost(figures), reference: run.reference.clone(), actual };
-        }
         let outcome = choose(input, first, chosen, Learned { max_shift, ended, without_gain })?;
         let beside_unchanged = if outcome.gained { task.beside_unchanged(&outcome.forecast)? } else { None };
-        Ok(Outcome { beside_unchanged, ..outcome })
+        let outcome = Outcome { beside_unchanged, ..outcome };
+        // What the axes do at standstills is no part of learning, and of what is forecast.
+        if outcome.gained
+            && outcome.of_program.is_none()
+            && has_standstills(input)
+            && let Some(forecast) = control.run_standing(&outcome.reference)?
+        {
+            return Ok(Outcome { after: input.figures(&forecast)?, forecast, ..outcome });
+        }
+        Ok(outcome)
     }
 }
 
 /// Whether the path of a program stands still between moves.
-fn rests(input: &Input) -> bool {
+fn has_standstills(input: &Input) -> bool {
     let path = input.trajectory();
     input.part().is_some() && (1..path.len()).any(|k| path.at(k).eq(path.at(k - 1)))
 }

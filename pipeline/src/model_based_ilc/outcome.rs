@@ -50,7 +50,7 @@ pub struct Outcome {
     pub without_gain: Vec<WithoutGain>,
     /// Where the largest error is that is left, if beside a move that is not changed.
     pub beside_unchanged: Option<BesideUnchanged>,
-    /// Expected RMS without and with compensation, mm, where the forecast gains less than the model's own error; nothing is changed then.
+    /// Expected RMS without and with compensation, mm, where the model's own error grows by more than the forecast gains; nothing is changed then.
     pub uncertain_mm: Option<[f64; 2]>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,

@@ -289,6 +289,13 @@ impl Part {
         self.program.subprogram_file(name).map(<[u8]>::to_vec)
     }
 
+    /// Whether moves that may be compensated are stated as increments (G91).
+    #[must_use]
+    pub fn shifts_increments(&self) -> bool {
+        let is_increment = |of: &Move| self.toolpath.modal(of).distance == gcode::Distance::Incremental && self.is_shiftable(of);
+        self.toolpath.moves.iter().any(is_increment)
+    }
+
     /// Whether blocks that run several times or perhaps lie between two moves. Lines of one segment must not reach over them.
     #[must_use]
     pub fn is_interrupted(&self, before: usize, after: usize) -> bool {

@@ -33,12 +33,8 @@ fn counts_increments(part: &Part) -> bool {
 
 /// Least decimals of written coordinates in mm.
 pub(super) fn decimals(part: &Part, settings: &RefitSettings) -> usize {
-    let states_increments = || part.toolpath.modals.iter().any(|modal| modal.distance == Distance::Incremental);
-    match settings.increment_decimals {
-        _ if counts_increments(part) => INCREMENT_DECIMALS,
-        Some(decimals) if states_increments() => decimals.min(settings.decimals),
-        _ => settings.decimals,
-    }
+    let own = settings.increment_decimals.map_or(settings.decimals, |decimals| decimals.min(settings.decimals));
+    if counts_increments(part) { INCREMENT_DECIMALS } else { own }
 }
 
 /// Appends a word whose `value` is a whole number of increments. Returns the value that a control reads from it.

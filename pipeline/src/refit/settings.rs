@@ -90,6 +90,11 @@ impl RefitSettings {
     /// # Errors
     /// [`Error::DialogueTimes`] for a time encoding that dialogue does not have.
     pub fn suited_to(self, part: &Part) -> Result<Self> {
+        let increment_decimals = self.increment_decimals.filter(|_| part.shifts_increments());
+        Self { increment_decimals, ..self }.in_language_of(part)
+    }
+
+    fn in_language_of(self, part: &Part) -> Result<Self> {
         match (part.program.language(), self.encoding) {
             // LinuxCNC adds increments as it reads them.
             (Language::Rs274, _) if part.options.dialect == Dialect::LinuxCnc => Ok(Self { increment_decimals: None, ..self }),

@@ -78,7 +78,8 @@ impl Reached {
     pub fn of_recordings(recordings: &[Recording]) -> Result<Self> {
         let mut reached = Self::default();
         for recording in recordings {
-            let (length, lead) = ((PIECE_S / recording.period_s()).ceil().max(1.0) as usize, 2 * span(recording.period_s()));
+            let period_s = recording.period_s();
+            let (length, lead) = ((PIECE_S / period_s).ceil().max(1.0) as usize, (Swings::BEFORE_S / period_s).ceil() as usize);
             let rows = |from: usize| from..(from + length).min(recording.len());
             recording.read((0..recording.len()).step_by(length).map(rows), lead, |log, _| {
                 reached.add(&log);

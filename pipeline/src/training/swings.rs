@@ -99,6 +99,9 @@ fn centre<const N: usize>(widths_s: [f64; N]) -> f64 {
 pub(super) struct Swings(Vec<Swing>);
 
 impl Swings {
+    /// Time before a piece of a command that its swings need, s.
+    pub const BEFORE_S: f64 = 3.0 * SPANS_S[SPANS_S.len() - 1];
+
     /// Adds those of a command.
     pub fn add(&mut self, command: &[f64], period_s: f64) {
         self.0.extend(Swing::all(command, period_s));

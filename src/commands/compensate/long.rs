@@ -4,12 +4,13 @@ use anyhow::Result;
 use models::Bundle;
 use pipeline::model_based_ilc::LawName;
 use pipeline::windows::{Joined, LongProgram, OutsideLines};
-use pipeline::{OutputSettings, Setup};
+use pipeline::{OutputSettings, Setup, is_control_unknown};
 use serde_json::{Value, json};
 
 use super::{AT_BOUND, Compensate, line_count};
 use crate::output::{Outputs, Printer};
 use crate::print::compensation as print;
+use crate::print::control::control_unknown;
 use crate::print::figures::contour_json;
 use crate::print::program;
 use crate::print::written::{self, Shares};
@@ -39,8 +40,10 @@ impl Compensate {
         if self.program.dialect.is_none() && setup.dialect.is_none() {
             program::show_dialect(printer, &whole.program, &whole.options);
         }
-        let guessed = self.machine.is_none() && model.manifest.control.is_none() && model.manifest.limits_from_log;
-        self.show_control(model, true, guessed.then_some(false), printer);
+        self.show_control(model, true, printer);
+        if self.machine.is_none() && is_control_unknown(model) {
+            printer.line(control_unknown(false));
+        }
         let shown = self.common.shown();
         let joined = long.compensate(model, &self.settings(), format, &|event| shown.event(event))?;
         drop(shown);

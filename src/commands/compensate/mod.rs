@@ -153,9 +153,12 @@ impl Compensate {
         show_kept_feeds(&outcome, &format, &printer);
         show_increments(&input, &outcome, &format, &printer)?;
         let guessed = self.machine.is_none() && is_plan_guessed(&model, &input, format.program());
-        self.show_control(&model, is_planned(&input), guessed.then_some(true), &printer);
+        self.show_control(&model, is_planned(&input), &printer);
         let output = outcome.write(&input, &format, &self.out)?;
-        let expected = Expectation::of_written(&model, &input, &outcome, &output.content, guessed)?;
+        let (expected, covers) = Expectation::of_written(&model, &input, &outcome, &output.content, guessed)?;
+        if guessed {
+            printer.line(control::control_unknown(covers));
+        }
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
 
         self.show_output(&output, &outcome, &printer);
@@ -200,8 +203,8 @@ impl Compensate {
         }
     }
 
-    /// What is known of the control that plans. `guess`: it is not, and what is expected covers other plans or does not.
-    fn show_control(&self, model: &Bundle, is_planned: bool, guess: Option<bool>, printer: &Printer) {
+    /// What is known of the control that plans.
+    fn show_control(&self, model: &Bundle, is_planned: bool, printer: &Printer) {
         let learned = model.manifest.control.as_ref().filter(|_| is_planned);
         if let Some(machine) = &self.machine {
             learned.iter().for_each(|_| printer.line(control::control_unused(machine)));
@@ -210,7 +213,6 @@ impl Compensate {
         if model.manifest.limits_from_log {
             printer.line(control::LIMITS_FROM_LOG);
         }
-        guess.iter().for_each(|covered| printer.line(control::control_unknown(*covered)));
         learned.iter().for_each(|control| printer.line(control::control_fidelity(control)));
     }
 

@@ -202,17 +202,19 @@ pub fn at_places_and_corners(desired: &[Vec3], positions: &[f64]) -> Vec<Vec3> {
         let (start, end) = (points[k], points[k + 1]);
         let turns = |at: &usize| (desired[*at] - start).dot(&(end - desired[*at])) <= 0.0;
         let far = |at: &usize| (desired[*at] - start).norm() + (end - desired[*at]).norm();
-        let corner = skipped.filter(|at| turns(at) && far(at) > LEAST_CORNER_MM).max_by(|a, b| far(a).total_cmp(&far(b)));
-        let Some(corner) = corner.filter(|_| last_taken != Some(k)) else { continue };
-        let taken = if corner as f64 - from < to - corner as f64 { k } else { k + 1 };
+        let is_corner = |at: &usize| turns(at) && (LEAST_CORNER_MM..MOST_CORNER_MM).contains(&far(at));
+        let Some(corner) = skipped.filter(is_corner).max_by(|a, b| far(a).total_cmp(&far(b))) else { continue };
+        let is_first = (desired[corner] - start).norm() < (end - desired[corner]).norm();
+        let taken = if is_first && last_taken != Some(k) { k } else { k + 1 };
         points[taken] = desired[corner];
         last_taken = Some(taken);
     }
     points
 }
 
-/// Way to a corner and back below which it is not one, mm.
+/// Way to a corner and back below which it is not one, and above which it is no correction that leaves it out, mm.
 const LEAST_CORNER_MM: f64 = 1e-4;
+const MOST_CORNER_MM: f64 = 0.5;
 
 /// Poses of a path at these positions, tip and tool axis.
 #[must_use]
