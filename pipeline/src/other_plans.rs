@@ -1,5 +1,6 @@
 //! What a program is expected to come to where nothing says how its control plans.
 
+use machine::Machine;
 use models::Bundle;
 use motion::Limits;
 
@@ -66,7 +67,7 @@ impl Expectation {
             let Ok(replanned) = Replanned::of(&original, written) else { continue };
             let mut machine = machine_for(bundle, Some(part))?;
             machine.freeze_flags(&replanned.path()?);
-            let actual = replanned.in_path_time_standing(&machine::Machine::run(&mut machine, &replanned.command)?)?;
+            let actual = replanned.in_path_time_standing(&machine.run(&replanned.command)?)?;
             let command = replanned.in_path_time_standing(&replanned.command)?;
             let input = Input::from(original);
             if let Some(found) = Self::of(bundle, &input, &command, &actual)? {

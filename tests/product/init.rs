@@ -137,6 +137,8 @@ fn an_ini_file_is_read_as_linuxcnc_reads_it() {
     folder.write("lim.inc", "[AXIS_Y]\nMIN_LIMIT = -3\n");
     let (mill, said) = read(file("LINEAR_UNITS = mm", "#INCLUDE lim.inc\n#INCLUDE gone.inc\n"));
     assert!(number(&mill, "axes.1.travel_mm.0") == -3.0 && said.contains("gone.inc, which m.ini includes"), "{said}");
+    let said = folder.fails(2, &["init", "m.ini", "-o", "lim.inc"]);
+    assert!(said.contains("lim.inc would be written over") && folder.read("lim.inc").starts_with("[AXIS_Y]"), "{said}");
     folder.write("m.ini", file("LINEAR_UNITS = cm", ""));
     let said = folder.fails(1, &["init", "m.ini", "-o", "n.toml"]);
     assert!(said.contains("m.ini:2: LINEAR_UNITS is `cm`"), "{said}");

@@ -4,8 +4,8 @@ use datasets::excitation::{Block, ControlTest, Coordinates};
 use gcode::{Feed, Move, MoveKind, append_number, format_number};
 use machine::ProgramWords;
 
-use super::program::{FEED_DECIMALS, Style, WAIT_S, header, in_work_coordinates};
 use super::recording::in_program_words;
+use super::style::{FEED_DECIMALS, Style, WAIT_S, header, in_work_coordinates};
 use crate::error::{Error, ProgramFault, Result};
 use crate::input::Input;
 use crate::part::{Part, ReadSettings, stated};

@@ -7,8 +7,10 @@ mod control_test;
 mod next;
 mod program;
 mod recording;
+mod style;
 
 pub use control_test::{ControlProgram, control_test};
 pub use next::{NextAxis, NextExcitation, is_placed, next_excitation, possible_names};
-pub use program::{Style, program, without_words};
+pub use program::{program, without_words};
 pub use recording::{Region, TRAVEL_MM, TURN_RAD, in_program_words, record, travel};
+pub use style::Style;
