@@ -1,4 +1,4 @@
-//! Even sampling behind uneven time stamps, told by the motion itself.
+//! Even sampling behind uneven time stamps, found from the motion itself.
 
 use crate::timing::{UNIFORM_SHARE, base_period_s, snap, uniform_period_s};
 use crate::{Check, Finding, Severity};

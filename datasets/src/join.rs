@@ -34,12 +34,12 @@ pub fn joined(logs: Vec<Log>) -> (Vec<Log>, Vec<Finding>) {
         out.push(whole);
         parts.push(names);
     }
-    let told = parts.iter().filter(|names| names.len() > 1).map(|names| {
+    let findings = parts.iter().filter(|names| names.len() > 1).map(|names| {
         let text = format!("{} go on from one another in time and command: they are one run", names.join(", "));
         Finding::new(Severity::Note, Check::Runs, text)
     });
-    let told = told.collect();
-    (out, told)
+    let findings = findings.collect();
+    (out, findings)
 }
 
 /// A log that continues `whole` (`true`) or ends where it begins.
@@ -93,9 +93,9 @@ mod tests {
         let whole = log();
         let part = |from: usize, to: usize| whole.part("run", from, to).unwrap();
         let other = log().starting_at(500.0);
-        let (found, told) = joined(vec![part(300, 700), other.clone(), part(700, 900), part(0, 300)]);
+        let (found, findings) = joined(vec![part(300, 700), other.clone(), part(700, 900), part(0, 300)]);
         assert_eq!(found, [whole, other]);
-        assert_eq!(told.len(), 1);
+        assert_eq!(findings.len(), 1);
     }
 
     #[test]

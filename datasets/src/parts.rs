@@ -8,7 +8,7 @@ use crate::quality::{FEWEST_SAMPLES, SHORT_S};
 use crate::recorded::Recorded;
 use crate::{Check, DatasetError, Finding, Log, Severity};
 
-/// Gaps that are told one by one.
+/// Gaps that are reported one by one.
 const LISTED: usize = 20;
 
 /// The parts of a recording between its gaps.

@@ -155,8 +155,8 @@ fn recorded(
     let sources: Vec<Source> = references.chain(map.axes.iter().map(|axis| axis.actual)).collect();
     let errors: Vec<Option<Side>> = map.axes.iter().map(|axis| axis.error_for).collect();
     let (kept, columns) = usable_columns(path, &table, &axes, (&sources, &errors), report)?;
-    let told = kept.iter().zip(&columns).filter_map(|(axis, command)| map.axes[*axis].unstated_angle(travel(command)));
-    report.findings.extend(told);
+    let unstated = kept.iter().zip(&columns).filter_map(|(axis, command)| map.axes[*axis].unstated_angle(travel(command)));
+    report.findings.extend(unstated);
     let axes: Vec<Axis> = kept.iter().map(|axis| axes[*axis].clone()).collect();
     let named: Vec<(Axis, Source)> = axes.iter().cloned().zip(kept.iter().map(|axis| sources[*axis])).collect();
     let (recorded, findings) = Recorded::new(path, &table, map.time, (&named, columns), options.period_s)?;

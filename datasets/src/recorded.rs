@@ -189,7 +189,7 @@ pub(crate) fn check_period(path: &Path, period_s: f64) -> Result<(), DatasetErro
     Err(DatasetError::format(path, why))
 }
 
-/// Stamps in whose median a period is told that was stated otherwise by more than this share.
+/// Least relative difference between the median period of the time stamps and the stated one that is reported.
 const OTHER_SHARE: f64 = 0.01;
 
 /// What to say where the time stamps have another period than the stated one.

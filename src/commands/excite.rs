@@ -70,7 +70,7 @@ pub struct Excite {
     program: ProgramArgs,
 }
 
-/// Time of the programs, as a multiple of that of their references, from which on it is told.
+/// Time of the programs, as a multiple of that of their references, from which on it is reported.
 const SLOWER: f64 = 1.3;
 
 /// The machine without `--machine` and `--after`.

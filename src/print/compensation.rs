@@ -76,7 +76,7 @@ fn beside_unchanged(beside: &BesideUnchanged) -> String {
     )
 }
 
-/// Difference that recorded corners make to MAX from which on they are told of, mm.
+/// Difference that recorded corners make to MAX from which on they are reported, mm.
 const CORNERS_MM: f64 = 1e-4;
 
 fn show_forecast(printer: &Printer, input: &Input, outcome: &Outcome) {
@@ -201,7 +201,7 @@ pub fn too_slow(slowdown: f64) -> String {
 }
 
 /// Why a path is left as it is: there is nothing that may be changed, or nothing that changing it would better.
-fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
+pub fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
     if let Some(slowdown) = outcome.too_slow {
         return too_slow(slowdown);
     }

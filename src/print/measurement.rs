@@ -53,7 +53,7 @@ pub fn show_readback(printer: &Printer, found: &Readback) {
     });
 }
 
-/// Relative difference between the times of plan and run that is told: more than a feed override of a few steps, less than wrong limits make.
+/// Relative difference between the times of plan and run that is reported: more than a feed override of a few steps, less than wrong limits make.
 const OTHER_TIME: f64 = 0.1;
 
 /// What is said of a run that takes another time than the plan.

@@ -55,12 +55,12 @@ impl PieceFindings {
             Check::Rate | Check::Digits | Check::Pairing | Check::Units | Check::Runs => 2 * times >= pieces,
             Check::Timing | Check::Mended | Check::Copied | Check::Jumps | Check::Dropout | Check::Command => true,
         };
-        let told = |(mut finding, times): (Finding, usize)| {
+        let counted = |(mut finding, times): (Finding, usize)| {
             if times < pieces {
                 finding.message += &format!(" (in {times} of {pieces} pieces of the log)");
             }
             finding
         };
-        Report { findings: self.found.into_values().filter(counts).map(told).collect() }
+        Report { findings: self.found.into_values().filter(counts).map(counted).collect() }
     }
 }

@@ -291,9 +291,9 @@ fn an_axis_that_never_moves_is_noted_as_of_the_whole() {
         for piece in file.pieces(Lengths { own: 20_000, before: 0, after: 0 }).unwrap() {
             findings.add(&piece.unwrap(), Purpose::Training);
         }
-        let told = |report: &Report| {
+        let is_reported = |report: &Report| {
             report.findings.iter().any(|f| f.to_string().contains("y_ref: the axis never moves and is left out"))
         };
-        assert!(told(&findings.into_report()) && told(&assess(&whole, Purpose::Training)));
+        assert!(is_reported(&findings.into_report()) && is_reported(&assess(&whole, Purpose::Training)));
     }
 }

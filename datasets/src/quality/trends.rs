@@ -16,7 +16,7 @@ use crate::{Check, Finding, Log, Report, Severity};
 const TERMS: usize = 5;
 const PLACE: usize = 3;
 const TIME: usize = 4;
-/// Runs from which on place and time are told apart from the other terms, and motion from which on a place that grows as no machine's does is in fewer, s.
+/// Runs from which on place and time are distinguished from the other terms, and motion from which on a place that grows as no machine's does is in fewer, s.
 const FEWEST_RUNS: f64 = 3.0;
 const FEW_RUNS_S: f64 = 8.0;
 /// Growth of the error with the position from which on the scales differ, as a share and as a multiple of what is left of the error; and the share

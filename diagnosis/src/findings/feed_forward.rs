@@ -22,7 +22,7 @@ fn velocity(axis: &AxisContext<'_>) -> Finding {
     let servo = axis.fit.servo;
     let deviation = axis.fit.deviation(|servo| servo.feed_forward);
     if deviation > TOO_WIDE.0 {
-        let why = "lag and gain cannot be told apart";
+        let why = "lag and gain cannot be distinguished";
         return Finding::not_observable(
             Quantity::VelocityFeedForward,
             axis.name(),
@@ -97,7 +97,7 @@ fn acceleration(axis: &AxisContext<'_>) -> Finding {
         details: Vec::new(),
         meaning: match estimate.covers(0.0) {
             true => "no acceleration feed-forward; effect: radius of the test circle",
-            false => "share of the acceleration that the torque is told beforehand; effect: radius of the test circle",
+            false => "share of the acceleration that the torque feed-forward contains; effect: radius of the test circle",
         }
         .to_owned(),
         remedy: match verdict {

@@ -148,7 +148,7 @@ impl Autoregressive {
             0 => self.coefficients[j],
             _ => f64::from(u8::from(i == j + 1)),
         });
-        // Eigenvalues that are alike to the iteration are told apart by a shift.
+        // Eigenvalues that are alike to the iteration are distinguished by a shift.
         let eigenvalues = |shift: f64| {
             let shifted = &companion + DMatrix::identity(order, order) * shift;
             let schur = Schur::try_new(shifted, SCHUR_TOLERANCE, SCHUR_ITERATIONS)?;

@@ -22,7 +22,7 @@ const MOST_OF_SECONDS: f64 = 1.2;
 /// Exponent of the fall of a model's squared error with the length of its log. With logs of 30, 60 and 120 s it fell by the power 0.11 on `ballscrew`, 0.01 on
 /// `random:142` and, from 30 to 60 s, 0.06 on `random:146`: most of the error is noise and what the model does not hold.
 const DECAY: f64 = 0.1;
-/// Length of a regime that counts as known before any log, s: shorter ones are not told apart.
+/// Length of a regime that counts as known before any log, s: shorter ones are not distinguished.
 const BEFOREHAND_S: f64 = 1.0;
 /// Motion around a part that belongs to its excitation, mm.
 const AROUND_PART_MM: f64 = 10.0;

@@ -44,7 +44,7 @@ impl Goal {
     }
 }
 
-/// Compensates `part` with the feeds of this goal, within `limits`.
+/// Compensates `part` with the feeds of this goal, within `limits`. Where these name lines or tools, no stop gets a feed of its own.
 ///
 /// Feeds are searched over groups of moves; they do not exceed the speeds of the model's training
 /// data. Moves that exceed a tolerance whatever their feed get the feed of their least error; [`Adjusted::above`] names them.
@@ -59,6 +59,7 @@ pub fn adjust(
     limits: &FeedLimits,
     progress: Progress<'_>,
 ) -> Result<Adjusted> {
+    let settings = &Settings { slow_stops: settings.slow_stops && !limits.names_moves(), ..*settings };
     match goal {
         Goal::Slower { tolerance_mm, keep_time } => slower(part, model, settings, (tolerance_mm, keep_time), limits, progress),
         Goal::Fastest { tolerance_mm } => fastest(part, model, settings, tolerance_mm, limits, progress),

@@ -37,6 +37,11 @@ impl FeedLimits {
             && (self.tools.is_empty() || modal.tool.is_some_and(|tool| self.tools.contains(&tool)))
     }
 
+    /// Whether only the feeds of some moves may change.
+    pub(super) fn names_moves(&self) -> bool {
+        !self.lines.is_empty() || !self.tools.is_empty()
+    }
+
     /// Largest factor on the feed of a move, where `usual` holds if no factor is stated.
     pub(super) fn highest(&self, part: &Part, index: usize, usual: f64) -> f64 {
         let stated = self.highest_factor.unwrap_or(usual);
@@ -54,7 +59,6 @@ impl FeedLimits {
         if (0..part.toolpath.moves.len()).any(|index| self.allows(part, index)) {
             return Ok(());
         }
-        let named = !self.lines.is_empty() || !self.tools.is_empty();
-        Err(Error::NoFeedToChange { name: part.name.clone(), named })
+        Err(Error::NoFeedToChange { name: part.name.clone(), named: self.names_moves() })
     }
 }

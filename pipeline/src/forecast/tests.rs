@@ -62,15 +62,15 @@ fn beyond_the_operating_range_upper_bounds_grow_and_lower_ones_do_not() {
     let setup = Setup::of_model(&model).unwrap();
     let input = Input::reference("run", log.reference.clone(), Some(&setup)).unwrap();
     let forecast = machine_for(&model, None).unwrap().run(&log.reference).unwrap();
-    let told = |model: &Bundle| Expectation::of(model, &input, &log.reference, &forecast).unwrap().unwrap().tip;
+    let expected = |model: &Bundle| Expectation::of(model, &input, &log.reference, &forecast).unwrap().unwrap().tip;
     for axis in &mut model.manifest.axes {
         (axis.coverage.velocity, axis.coverage.acceleration) = (1e6, 1e9);
     }
-    let within = told(&model);
+    let within = expected(&model);
     for axis in &mut model.manifest.axes {
         (axis.coverage.velocity, axis.coverage.acceleration) = (1e-3, 1e-3);
     }
-    let beyond = told(&model);
+    let beyond = expected(&model);
     assert!(near(beyond.rms.low, within.rms.low, 1e-9) && near(beyond.max.low, within.max.low, 1e-9), "{beyond:?} {within:?}");
     assert!(beyond.rms.middle > 2.0 * within.rms.middle && beyond.rms.high > 2.0 * within.rms.high, "{beyond:?} {within:?}");
     assert!(beyond.max.high > 2.0 * within.max.high, "{beyond:?} {within:?}");

@@ -38,7 +38,7 @@ const CANDIDATE_SAMPLES: usize = 400_000;
 /// Largest path length for Gauss–Newton steps, samples. They hold some thirty columns of this length.
 const STEPS_SAMPLES: usize = 400_000;
 
-/// Ratio of the largest error beside moves that are not changed to the largest one elsewhere from which on it is told.
+/// Ratio of the largest error beside moves that are not changed to the largest one elsewhere from which on it is reported.
 const FAR_ABOVE: f64 = 2.0;
 /// Share of a step up to which a machine has settled.
 const SETTLED: f64 = 0.02;
@@ -214,8 +214,8 @@ impl<'a> Task<'a> {
             }
         }
         let (at, max_mm) = beside;
-        let told = |line| BesideUnchanged { line, max_mm, elsewhere_mm };
-        Ok(part.line_at(at).filter(|_| elsewhere_mm > 0.0 && max_mm > FAR_ABOVE * elsewhere_mm).map(told))
+        let beside = |line| BesideUnchanged { line, max_mm, elsewhere_mm };
+        Ok(part.line_at(at).filter(|_| elsewhere_mm > 0.0 && max_mm > FAR_ABOVE * elsewhere_mm).map(beside))
     }
 
     /// From here on, the control plans every run and keeps the limits of the axes itself. Limits on the correction would take it out of corners

@@ -285,7 +285,7 @@ impl Segment<'_> {
         let at = ((time_s / period).round() as usize).min(samples.len() - 1);
         let (before, after) = (at.saturating_sub(1), (at + 1).min(samples.len() - 1));
         let passed_mm = samples[after].position_mm - samples[before].position_mm;
-        // Near a standstill the correction has no slope that could be told.
+        // Near a standstill the correction has no defined slope.
         if passed_mm > LEAST_PASSED_MM {
             let by = |values: &[Vec6]| (values[after] - values[before]) / passed_mm;
             let slope = by(self.shifts);

@@ -30,7 +30,7 @@ pub(super) struct FittedAxis {
 /// A predictor whose training takes minutes is not trained again on all runs; the one of the first fold is kept.
 ///
 /// # Errors
-/// When a fit fails, or `at`, which is told every fit before it, cancels.
+/// When a fit fails, or `at`, called before every fit, cancels.
 pub(super) fn fit_axis(
     runs: &[AxisRun],
     servo: Option<ServoFit>,

@@ -78,8 +78,7 @@ impl Compensate {
             printer.line(line);
         }
         if !joined.gained {
-            let why = joined.too_slow.map_or(print::NO_GAIN.to_owned(), print::too_slow);
-            printer.line(format!("{why}: what is written is the input, unchanged"));
+            printer.line(format!("{}: what is written is the input, unchanged", why_unchanged(joined)));
         }
         printer.line(written::written(joined.largest_shift_mm, &self.out));
         if joined.gained && joined.largest_shift_mm > AT_BOUND * joined.max_shift {
@@ -92,6 +91,7 @@ impl Compensate {
         let whole = long.whole();
         Ok(json!({
             "changed": joined.gained,
+            "unchanged_because": (!joined.gained).then(|| why_unchanged(joined)),
             "law": LawName::from(self.law),
             "windows": joined.windows(),
             "updates": joined.updates,
@@ -115,6 +115,10 @@ impl Compensate {
             }),
         }))
     }
+}
+
+fn why_unchanged(joined: &Joined<'_>) -> String {
+    joined.too_slow.map_or(print::NO_GAIN.to_owned(), print::too_slow)
 }
 
 fn shares(joined: &Joined<'_>) -> Shares {

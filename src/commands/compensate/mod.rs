@@ -310,6 +310,7 @@ impl Compensate {
         let [before, after] = outcome.figures();
         json!({
             "changed": outcome.gained,
+            "unchanged_because": (!outcome.gained).then(|| print::why_unchanged(input.part(), outcome)),
             "law": pipeline::model_based_ilc::LawName::from(self.law),
             "updates": outcome.updates,
             "ended": outcome.ended.map(|ended| ended.to_string()),
