@@ -84,6 +84,10 @@ const fn logarithmic(low: f64, high: f64) -> Scale {
 const SHARE_SPREAD: f64 = 1.0;
 const LEVEL_SPREAD: f64 = 0.2;
 
+/// Standard deviation of the error with which an axis rests before a motion, mm, where no log shows a rest: a loop without integrator rests up to its
+/// friction's deflection off the command, tens of micrometres. Without it fits of logs without rest went to the end of the range.
+const START_ERROR_SPREAD_MM: f64 = 0.01;
+
 /// Scale of every parameter.
 pub static SCALES: std::sync::LazyLock<[Scale; COUNT]> = std::sync::LazyLock::new(|| {
     std::array::from_fn(|parameter| {
@@ -125,7 +129,7 @@ const SINGLE: [Scale; SCALARS] = [
     Scale { prior: (0.3, 0.15), ..linear(0.03, 0.75, 5e-3) },
     linear(0.0, 0.1, 2e-5),
     Scale { prior: (0.0, 0.7), ..linear(-2.0, 2.0, 1e-2) },
-    linear(-0.1, 0.1, 1e-5),
+    Scale { prior: (0.0, START_ERROR_SPREAD_MM), ..linear(-0.1, 0.1, 1e-5) },
     linear(0.0, 1.0, 1e-4),
     Scale { prior: (0.5, 0.3), ..linear(0.0, 1.0, 1e-2) },
     Scale { prior: (0.0, 2.0), ..linear(0.0, 20.0, 1e-2) },

@@ -73,6 +73,7 @@ impl Predict {
 
         let printer = self.common.printer();
         print::show_unknown(&printer, &input, &setup, terms.as_ref());
+        print::show_read(&printer, &input, self.common.verbose);
         print::show_marked(&printer, &input);
         printer.line(format!("{}: {:.2} s; predicted {}", input.name(), reference.duration_s(), text(&figures)));
         if let Some(expected) = &expected {

@@ -15,6 +15,7 @@ use crate::files::Files;
 use crate::kind::Kind;
 use crate::numbers;
 use crate::output::Outputs;
+use crate::print::compensation::show_read;
 use crate::print::figures::{contour_json, orientation_json, text, tracking_json};
 use crate::read;
 
@@ -90,6 +91,7 @@ impl Simulate {
         let mut outputs = Outputs::default();
         outputs.add_log(&self.out, &Log::new(input.name(), reference.clone(), actual.clone())?)?;
         let printer = self.common.printer();
+        show_read(&printer, &input, self.common.verbose);
         printer.line(format!(
             "{} on the machine `{}`: {:.2} s; {}; log in {}",
             input.name(),

@@ -24,11 +24,16 @@ pub fn show_unknown(printer: &Printer, input: &Input, setup: &Setup, terms: Opti
     }
 }
 
-/// The forecast with and without compensation, what a run is expected to come to, and what is left alone; with `all` every warning.
-pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>, all: bool) {
+/// What reading a program found: codes that are not understood and the moves behind them; with `all` every warning.
+pub fn show_read(printer: &Printer, input: &Input, all: bool) {
     if let Some(part) = input.part() {
         show_warnings(printer, &part.toolpath.warnings, (&part.program, &part.name), all);
     }
+}
+
+/// The forecast with and without compensation, what a run is expected to come to, and what is left alone; with `all` every warning.
+pub fn show(printer: &Printer, input: &Input, outcome: &Outcome, expected: Option<&Expectation>, all: bool) {
+    show_read(printer, input, all);
     for warning in warnings(input.part(), outcome) {
         printer.line(format!("warning: {warning}"));
     }

@@ -8,6 +8,9 @@ use servo::{Servo, index};
 
 /// Standard deviation of the ratio of static to sliding friction above which it counts as not shown.
 const TOO_WIDE: f64 = 0.5;
+/// Standard deviation of what the curve of the model gets wrong of that ratio. From the machines 280 to 319 of the blind test, of which 53 of 60 lay within
+/// without it.
+const STRUCTURAL_STRIBECK: f64 = 0.15;
 /// Share of Coulomb friction in its standard deviation below which the rest of the curve is not shown.
 const CERTAIN: f64 = 3.0;
 /// Standard deviation of what the contacts of the model get wrong where the position is that of a table: backlash and elasticity may stand for
@@ -74,7 +77,7 @@ fn stribeck(axis: &AxisContext<'_>) -> Finding {
     Finding {
         quantity: Quantity::StribeckFriction,
         axis: axis.name().to_owned(),
-        estimate: Some(Estimate::within(servo.stribeck, SPREAD * deviation).not_negative()),
+        estimate: Some(Estimate::within(servo.stribeck, SPREAD * deviation.hypot(STRUCTURAL_STRIBECK)).not_negative()),
         unit: "share",
         effect_um: None,
         verdict: Verdict::Figure,
