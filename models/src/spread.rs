@@ -126,6 +126,16 @@ impl Spread {
         })
     }
 
+    /// The same distribution of errors of another size: of the RMS `expected` over the motion it was fitted to, mm or rad.
+    #[must_use]
+    pub fn scaled_to(&self, expected: f64) -> Self {
+        let (square, seconds) =
+            self.rms.iter().zip(self.seconds).fold((0.0, 0.0), |(square, all), (rms, s)| (square + rms * rms * s, all + s));
+        // Models of before stated no lengths.
+        let overall = if seconds > 0.0 { (square / seconds).sqrt() } else { self.rms.iter().sum::<f64>() / REGIMES as f64 };
+        Self { rms: self.rms.map(|rms| rms * expected / overall), ..self.clone() }
+    }
+
     /// Expected RMS at every sample of `signal`, mm or rad.
     #[must_use]
     pub fn at(&self, signal: &AxisSignal<'_>) -> Vec<f64> {
@@ -223,6 +233,7 @@ mod tests {
         let signal = AxisSignal::uncompensated(&reference, 0.002);
         let spread = Spread::fit(&[(signal, errors)], 10.0, 1.0, 2.0).unwrap();
         assert!(spread.at(&signal).iter().all(|rms| (rms - 1.0).abs() < 0.1));
+        assert!(spread.scaled_to(3.0).at(&signal).iter().all(|rms| (rms - 3.0).abs() < 0.3));
         // A steady 10 mm/s: all but the start.
         let seconds = spread.seconds_of(&signal);
         assert!(seconds.iter().zip(spread.trained_s()).all(|(own, trained)| (own - trained).abs() < 1e-6), "{seconds:?}");

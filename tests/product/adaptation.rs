@@ -91,3 +91,14 @@ fn an_adapted_model_halves_the_error_of_the_first_run() {
     };
     assert!(compared("adapted.model") < 0.5 * compared("machine.model"));
 }
+
+#[test]
+fn a_model_that_was_adapted_with_seconds_states_what_it_expects() {
+    let folder = Folder::with_model();
+    let log = log_of_another_machine(&folder, "04-lines", 3);
+    folder.figures(&["train", &log, "--from", "machine.model", "-o", "adapted.model"]);
+    let forecast = folder.figures(&["predict", "curve:crown", "-m", "adapted.model"]);
+    let expected = &forecast["expected_contour_um"]["rms"];
+    assert!(expected["low"].as_f64() < expected["middle"].as_f64(), "{forecast}");
+    assert!(expected["middle"].as_f64() > forecast["contour_um"]["rms"].as_f64(), "{forecast}");
+}

@@ -77,7 +77,9 @@ pub fn adapt(bundle: &Bundle, logs: &[Log], seed: u64) -> Result<Adapted> {
         let worst_window = cross_fit::worst_window(&choice.pieces, manifest.period_s);
         axis.held_out = HeldOut { rms, max, raw_rms, band_held, folds: fold_errors.len(), worst_window, ..axis.held_out };
         let spread = cross_fit::spread(&runs, &choice.pieces, axis.coverage.velocity, rms, &choice.pieces);
-        axis.band = band.with_spread(spread);
+        // A few seconds show the size of the errors and not their distribution.
+        let known = || Some(axis.band.spread()?.scaled_to(rms));
+        axis.band = band.with_spread(spread.or_else(known));
         let (before, taken) = (cross_fit::figures(&before).0, !choice.simple);
         axes.push(AdaptedAxis { name: axis.name.clone(), unit: ErrorUnit::from(&*axis), before, held_out: rms, taken });
         predictors.push(if taken { unadapted.adapted(&runs)? } else { predictor });
