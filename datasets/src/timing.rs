@@ -67,7 +67,7 @@ pub(crate) fn settle(path: &Path, times: &[f64], lines: &[usize]) -> Result<Timi
             before_s: times[k],
         });
     }
-    let period_s = snap(base_period_s(&intervals), 1e-4, 1e-2);
+    let period_s = grid_period_s(&intervals);
     check_span(path, &intervals, period_s, lines)?;
     Ok(Timing { period_s, resample: true, findings: report(times, &intervals, period_s, lines) })
 }
@@ -120,9 +120,45 @@ pub(crate) fn gaps(times: &[f64]) -> Vec<Gap> {
     if longest < 0.5 * BRIDGED_PERIODS * shortest {
         return Vec::new();
     }
-    let period_s = snap(base_period_s(&forward), 1e-4, 1e-2);
+    let period_s = grid_period_s(&forward);
     let long = steps.iter().enumerate().filter(|(_, step)| **step > BRIDGED_PERIODS * period_s);
     long.map(|(row, step)| Gap { row, step_s: *step, lost: step / period_s - 1.0 }).collect()
+}
+
+/// Mean distance of intervals from multiples of a period, as a share of it, from which on they scatter about their mean instead: 0.25 for
+/// stamps that are late at random.
+const SCATTERED: f64 = 0.12;
+/// The same from which on the period is a round number where one is near: runs of one recorder then have the same.
+const UNSTEADY: f64 = 0.03;
+/// Round numbers between 1 and 10, and the distance up to which a period is one of them. A timer of 10 ms that is late by 1 ms in the mean gives 9.9 to 10.0.
+const ROUND: [f64; 9] = [1.0, 1.25, 1.6, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0];
+const NEAR_ROUND: f64 = 0.02;
+/// Intervals beyond this multiple of the median are gaps.
+const GAP: f64 = 2.5;
+
+/// Period of the grid for these intervals, s.
+fn grid_period_s(intervals: &[f64]) -> f64 {
+    let base_s = base_period_s(intervals);
+    let scatter = scatter(intervals, base_s);
+    let mut period_s = base_s;
+    if scatter > SCATTERED {
+        let mut sorted = intervals.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let shorter = &sorted[..sorted.partition_point(|interval| *interval <= GAP * sorted[sorted.len() / 2])];
+        period_s = shorter.iter().sum::<f64>() / shorter.len().max(1) as f64;
+    }
+    let decade = 10.0_f64.powf(period_s.log10().floor());
+    let round = ROUND.map(|number| number * decade).into_iter().find(|round| (round - period_s).abs() <= NEAR_ROUND * period_s);
+    match round.filter(|_| scatter > UNSTEADY) {
+        Some(round) => snap(round, 1e-6, 1e-4),
+        None => snap(period_s, 1e-4, 1e-2),
+    }
+}
+
+/// Mean distance of intervals from multiples of a period, as a share of it.
+fn scatter(intervals: &[f64], period_s: f64) -> f64 {
+    let off = |interval: &f64| (interval / period_s - (interval / period_s).round().max(1.0)).abs();
+    intervals.iter().map(off).sum::<f64>() / intervals.len().max(1) as f64
 }
 
 /// The period whose multiples the intervals are: the median of the short intervals first, then the
@@ -149,14 +185,21 @@ fn report(times: &[f64], intervals: &[f64], period_s: f64, lines: &[usize]) -> V
     let off = intervals.iter().filter(|interval| (**interval - period_s).abs() > OFF_SHARE * period_s).count();
     let shortest = intervals.iter().copied().fold(f64::INFINITY, f64::min);
     let longest = intervals.iter().copied().fold(0.0, f64::max);
+    let counted = match off {
+        0 => "uneven intervals: ".to_owned(),
+        _ => format!(
+            "{off} of {} intervals are off {:.3} ms by more than {:.0} %: ",
+            intervals.len(),
+            1e3 * period_s,
+            100.0 * OFF_SHARE
+        ),
+    };
     let mut findings = vec![Finding::new(
         Severity::Warn,
         Check::Timing,
         format!(
-            "{off} of {} intervals are not {:.3} ms (shortest {:.3} ms, longest {:.3} ms); the log was resampled onto a uniform grid of \
-             {:.3} ms by cubic interpolation: fast detail between distant samples is lost; log at a fixed rate",
-            intervals.len(),
-            1e3 * period_s,
+            "{counted}shortest {:.3} ms, longest {:.3} ms; the log was resampled onto a uniform grid of {:.3} ms by cubic interpolation: fast detail \
+             between distant samples is lost; log at a fixed rate",
             1e3 * shortest,
             1e3 * longest,
             1e3 * period_s
@@ -208,6 +251,26 @@ mod tests {
         assert_eq!(timing.period_s, 0.008);
         assert!(timing.resample);
         assert!(timing.findings[0].message.starts_with("499 of 998 intervals"));
+    }
+
+    #[test]
+    fn stamps_that_are_late_at_random_have_the_period_of_their_timer() {
+        let mut state = 1_u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for run in 0..4 {
+            // Late by up to 0.9 of a period; and a timer that counts anew after every row.
+            let late: Vec<f64> = (0..4000).map(|k| 0.001 * (f64::from(k) + 0.9 * unit())).collect();
+            assert_eq!(settled(&late).unwrap().period_s, 0.001, "{run}");
+            let mut time = 0.0;
+            let timer = std::iter::repeat_with(|| {
+                time += 0.009 - 0.001 * unit().max(1e-9).ln();
+                time
+            });
+            assert_eq!(settled(&timer.take(3000).collect::<Vec<_>>()).unwrap().period_s, 0.01, "{run}");
+        }
     }
 
     #[test]
