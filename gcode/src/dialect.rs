@@ -77,6 +77,8 @@ pub enum Macros {
 pub struct Options {
     /// The control.
     pub dialect: Dialect,
+    /// Whether the dialect is stated. Else one that the program does not show without doubt is a guess: where controls differ, nothing is known.
+    pub is_dialect_stated: bool,
     /// Units before the first G20 or G21.
     pub units: Units,
     /// Meaning of I, J, K before the first G90.1 or G91.1.
@@ -108,6 +110,7 @@ impl From<Dialect> for Options {
     fn from(dialect: Dialect) -> Self {
         Self {
             dialect,
+            is_dialect_stated: false,
             units: Units::Mm,
             arc_centres: ArcCentres::Auto,
             block_delete: None,

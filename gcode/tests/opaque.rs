@@ -234,7 +234,7 @@ fn codes_of_other_controls_with_the_same_number_leave_moves_alone() {
         assert_ne!(feeds(&path)[2], YES, "{block}");
     }
     let cycle = |code: &str| {
-        read(Dialect::Fanuc, &format!("{BEFORE}G81 X10. Y10. Z-5. R2. F200 {code}\nG80\nG1 X30. Z-1. F500\n{AFTER}"))
+        read(Dialect::Fanuc, &format!("{BEFORE}G81 X10. Y10. Z-5. R-2. F200 {code}\nG80\nG1 X30. Z-1. F500\n{AFTER}"))
     };
     assert_ne!(feeds(&cycle("M53"))[2], YES);
     assert_eq!(feeds(&cycle("M8"))[2], YES);

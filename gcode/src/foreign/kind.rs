@@ -37,6 +37,12 @@ pub enum Foreign {
          with the CAM system, or take them out where they are comments"
     )]
     Fagor,
+    /// Commands of OSAI and Acramatic controls, which stand in parentheses as comments do.
+    #[error(
+        "the program has commands of an OSAI or Acramatic control in parentheses, such as (UTO,1,X10), (ROT,45) or (CLS,P1): they shift, turn, \
+         repeat or call moves; write it without them, for instance with the CAM system, or take them out where they are comments"
+    )]
+    Parenthesised,
     /// Mazatrol.
     #[error("the program is Mazatrol; write it as EIA/ISO G-code on the control or in the CAM system")]
     Mazatrol,

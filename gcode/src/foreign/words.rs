@@ -17,7 +17,32 @@ pub(super) fn recognise(program: &Program) -> Option<Foreign> {
     if is_fagor(program) {
         return Some(Foreign::Fagor);
     }
+    if has_commands_in_parentheses(program) {
+        return Some(Foreign::Parenthesised);
+    }
     lathe_sign(program).map(Foreign::Lathe)
+}
+
+/// Commands in parentheses of OSAI and Acramatic controls that shift, turn, mirror or scale what follows, repeat or call it, or jump, as their users and
+/// post-processors write them: a name of three letters and its first argument.
+const COMMANDS: [&[u8]; 17] = [
+    b"UTO", b"UIO", b"UAO", b"ROT", b"URT", b"MIR", b"INV", b"SCF", b"RPT", b"GTO", b"CLS", b"CLD", b"EPP", b"EPB", b"DFS",
+    b"UPR", b"TCP",
+];
+
+/// Whether comments are such commands. An origin may be selected before the first motion, as by G54.
+fn has_commands_in_parentheses(program: &Program) -> bool {
+    let words = program.words();
+    let first = words.iter().position(|word| [b'X', b'Y', b'Z'].iter().any(|letter| word.is(*letter))).unwrap_or(words.len());
+    let is_command = |(at, word): (usize, &Word)| {
+        let Some(text) = (word.kind == WordKind::Comment).then(|| inside(program.text(word.span))).flatten() else {
+            return false;
+        };
+        let Some((name, rest)) = text.split_at_checked(3) else { return false };
+        let has_argument = rest.first() == Some(&b',') && rest.get(1).is_some_and(u8::is_ascii_alphanumeric);
+        has_argument && COMMANDS.contains(&name) && (name != b"UAO" || at > first)
+    };
+    words.iter().enumerate().any(is_command)
 }
 
 /// Blocks in parentheses that a Fagor control executes: calls, jumps, and subroutines up to their `(RET)`. An assignment such as `(P1=10)` may be a

@@ -52,9 +52,9 @@ impl Interpreter<'_> {
     /// an arc that fits no circle is no fault of the program, and says nothing about how others are stated.
     fn fits_a_circle(&mut self, words: &Gathered, motion: Motion, end: Position, at: usize) -> bool {
         let report = std::mem::replace(&mut self.report, Report::new(self.program));
-        let before = (self.arc_faults, self.full_circles);
+        let before = (self.arc_faults, self.open_centres);
         let fits = self.arc(words, motion == Motion::ArcCounterClockwise, end, at).is_some();
-        (self.arc_faults, self.full_circles) = before;
+        (self.arc_faults, self.open_centres) = before;
         self.report = report;
         fits
     }
@@ -151,7 +151,9 @@ impl Interpreter<'_> {
         }
         if !absolute_centre && !self.is_in_section() {
             let [from_start, as_position] = [incremental, absolute].map(|centre| [0, 1].map(|k| centre[k] - ends.start[k]));
-            self.full_circles.note(self.span(index), ends.are_closed(), from_start, complete.then_some(as_position));
+            let fits_both =
+                ends.are_closed() || (complete && [incremental, absolute].iter().all(|centre| ends.about(*centre).is_ok()));
+            self.open_centres.note(self.span(index), fits_both, from_start, complete.then_some(as_position));
         }
         let (centre, other) = if absolute_centre { (absolute, incremental) } else { (incremental, absolute) };
         let fits_otherwise = complete && ends.about(other).is_ok();

@@ -52,7 +52,9 @@ impl Interpreter<'_> {
             let replaces = is_shared
                 && (std::mem::take(&mut self.shifts.relaid[axis])
                     | !std::mem::replace(&mut self.stated.position_shift[axis], true));
-            if value.is_none() || replaces || std::mem::take(&mut self.shifts.absorbed[axis]) {
+            // Where the dialect is a guess, so is whether the value adds to the offset of G92 or replaces it.
+            let is_open = self.whole.is_guessed && self.shifts.position[axis] != 0.0;
+            if value.is_none() || replaces || is_open || std::mem::take(&mut self.shifts.absorbed[axis]) {
                 self.position.forget(axis);
             }
             let shift = match self.options.dialect {

@@ -10,11 +10,11 @@ mod conflicts;
 mod doubts;
 mod feed_move;
 mod frames;
-mod full_circles;
 mod gather;
 mod mirrors;
 mod motion;
 mod one_shots;
+mod open_centres;
 mod other_controls;
 mod parts;
 mod polar;
@@ -148,8 +148,8 @@ impl Interpreter<'_> {
     }
 
     fn finish(mut self) -> Result<Toolpath, GcodeError> {
-        if let Some(circle) = self.full_circles.doubt().filter(|_| self.centres_are_open()) {
-            let message = "this circle begins beside its centre if I, J, K are its position, and aslant of it if they are distances from the start: which they are is not known";
+        if let Some(circle) = self.open_centres.doubt().filter(|_| self.centres_are_open()) {
+            let message = "this arc begins beside its centre if I, J, K are its position, and aslant of it if they are distances from the start: which they are is not known";
             self.report.error(
                 circle,
                 message,

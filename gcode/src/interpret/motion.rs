@@ -378,7 +378,10 @@ impl Interpreter<'_> {
         let start = self.position;
         self.position = self.target(words, repeats);
         self.position.nominal[normal] = start.nominal[normal];
-        match cycle.end_level(self.modal.return_level, self.options.dialect) {
+        let level = |dialect| cycle.end_level(self.modal.return_level, dialect);
+        // Where the dialect is a guess, another control may stay at the other level.
+        let is_alike = !self.whole.is_guessed || level(Dialect::Fanuc) == level(Dialect::LinuxCnc);
+        match level(self.options.dialect).filter(|_| is_alike) {
             Some(height) => self.position.set(normal, height),
             None => self.position.forget(normal),
         }

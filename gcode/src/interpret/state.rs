@@ -3,7 +3,7 @@
 use super::arc_faults::ArcFaults;
 use super::codes::Motion;
 use super::doubts::Doubts;
-use super::full_circles::FullCircles;
+use super::open_centres::OpenCentres;
 use super::pole::Polar;
 use super::report::Report;
 use super::sections::Cause;
@@ -50,7 +50,7 @@ pub(super) struct Interpreter<'a> {
     pub units_stated: bool,
     pub arc_distance_stated: bool,
     pub arc_faults: ArcFaults,
-    pub full_circles: FullCircles,
+    pub open_centres: OpenCentres,
     /// Whether the feed, and whether the motion code, comes from a block that a switch may skip.
     pub optional_feed: bool,
     /// Whether an F beside a dwell may have changed the feed.
@@ -128,7 +128,9 @@ impl Whole {
             named_blocks: NamedBlocks::of(program, options),
             idle: idle_axes(program),
             ends_blocks: options.dialect == Dialect::Fanuc && !has_remarks(program),
-            is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
+            is_guessed: !options.is_dialect_stated
+                && options.dialect == Dialect::detect(program)
+                && !options.dialect.is_certain(program),
             states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value))
                 || (0..program.blocks().len()).any(|block| states_radius(program, block)),
             states_work_offset: program.words().iter().any(is_offset),
@@ -201,7 +203,7 @@ impl<'a> Interpreter<'a> {
             units_stated: false,
             arc_distance_stated: false,
             arc_faults: ArcFaults::default(),
-            full_circles: FullCircles::default(),
+            open_centres: OpenCentres::default(),
             optional_feed: false,
             unclear_feed: false,
             rotated: Vec::new(),

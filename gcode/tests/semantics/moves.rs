@@ -108,6 +108,10 @@ fn circles_that_begin_beside_a_centre_given_as_a_position_leave_its_reading_open
         let path = interpret(&parse(holes), &Options { arc_centres, ..Options::default() }).unwrap();
         assert_eq!(arc(&path.moves[1]).centre_mm, centre);
     }
+    // A half circle about X40 Y10, which is also most of a circle about X80 Y10.
+    let slot = "G21 G90 G0 X40 Y0 Z0\nG3 X40 Y20 I40 J10 F100\nG1 X0\n";
+    assert!(refused(slot).is_some_and(|text| text.contains("which they are is not known")));
+    assert_eq!(refused("G21 G90 G0 X40 Y0 Z0\nG3 X40 Y20 I0 J10 F100\nG1 X0\n"), None);
     // An arc that fits distances alone decides, as do circles that begin beside them, statements, and controls.
     for decided in [
         &format!("{holes}G0 X0 Y0\nG2 X10 Y10 I10 J0\n"),

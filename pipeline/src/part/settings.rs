@@ -83,13 +83,23 @@ impl ReadSettings {
             return Err(Error::ToolLengthOfTurningMachine);
         }
         let of_setup = setup.dialect.filter(|dialect| !dialect.is_ruled_out(program));
-        let dialect = self.dialect.or(of_setup).unwrap_or_else(|| Dialect::detect(program));
+        let stated_dialect = self.dialect.or(of_setup);
+        let (is_dialect_stated, dialect) = (stated_dialect.is_some(), stated_dialect.unwrap_or_else(|| Dialect::detect(program)));
         let stated = self.decimal_point.or(setup.decimal_point);
         let decimal_point = stated.unwrap_or_default();
         let Self { passive, block_delete, macros, arc_centres, .. } = *self;
         let slots: Vec<usize> = setup.kinematics.axes().iter().filter_map(motion::Axis::slot).collect();
         let rotary_axes = std::array::from_fn(|axis| slots.contains(&(3 + axis)));
-        let options = Options { passive, block_delete, macros, decimal_point, arc_centres, rotary_axes, ..dialect.into() };
+        let options = Options {
+            is_dialect_stated,
+            passive,
+            block_delete,
+            macros,
+            decimal_point,
+            arc_centres,
+            rotary_axes,
+            ..dialect.into()
+        };
         let open = match (self.decimal_point, stated) {
             (Some(_), _) => None,
             // The description of a machine may stand for another control than that of the program.
