@@ -277,3 +277,13 @@ fn feeds_a_turn_of_an_unknown_spindle_speed_leave_their_moves_alone() {
         assert_eq!(of[2..5], [run_time, run_time, YES], "{on}: {of:?}");
     }
 }
+
+#[test]
+fn two_codes_of_one_group_alone_in_a_block_leave_moves_alone_or_are_refused() {
+    let of = feeds(Dialect::Fanuc, "G90 G91\nX10.\nY10.\nG90\nG1 X20. Y20.\nY30.");
+    assert!(of[2..4].iter().all(|shiftable| *shiftable != YES) && of[7] == YES, "{of:?}");
+    assert!(warns(&read(Dialect::Fanuc, "G90 G91"), "G91"));
+    for (dialect, block) in [(Dialect::Fanuc, "G20 G21"), (Dialect::LinuxCnc, "G90 G91"), (Dialect::LinuxCnc, "G21 G20")] {
+        assert!(interpret(&parse(format!("{HEAD}{block}\n{TAIL}")), &dialect.into()).is_err(), "{block}");
+    }
+}

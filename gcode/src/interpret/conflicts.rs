@@ -86,10 +86,9 @@ impl Interpreter<'_> {
         self.doubts.distance = true;
     }
 
-    /// G90 and G91, or both units, in a block with coordinates. Fanuc takes the last one for all words, Beckhoff the last one before a word (P-CHAN-00116),
+    /// G90 and G91, or both units, in a block. Fanuc takes the last one for all words, Beckhoff the last one before a word (P-CHAN-00116),
     /// LinuxCNC refuses them.
     fn contradicting_modes(&self, words: &Gathered) -> Option<(usize, usize)> {
-        words.any(b"XYZABCUVWIJKR")?;
         let of = |is: fn(Code) -> bool| words.g.iter().filter(move |g| is(g.code));
         let groups: [fn(Code) -> bool; 2] = [|code| matches!(code, Code::Distance(_)), |code| matches!(code, Code::Units(_))];
         groups.into_iter().find_map(|is| {
