@@ -119,16 +119,21 @@ fn an_error_that_a_rapid_leaves_is_told_with_its_remedy() {
     assert!(dwells["beside_unchanged"].is_null() && max(&dwells) < 0.6 * max(&rapids), "{} {}", max(&rapids), max(&dwells));
 }
 
-#[test]
-fn increments_have_the_decimals_that_controls_resolve() {
+/// With a model of logs alone: without a machine file no control is known.
+fn folder_without_control() -> Folder {
     let folder = Folder::new();
     folder.train("20", "linear");
-    // A model without a machine file knows no control.
     let paths = csv_files(folder.0.path());
     let logs: Vec<String> =
         paths.iter().map(|path| path.to_string_lossy().into_owned()).filter(|path| path.contains("log-")).collect();
     let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
     folder.figures(&[&["train"], logs.as_slice(), &["--predictor", "linear", "-o", "machine.model"]].concat());
+    folder
+}
+
+#[test]
+fn increments_have_the_decimals_that_controls_resolve() {
+    let folder = folder_without_control();
     folder.write("steps.nc", "G21 G90 G94 G17\nG0 X0 Y0 Z0\nG91\nG1 X20. Y5. F2000\nG1 X-15. Y10.\nG1 X-5. Y-15.\nM2\n");
     let said = |more: &[&str]| {
         let words = [&["compensate", "steps.nc", "-m", "machine.model", "-o", "out.nc"][..], more].concat();
@@ -156,4 +161,24 @@ fn increments_have_the_decimals_that_controls_resolve() {
     assert!(most == 3 && sum.abs() < 1e-9, "{most} {sum}");
     assert!(!said(&["--decimals", "6"]).contains("increments (G91"));
     assert!(written().0 > 3);
+}
+
+#[test]
+fn coordinates_beyond_100_mm_have_no_more_digits_than_fanuc_reads() {
+    let folder = folder_without_control();
+    folder.write(
+        "far.nc",
+        "O0001\nG21 G17 G90 G94\nG0 X90. Y0. Z0.\nG1 X112. F1500.\nY18.\nG3 X104. Y26. I-8. J0.\nG1 X90.\nM30\n",
+    );
+    let most = |more: &[&str]| {
+        let words = [&["compensate", "far.nc", "-m", "machine.model", "-o", "out.nc", "--quiet"], more].concat();
+        let output = folder.precomp(&words);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let written = folder.read("out.nc");
+        let lines = written.lines().filter(|line| !line.starts_with('('));
+        let numbers = lines.flat_map(|line| line.split(|c: char| c.is_ascii_alphabetic() || c == ' ').collect::<Vec<_>>());
+        numbers.map(|number| number.bytes().filter(u8::is_ascii_digit).count()).max().unwrap()
+    };
+    assert_eq!(most(&[]), 8);
+    assert!(most(&["--decimals", "6"]) > 8);
 }

@@ -5,7 +5,7 @@ use machine::ControllerSpec;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::part::Part;
+use crate::part::{Part, coordinates};
 
 /// Time encoding: how the lines of a compensated program state their time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -84,14 +84,36 @@ const SPACING_MS: f64 = 8.0;
 /// Decimals of a coordinate in mm that dialogue can have (TNC 640, Technical Information: ±99 999.9999).
 const DIALOGUE_DECIMALS: usize = 4;
 
+/// Digits that a coordinate of Fanuc's controls and those like them may have (±99999.999 mm, Operator's Manuals, "Range of command value"); a
+/// longer one is an alarm there.
+const WORD_DIGITS: usize = 8;
+
+/// Digits of the coordinates of a part that stand beside the decimals of a coordinate in mm: before the point, and the one more that inches have.
+fn most_digits(part: &Part) -> usize {
+    let of = |step: &gcode::Move| {
+        let modal = part.toolpath.modal(step);
+        let unit = modal.units.mm();
+        let largest = (0..3).map(|axis| ((coordinates(&step.end)[axis] - modal.shift[axis]) / unit).abs()).fold(1.0, f64::max);
+        let more = usize::from(unit != 1.0);
+        largest.log10().floor() as usize + 1 + more
+    };
+    part.toolpath.moves.iter().filter(|step| part.is_shiftable(step)).map(of).max().unwrap_or(1)
+}
+
 impl RefitSettings {
     /// The same within what the language of a program allows.
     ///
     /// # Errors
     /// [`Error::DialogueTimes`] for a time encoding that dialogue does not have.
     pub fn suited_to(self, part: &Part) -> Result<Self> {
+        // Decimals that nobody states.
+        let open = self.increment_decimals.is_some() && part.program.language() == Language::Rs274;
+        let decimals = match part.options.dialect {
+            Dialect::Fanuc if open => self.decimals.min(WORD_DIGITS.saturating_sub(most_digits(part)).max(INCREMENT_DECIMALS)),
+            _ => self.decimals,
+        };
         let increment_decimals = self.increment_decimals.filter(|_| part.shifts_increments());
-        Self { increment_decimals, ..self }.in_language_of(part)
+        Self { decimals, increment_decimals, ..self }.in_language_of(part)
     }
 
     fn in_language_of(self, part: &Part) -> Result<Self> {
