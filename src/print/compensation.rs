@@ -2,7 +2,7 @@
 
 use models::Outside;
 use motion::contour::ContourSummary;
-use pipeline::model_based_ilc::{BesideUnchanged, Outcome, Uncertain};
+use pipeline::model_based_ilc::{BesideUnchanged, Outcome};
 use pipeline::units::{ErrorUnit, um};
 use pipeline::{Expectation, Expected, ExpectedFigures, Input, Part, PositionTerms, Setup, travel};
 use serde_json::{Map, Value, json};
@@ -210,18 +210,9 @@ pub fn why_unchanged(part: Option<&Part>, outcome: &Outcome) -> String {
     if let Some(slowdown) = outcome.too_slow {
         return too_slow(slowdown);
     }
-    match outcome.uncertain {
-        Some(Uncertain::Grows { before_mm, after_mm }) => {
-            let expected = format!("{} → {} µm RMS expected", um(before_mm), um(after_mm));
-            return format!("the model's own error grows by more than the forecast gains ({expected})");
-        }
-        Some(Uncertain::Larger { own_mm, forecast_mm }) => {
-            let both = format!("{} against {} µm RMS", um(own_mm), um(forecast_mm));
-            return format!(
-                "the model's own error is larger than the one that it would correct ({both}); longer logs of such motion make it better"
-            );
-        }
-        None => {}
+    if let Some([before_mm, after_mm]) = outcome.uncertain_mm {
+        let expected = format!("{} → {} µm RMS expected", um(before_mm), um(after_mm));
+        return format!("the model's own error grows by more than the forecast gains ({expected})");
     }
     let Some(part) = part else { return NO_GAIN.to_owned() };
     let changeable = part.toolpath.moves.iter().filter(|of| part.is_shiftable(of)).count();

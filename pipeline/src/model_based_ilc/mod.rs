@@ -37,7 +37,7 @@ use crate::statistics::Figures;
 
 pub use gain::WithoutGain;
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
-pub use outcome::{BesideUnchanged, Outcome, Uncertain};
+pub use outcome::{BesideUnchanged, Outcome};
 pub use outside::OutsideRange;
 pub use settings::{FewerPoints, LawName, Settings, shift_bound};
 
@@ -85,8 +85,8 @@ pub fn model_based_ilc_after(
     Ok(Outcome { mark: Some(Mark::of_model(model, settings)?), ..outcome })
 }
 
-/// The outcome where less error is expected with it than without, and the model's own error is less than what it corrects; else the unchanged path. A
-/// correction into motion of which the model is less sure may cost more than the forecast gains.
+/// The outcome where less error is expected with it than without; else the unchanged path. A correction into motion of which the model
+/// is less sure may cost more than the forecast gains.
 fn where_certain(outcome: Outcome, input: &Input, model: &Bundle) -> Result<Outcome> {
     if !outcome.gained {
         return Ok(outcome);
@@ -95,20 +95,11 @@ fn where_certain(outcome: Outcome, input: &Input, model: &Bundle) -> Result<Outc
     let after = Expectation::of(model, input, &outcome.reference, &outcome.forecast)?;
     let Some((before, after)) = before.zip(after) else { return Ok(outcome) };
     let gains = |before: ExpectedFigures, after: ExpectedFigures| after.rms.middle < before.rms.middle;
-    if before.direction.zip(after.direction).is_some_and(|(before, after)| gains(before, after)) {
+    let turns_better = before.direction.zip(after.direction).is_some_and(|(before, after)| gains(before, after));
+    if gains(before.tip, after.tip) || turns_better {
         return Ok(outcome);
     }
-    let [before_mm, after_mm] = [before, after].map(|of| of.tip.rms.middle);
-    let (own_mm, forecast_mm) =
-        ((after_mm.powi(2) - outcome.after.tip.rms_mm.powi(2)).max(0.0).sqrt(), outcome.before.tip.rms_mm);
-    let uncertain = if !gains(before.tip, after.tip) {
-        Uncertain::Grows { before_mm, after_mm }
-    } else if own_mm > forecast_mm {
-        Uncertain::Larger { own_mm, forecast_mm }
-    } else {
-        return Ok(outcome);
-    };
-    Ok(outcome.unchanged(input, uncertain))
+    Ok(outcome.unchanged(input, [before, after].map(|of| of.tip.rms.middle)))
 }
 
 /// Same as [`model_based_ilc`], on a learned machine with its operating range `coverage` and its error
@@ -365,7 +356,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         written: written.filter(|_| gained),
         without_gain: if gained { without_gain } else { Vec::new() },
         beside_unchanged: None,
-        uncertain: None,
+        uncertain_mm: None,
         outside: Vec::new(),
         mark: None,
     })

@@ -50,8 +50,8 @@ pub struct Outcome {
     pub without_gain: Vec<WithoutGain>,
     /// Where the largest error is that is left, if beside a move that is not changed.
     pub beside_unchanged: Option<BesideUnchanged>,
-    /// Why the model is not sure enough of a gain; nothing is changed then.
-    pub uncertain: Option<Uncertain>,
+    /// Expected RMS without and with compensation, mm, where the model's own error grows by more than the forecast gains; nothing is changed then.
+    pub uncertain_mm: Option<[f64; 2]>,
     /// Path ranges outside the operating range of the model.
     pub outside: Vec<OutsideRange>,
     /// Comment at the head of the written program; `None` where no model file was involved.
@@ -69,29 +69,9 @@ pub struct BesideUnchanged {
     pub elsewhere_mm: f64,
 }
 
-/// Why a model is not sure enough of a gain.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Uncertain {
-    /// Its own error grows by more than the forecast gains.
-    Grows {
-        /// Expected RMS without compensation, mm.
-        before_mm: f64,
-        /// Expected RMS with compensation, mm.
-        after_mm: f64,
-    },
-    /// Its own error is larger than the error that it forecasts without compensation. What it forecasts may then be its own error, and a
-    /// correction of it adds to that of the machine.
-    Larger {
-        /// RMS of its own error on the compensated path, mm.
-        own_mm: f64,
-        /// Forecast RMS without compensation, mm.
-        forecast_mm: f64,
-    },
-}
-
 impl Outcome {
-    /// The outcome that changes nothing.
-    pub(super) fn unchanged(self, input: &Input, uncertain: Uncertain) -> Self {
+    /// The outcome that changes nothing, for this expected RMS without and with compensation.
+    pub(super) fn unchanged(self, input: &Input, expected_mm: [f64; 2]) -> Self {
         Self {
             reference: input.trajectory().clone(),
             forecast: self.uncompensated.clone(),
@@ -102,7 +82,7 @@ impl Outcome {
             written: None,
             without_gain: Vec::new(),
             beside_unchanged: None,
-            uncertain: Some(uncertain),
+            uncertain_mm: Some(expected_mm),
             ..self
         }
     }
