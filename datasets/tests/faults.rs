@@ -157,7 +157,7 @@ fn units_that_cannot_be_are_named() {
             }
         })
     };
-    assert_found(&training(&both(1e3)), Refuse, Check::Units, "if they are µm");
+    assert_found(&training(&both(1e3)), Refuse, Check::Units, "as `x:um`");
     assert_found(&training(&both(1e-3)), Warn, Check::Units, "if they are m,");
     let shifted = hurt(|_, actual| actual[1].iter_mut().for_each(|v| *v += 12.0));
     assert_found(&assess_runs(&[shifted], Purpose::Training), Warn, Check::Units, "different zeros");

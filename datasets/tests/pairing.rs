@@ -326,6 +326,15 @@ fn a_command_with_the_noise_of_a_sensor_is_the_actual_position() {
     assert!(!training(&noisy).is_refused());
     let swapped = Log::new("swapped", noisy.actual.clone(), noisy.reference.clone()).unwrap();
     assert_found(&training(&swapped), Refuse, Check::Pairing, "the two columns are swapped");
+    // Of an axis that neither lags nor leads, as with full feed-forward, the noise alone shows it.
+    let mut follows =
+        |log: &Log| log.reference.columns().iter().map(|x| x.iter().map(|x| x + 4e-5 * random()).collect()).collect();
+    let wave = hurt(|_, _| {});
+    let exact = Log::new("full", wave.reference.clone(), wave.reference.with_columns(follows(&wave)).unwrap()).unwrap();
+    let report = training(&exact);
+    assert!(!report.findings.iter().any(|finding| finding.check == Check::Pairing), "{report}");
+    let swapped = Log::new("swapped", exact.actual.clone(), exact.reference.clone()).unwrap();
+    assert_found(&training(&swapped), Warn, Check::Pairing, "are the two columns swapped? State them");
 }
 
 #[test]

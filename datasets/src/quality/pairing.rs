@@ -16,6 +16,8 @@ const LEAD_PERIODS: f64 = 0.5;
 /// position.
 const SWAPPED_LEAD_PERIODS: f64 = 0.02;
 const NOISIER: f64 = 1.5;
+/// The same where the actual position does not lead: a recorded command may carry some noise of its own.
+const FAR_NOISIER: f64 = 5.0;
 /// Least lead of one axis alone that is refused for training, s and periods, and the share of it that no other axis may lead by. A velocity
 /// feed-forward of 110 % at a gain of 1 m/min/mm leads by 6 ms. More is rarer than columns of different instants, whose model makes parts worse: a
 /// command five rows late made 10 µm 31.
@@ -118,7 +120,7 @@ fn speeds(axis: &Signals, positions: &[f64]) -> Vec<f64> {
 fn check_lead(axis: &Signals, others: &[&Signals], purpose: Purpose, report: &mut Report) {
     let lead_s = -lag_s(axis);
     if lead_s <= SWAPPED_LEAD_PERIODS * axis.period_s {
-        return;
+        return report.findings.extend(noisy_command(axis, lead_s));
     }
     // A measured position is rougher than a planned one.
     let roughness = |of: &[f64]| rms(&steps(&steps(of)));
@@ -160,6 +162,17 @@ fn check_lead(axis: &Signals, others: &[&Signals], purpose: Purpose, report: &mu
         )
         .in_column(axis.actual_name()),
     );
+}
+
+/// What to say where the command has the noise of a sensor and the axis does not lag: with full feed-forward the lag does not show which is which.
+fn noisy_command(axis: &Signals, lead_s: f64) -> Option<Finding> {
+    let (of_command, of_actual) = (noise(axis.reference), noise(axis.actual));
+    let is_noisy = of_command > FAR_NOISIER * of_actual && of_command > axis.of_kind(1e-6, 1e-8);
+    (is_noisy && lead_s > -LEAD_PERIODS * axis.period_s && !command_rests_first(axis)).then(|| {
+        let message = "the command has the noise of a sensor, and the actual position less of it: are the two columns swapped? State them in the column \
+                       mapping, as `x_ref=NAME,x_act=NAME`";
+        Finding::new(Severity::Warn, Check::Pairing, message.replace("x_", &format!("{}_", axis.axis))).in_column(axis.actual_name())
+    })
 }
 
 /// Whether the command comes to rest exactly while the actual position still moves, more often than the reverse: a planned motion ends

@@ -39,8 +39,8 @@ pub(super) fn check(log: &Log, purpose: Purpose, report: &mut Report) {
             purpose.grave(),
             Check::Rate,
             format!(
-                "sampled at {rate_hz:.0} Hz, faster than position loops run: state the unit of the time column in the column mapping, as `t=time:min`, \
-                 or keep one row in {:.0}",
+                "sampled at {rate_hz:.0} Hz, faster than position loops run: state the unit of the time column in the column mapping, as `t=time:min`; \
+                 without one, the period in ms (--period 1); or keep one row in {:.0}",
                 (rate_hz / FASTEST_LOOP_HZ).ceil()
             ),
         ));

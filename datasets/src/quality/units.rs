@@ -55,10 +55,11 @@ fn different_travel(axis: &Signals) -> Option<Fault> {
 fn implausible_size(axis: &Signals, purpose: Purpose) -> Option<Fault> {
     let travel = range(axis.reference).max(largest(axis.reference));
     let speed = largest(&axis.reference_steps) / axis.period_s;
-    let (guess, named) = if axis.unit() == "mm" { ("µm", "um") } else { ("degrees", "deg") };
+    let (named, in_degrees) =
+        if axis.unit() == "mm" { ("um", String::new()) } else { ("deg", format!(" ({:.0}°)", travel.to_degrees())) };
     let message = if travel > axis.of_kind(TRAVEL.0, TRAVEL.1) {
         format!(
-            "positions reach {travel:.1} {}; if they are {guess}, say so in the column mapping, as `{}:{named}`",
+            "positions reach {travel:.1} {}{in_degrees}; if that is not so, state their unit in the column mapping, as `{}:{named}`",
             axis.unit(),
             axis.axis
         )

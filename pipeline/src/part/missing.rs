@@ -43,7 +43,9 @@ impl MissingAxes {
                  counts them"
             );
             Diagnostic::new(program, Severity::Warning, span, message)
-                .with_help("train with logs in which all axes of the program move")
+                .with_help(
+                    "train with logs in which all axes of the program move, under their names in programs: --columns x_ref=NAME,x_act=NAME states them",
+                )
         };
         moved.map(warning).collect()
     }
