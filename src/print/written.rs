@@ -13,6 +13,9 @@ use serde_json::{Value, json};
 
 use super::program::dialect_name;
 
+/// Units of a written reference, whatever those of the one that was read.
+pub const UNITS: &str = "its times are in s, its positions in mm and rad";
+
 /// What was written.
 pub fn written(largest_shift_mm: f64, out: &Path) -> String {
     format!("largest shift {} µm; written to {}", um(largest_shift_mm), out.display())

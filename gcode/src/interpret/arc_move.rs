@@ -173,8 +173,12 @@ impl Interpreter<'_> {
         };
         let help = match fits_other_than_absolute {
             Some(false) if self.is_sinumerik() => Some("the centre fits if it is absolute: I=AC(...)"),
-            Some(false) => Some("the centre fits if it is absolute (G90.1)"),
-            Some(true) => Some("the centre fits if it is a distance from the start (G91.1)"),
+            Some(false) => {
+                Some("the centre fits if it is absolute: state --arc-centres absolute, or G90.1 where the control has it")
+            }
+            Some(true) => Some(
+                "the centre fits if it is a distance from the start: state --arc-centres incremental, or G91.1 where the control has it",
+            ),
             None => None,
         };
         match fault {

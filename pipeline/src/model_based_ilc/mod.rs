@@ -18,7 +18,7 @@ use machine::Machine;
 use models::{Bundle, LearnedMachine, OperatingRange, fade};
 use motion::Trajectory;
 
-use acceptance::{Bound, best, cost, least};
+use acceptance::{Bound, SAME_FORECAST, best, cost, least};
 use gain::{Gains, LEAST_GAIN, SAME_MAX_MM};
 use laws::law;
 use on_program::{OnProgram, relearn_on_program};
@@ -33,7 +33,7 @@ use crate::input::Input;
 use crate::part::Part;
 use crate::progress::{Progress, SILENT};
 use crate::refit::{Mark, RefitSettings};
-use crate::statistics::Figures;
+use crate::statistics::{Figures, counts};
 
 pub use gain::WithoutGain;
 pub use laws::{PROBE, RESPONSE_S, norm_optimal};
@@ -314,18 +314,34 @@ struct Learned {
     without_gain: Vec<WithoutGain>,
 }
 
+/// Time from a move that is not changed up to which an error counts as beside it, s: that of a corner.
+const BESIDE_S: f64 = 0.05;
+
+/// Whether a feed move that is not changed lies within [`BESIDE_S`] of a sample, the `counted`-th of those that count.
+fn is_beside_unchanged(part: &Part, counted: usize) -> bool {
+    let reach = (BESIDE_S / part.settings.period_s).round() as usize;
+    let at = (0..part.plan.samples.len()).filter(|k| counts(Some(part), *k)).nth(counted);
+    at.is_some_and(|at| (at.saturating_sub(reach)..=at + reach).any(|k| part.feeds_at(k) && !part.shiftable_at(k)))
+}
+
 /// Takes the chosen run where the figures over all feed moves do not grow either, else the uncompensated run.
 fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learned) -> Result<Outcome> {
     let before = input.figures(&first.actual)?;
     let overall = |(iteration, _): (Iteration, Figures)| -> Result<(Figures, Iteration)> {
         Ok((input.figures(&iteration.actual)?, iteration))
     };
+    // Where moves are left as they are, the forecast of their corners varies with the points beside them.
+    let same_mm = |after: &Figures| {
+        let gains = after.cost_mm() <= (1.0 - LEAST_GAIN) * before.cost_mm();
+        let is_unchanged = || input.part().is_some_and(|part| is_beside_unchanged(part, after.tip.max_at));
+        if gains && is_unchanged() { SAME_FORECAST * before.tip.max_mm } else { SAME_MAX_MM }
+    };
     let kept = chosen
         .run
         .take()
         .map(overall)
         .transpose()?
-        .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + SAME_MAX_MM);
+        .filter(|(after, _)| after.cost_mm() <= before.cost_mm() && after.tip.max_mm <= before.tip.max_mm + same_mm(after));
     let is_recorded = input.part().is_some_and(|part| part.recording.is_some());
     let of_program = |run: &Iteration| is_recorded.then(|| input.figures_of_program(&run.actual)).transpose();
     let first_of_program = of_program(&first)?;
@@ -360,4 +376,27 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
         outside: Vec::new(),
         mark: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use machine::MachineSpec;
+
+    use super::*;
+    use crate::{ReadSettings, Setup};
+
+    #[test]
+    fn errors_count_as_beside_a_move_that_is_not_changed_near_it_alone() {
+        let setup = Setup::new(&MachineSpec::builtin("ballscrew").unwrap(), None).unwrap();
+        let settings = ReadSettings { at_zero: true, ..ReadSettings::default() };
+        let text = "G21 G17 G90 G94\nG0 X0. Y0. Z0.\nG1 X40. F1500\nG41 D1 X45. Y20.\nG40 X20.\nG1 Y0.\nX0.\nM30\n";
+        let part = Part::read("part.nc", text, &setup, &settings).unwrap();
+        let counted: Vec<usize> = (0..part.plan.samples.len()).filter(|k| counts(Some(&part), *k)).collect();
+        let at = |line: usize, share: f64| {
+            let of_line: Vec<usize> = (0..counted.len()).filter(|k| part.line_at(counted[*k]) == Some(line)).collect();
+            of_line[((of_line.len() - 1) as f64 * share) as usize]
+        };
+        assert!(is_beside_unchanged(&part, at(4, 0.5)) && is_beside_unchanged(&part, at(3, 1.0)));
+        assert!(!is_beside_unchanged(&part, at(3, 0.5)) && !is_beside_unchanged(&part, at(7, 0.5)));
+    }
 }

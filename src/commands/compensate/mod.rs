@@ -162,6 +162,9 @@ impl Compensate {
         print::show(&printer, &input, &outcome, expected.as_ref(), self.common.verbose);
 
         self.show_output(&output, &outcome, &printer);
+        if input.part().is_none() {
+            printer.line(written::UNITS);
+        }
         let lines = input.part().map(|part| (line_count(part.program.bytes()), line_count(&output.content)));
         if let (Some(part), Some(lines), None) = (input.part(), lines, &output.setpoints) {
             let points = outcome.written.map(|points| (points, points));
