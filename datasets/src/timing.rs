@@ -135,6 +135,8 @@ const ROUND: [f64; 9] = [1.0, 1.25, 1.6, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0];
 const NEAR_ROUND: f64 = 0.02;
 /// Intervals beyond this multiple of the median are gaps.
 const GAP: f64 = 2.5;
+/// Longest interval between stamps of successive rows, as a multiple of the period: the first is on time, the second late by nearly all of it.
+const LATEST: f64 = 1.95;
 
 /// Period of the grid for these intervals, s.
 fn grid_period_s(intervals: &[f64]) -> f64 {
@@ -145,7 +147,10 @@ fn grid_period_s(intervals: &[f64]) -> f64 {
         let mut sorted = intervals.to_vec();
         sorted.sort_by(f64::total_cmp);
         let shorter = &sorted[..sorted.partition_point(|interval| *interval <= GAP * sorted[sorted.len() / 2])];
-        period_s = shorter.iter().sum::<f64>() / shorter.len().max(1) as f64;
+        let mean_s = shorter.iter().sum::<f64>() / shorter.len().max(1) as f64;
+        // Rows that were lost count, where no stamp can be that late.
+        let rows = |interval: &f64| if *interval > LATEST * mean_s { (interval / mean_s).round() } else { 1.0 };
+        period_s = intervals.iter().sum::<f64>() / intervals.iter().map(rows).sum::<f64>();
     }
     let decade = 10.0_f64.powf(period_s.log10().floor());
     let round = ROUND.map(|number| number * decade).into_iter().find(|round| (round - period_s).abs() <= NEAR_ROUND * period_s);

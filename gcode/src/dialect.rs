@@ -77,7 +77,8 @@ pub enum Macros {
 pub struct Options {
     /// The control.
     pub dialect: Dialect,
-    /// Whether the dialect is stated. Else one that the program does not show without doubt is a guess: where controls differ, nothing is known.
+    /// Whether the dialect is stated. Else one that the program does not show without doubt is a guess, and what Fanuc's controls and LinuxCNC do otherwise is
+    /// not known. What a third control of the same dialect may do otherwise is doubted either way.
     pub is_dialect_stated: bool,
     /// Units before the first G20 or G21.
     pub units: Units,

@@ -43,7 +43,7 @@ fn every_kind_is_recognised_in_a_small_file() {
         (b"N10 G0 X0\nN20 (IF P1 GT 5 GOTO N10)\n", Foreign::Fagor),
         (b"N10 G0 X0\n(pcall 5, P0=2)\n", Foreign::Fagor),
         (b"(UAO,1)\nG0 X0 Y0\n(UTO,1,X200.,Y100.)\nG1 X1 F100\n", Foreign::Parenthesised),
-        (b"G0 X0\n(rot,45)\nG1 X1 F100\n", Foreign::Parenthesised),
+        (b"G0 X0\n(rot, -45)\nG1 X1 F100\n", Foreign::Parenthesised),
         (b"N10 G0 X0\n(DFS,P1)\nG1 X1 F100\n(ENS)\nN50 (CLS,P1)\n", Foreign::Parenthesised),
         (b"G0 X0\n(UAO,2)\nG1 X1 F100\n", Foreign::Parenthesised),
         (b"UNo. MAT INITIAL-Z ATC MODE\n0 S45C 50. 0\nUNo. UNIT ADD\n", Foreign::Mazatrol),

@@ -84,9 +84,9 @@ const fn logarithmic(low: f64, high: f64) -> Scale {
 const SHARE_SPREAD: f64 = 1.0;
 const LEVEL_SPREAD: f64 = 0.2;
 
-/// Standard deviation of the error with which an axis rests before a motion, mm, where no log shows a rest: a loop without integrator rests up to its
-/// friction's deflection off the command, tens of micrometres. Without it fits of logs without rest went to the end of the range.
-const START_ERROR_SPREAD_MM: f64 = 0.01;
+/// Standard deviation of the error with which an axis rests before a motion, mm: a loop without integrator rests up to its friction's deflection off
+/// the command, tens of micrometres. Without it fits of logs that show no rest went to the end of the range; half a second of rest outweighs it.
+const START_ERROR_SPREAD_MM: f64 = 0.03;
 
 /// Scale of every parameter.
 pub static SCALES: std::sync::LazyLock<[Scale; COUNT]> = std::sync::LazyLock::new(|| {

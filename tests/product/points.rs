@@ -168,7 +168,7 @@ fn coordinates_beyond_100_mm_have_no_more_digits_than_fanuc_reads() {
     let folder = folder_without_control();
     folder.write(
         "far.nc",
-        "O0001\nG21 G17 G90 G94\nG0 X90. Y0. Z0.\nG1 X112. F1500.\nY18.\nG3 X104. Y26. I-8. J0.\nG1 X90.\nM30\n",
+        "O0001\nG21 G17 G90 G94\nG0 X112. Y-18. Z0.\nG1 X90. F1500.\nY0.\nX112.\nY18.\nG3 X104. Y26. I-8. J0.\nG1 X90.\nM30\n",
     );
     let most = |more: &[&str]| {
         let words = [&["compensate", "far.nc", "-m", "machine.model", "-o", "out.nc", "--quiet"], more].concat();

@@ -39,7 +39,8 @@ fn has_commands_in_parentheses(program: &Program) -> bool {
             return false;
         };
         let Some((name, rest)) = text.split_at_checked(3) else { return false };
-        let has_argument = rest.first() == Some(&b',') && rest.get(1).is_some_and(u8::is_ascii_alphanumeric);
+        let argument = rest.strip_prefix(b",").and_then(|rest| rest.trim_ascii_start().first());
+        let has_argument = argument.is_some_and(|first| first.is_ascii_alphanumeric() || b"+-.\"".contains(first));
         has_argument && COMMANDS.contains(&name) && (name != b"UAO" || at > first)
     };
     words.iter().enumerate().any(is_command)

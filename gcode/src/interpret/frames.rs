@@ -53,8 +53,9 @@ impl Interpreter<'_> {
                 && (std::mem::take(&mut self.shifts.relaid[axis])
                     | !std::mem::replace(&mut self.stated.position_shift[axis], true));
             // Where the dialect is a guess, so is whether the value adds to the offset of G92 or replaces it.
-            let is_open = self.whole.is_guessed && self.shifts.position[axis] != 0.0;
-            if value.is_none() || replaces || is_open || std::mem::take(&mut self.shifts.absorbed[axis]) {
+            let is_open = self.is_dialect_open() && (self.shifts.position[axis] != 0.0 || self.shifts.relaid[axis]);
+            let took_its_place = std::mem::take(&mut self.shifts.absorbed[axis]);
+            if value.is_none() || replaces || is_open || took_its_place {
                 self.position.forget(axis);
             }
             let shift = match self.options.dialect {

@@ -297,6 +297,11 @@ impl Interpreter<'_> {
         self.last_certain = self.block;
     }
 
+    /// Whether the dialect is neither stated nor shown by the program, so that what Fanuc's controls and LinuxCNC do otherwise is not known.
+    pub fn is_dialect_open(&self) -> bool {
+        self.whole.is_guessed && !self.options.is_dialect_stated
+    }
+
     /// Whether lines may replace the motion of the block. Where the dialect is a guess, no word may act at a time that depends on it. A jump to the block skips lines before it, and a subprogram that the block calls
     /// would run in the modes of these lines.
     fn is_splittable(&self) -> bool {
@@ -380,7 +385,7 @@ impl Interpreter<'_> {
         self.position.nominal[normal] = start.nominal[normal];
         let level = |dialect| cycle.end_level(self.modal.return_level, dialect);
         // Where the dialect is a guess, another control may stay at the other level.
-        let is_alike = !self.whole.is_guessed || level(Dialect::Fanuc) == level(Dialect::LinuxCnc);
+        let is_alike = !self.is_dialect_open() || level(Dialect::Fanuc) == level(Dialect::LinuxCnc);
         match level(self.options.dialect).filter(|_| is_alike) {
             Some(height) => self.position.set(normal, height),
             None => self.position.forget(normal),

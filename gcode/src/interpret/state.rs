@@ -128,9 +128,7 @@ impl Whole {
             named_blocks: NamedBlocks::of(program, options),
             idle: idle_axes(program),
             ends_blocks: options.dialect == Dialect::Fanuc && !has_remarks(program),
-            is_guessed: !options.is_dialect_stated
-                && options.dialect == Dialect::detect(program)
-                && !options.dialect.is_certain(program),
+            is_guessed: options.dialect == Dialect::detect(program) && !options.dialect.is_certain(program),
             states_tool_length: program.words().iter().any(|word| word.is(b'G') && (43.0..45.0).contains(&word.value))
                 || (0..program.blocks().len()).any(|block| states_radius(program, block)),
             states_work_offset: program.words().iter().any(is_offset),

@@ -228,9 +228,11 @@ impl<'a> Search<'a> {
         self.visits.iter().filter(allowed).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
-    /// The trial of the shortest cycle.
-    pub fn shortest(&self) -> Option<&Visit> {
-        self.visits.iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s))
+    /// The trial of the shortest cycle, of those that keep the tolerance where any does.
+    pub fn shortest(&self, tolerance_mm: f64) -> Option<&Visit> {
+        let keeps = |visit: &Visit| visit.max_mm <= tolerance_mm;
+        let by_time = |a: &&Visit, b: &&Visit| keeps(b).cmp(&keeps(a)).then(a.cycle_s.total_cmp(&b.cycle_s));
+        self.visits.iter().min_by(by_time)
     }
 
     /// The least MAX of the trials whose cycle takes at most `most_s`, mm.

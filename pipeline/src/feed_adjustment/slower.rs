@@ -46,7 +46,7 @@ pub(super) fn slower(
         }
         let most_s = if keep_time { keeping_s } else { f64::INFINITY };
         if (trial.max_mm() > tolerance_mm || keep_time)
-            && let Some(visit) = search.least_excess(tolerance_mm, most_s).or_else(|| search.shortest()).cloned()
+            && let Some(visit) = search.least_excess(tolerance_mm, most_s).or_else(|| search.shortest(tolerance_mm)).cloned()
         {
             trial = search.run_as(trial, &visit)?;
         }

@@ -5,7 +5,7 @@ use compensation::Iteration;
 use crate::statistics::Figures;
 
 /// Relative difference between two forecasts up to which they count as equal: that on the reference and that on the replanned program, or
-/// the largest error before and after.
+/// the largest error before and after, also beside moves that are not changed.
 pub(super) const SAME_FORECAST: f64 = 0.02;
 
 /// Cost of a forecast, mm: RMS plus a tenth of MAX, which is three to ten times as large.

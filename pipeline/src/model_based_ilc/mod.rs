@@ -47,7 +47,7 @@ const LEAST_DECREASE: f64 = 0.02;
 /// Computes a compensated reference for `input` by iteration on `model`.
 ///
 /// The law is iterated on the reference, then on the replanned program where `settings.written` is given. The best
-/// forecast is taken if it gains and no figure grows; otherwise the reference is the desired path.
+/// forecast is taken if it gains and no figure grows (MAX by up to 2 % beside moves that are not changed); otherwise the reference is the desired path.
 ///
 /// # Errors
 /// When the path does not fit the model (axes, sampling period), a predictor of the model is invalid, or `progress` cancels.
@@ -321,7 +321,8 @@ const BESIDE_S: f64 = 0.05;
 fn is_beside_unchanged(part: &Part, counted: usize) -> bool {
     let reach = (BESIDE_S / part.settings.period_s).round() as usize;
     let at = (0..part.plan.samples.len()).filter(|k| counts(Some(part), *k)).nth(counted);
-    at.is_some_and(|at| (at.saturating_sub(reach)..=at + reach).any(|k| part.feeds_at(k) && !part.shiftable_at(k)))
+    let last = part.plan.samples.len().saturating_sub(1);
+    at.is_some_and(|at| (at.saturating_sub(reach)..=last.min(at + reach)).any(|k| part.feeds_at(k) && !part.shiftable_at(k)))
 }
 
 /// Takes the chosen run where the figures over all feed moves do not grow either, else the uncompensated run.
@@ -334,7 +335,7 @@ fn choose(input: &Input, first: Iteration, mut chosen: OnProgram, learned: Learn
     let same_mm = |after: &Figures| {
         let gains = after.cost_mm() <= (1.0 - LEAST_GAIN) * before.cost_mm();
         let is_unchanged = || input.part().is_some_and(|part| is_beside_unchanged(part, after.tip.max_at));
-        if gains && is_unchanged() { SAME_FORECAST * before.tip.max_mm } else { SAME_MAX_MM }
+        if gains && is_unchanged() { SAME_MAX_MM.max(SAME_FORECAST * before.tip.max_mm) } else { SAME_MAX_MM }
     };
     let kept = chosen
         .run

@@ -46,9 +46,6 @@ const SETTLED: f64 = 0.02;
 /// Forecast at which the iteration ends, as a share of the model's error. It adds half a per cent to that error.
 const FLOOR_SHARE: f64 = 0.1;
 
-/// Share of the cost that steps have to save, unless they end at the floor of the forecast, for the spatial law not to be tried as well.
-const LEAST_OF_STEPS: f64 = 0.1;
-
 /// Share of the cost that steps without the limits of the axes have to save for learning on the program to start from them too.
 const FREED: f64 = 0.05;
 
@@ -79,16 +76,17 @@ fn evaluated(part: &Part) -> Vec<bool> {
     if changeable.contains(&true) { changeable } else { samples.map(|k| part.feeds_at(k)).collect() }
 }
 
-/// Responses of a machine to shifts of a path. Where friction absorbs or scatters a probe, that of the motion stands for it; empty where an axis has
-/// neither.
+/// Responses of a machine to shifts of a path. Where friction absorbs or scatters a probe, that of the motion stands for it; an axis that does not move keeps
+/// that of its probe. Empty where an axis moves and shows neither.
 fn responses(machine: &mut dyn Machine, path: &Trajectory, uncompensated: &Trajectory) -> Result<Vec<ImpulseResponse>> {
     let probed = ImpulseResponse::probe_model_beside(machine, path, uncompensated, MODEL_RESPONSE_S)?;
     if probed.iter().all(ImpulseResponse::follows) {
         return Ok(probed);
     }
     let moved = ImpulseResponse::of_motion(path, uncompensated, MODEL_RESPONSE_S);
-    let of_axis = |(probed, moved): (ImpulseResponse, Option<ImpulseResponse>)| {
-        [Some(probed), moved].into_iter().flatten().find(ImpulseResponse::follows)
+    let of_axis = |(probed, moved): (ImpulseResponse, Option<ImpulseResponse>)| match moved {
+        None => Some(probed),
+        Some(moved) => [probed, moved].into_iter().find(ImpulseResponse::follows),
     };
     Ok(probed.into_iter().zip(moved).map(of_axis).collect::<Option<_>>().unwrap_or_default())
 }
@@ -194,8 +192,7 @@ impl<'a> Task<'a> {
                 self.checked(descend(machine, &mut law, desired, first.clone(), limits, &descent, &mut measure))?;
             (tried, ended) = (found, Some(why));
         }
-        let least_mm = tried.iter().map(|run| run.measure).fold(f64::INFINITY, f64::min);
-        if ended != Some(Ended::AtFloor) && least_mm > (1.0 - LEAST_OF_STEPS) * first.measure {
+        if tried.iter().all(|run| run.measure >= first.measure) {
             // A replanning control takes a correction along the path as another position at which to slow down.
             let turn_s = self.input.part().is_none().then_some(turn_s);
             let cut_offs = (CANDIDATE_SAMPLES / path.len().max(1)).clamp(1, CUT_OFFS);

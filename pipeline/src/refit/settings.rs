@@ -1,6 +1,6 @@
 //! Output settings of compensated programs.
 
-use gcode::{Dialect, Language};
+use gcode::{Dialect, Language, MoveKind};
 use machine::ControllerSpec;
 use serde::{Deserialize, Serialize};
 
@@ -88,14 +88,30 @@ const DIALOGUE_DECIMALS: usize = 4;
 /// longer one is an alarm there.
 const WORD_DIGITS: usize = 8;
 
-/// Digits of the coordinates of a part that stand beside the decimals of a coordinate in mm: before the point, and the one more that inches have.
+/// Largest correction that is taken into account where digits are counted, mm.
+const MOST_SHIFT_MM: f64 = 1.0;
+
+/// Digits of the words of a part that stand beside the decimals of a coordinate in mm: before the point, and the one more that inches have.
 fn most_digits(part: &Part) -> usize {
+    let digits = |value: f64| value.max(1.0).log10().floor() as usize + 1;
     let of = |step: &gcode::Move| {
         let modal = part.toolpath.modal(step);
         let unit = modal.units.mm();
-        let largest = (0..3).map(|axis| ((coordinates(&step.end)[axis] - modal.shift[axis]) / unit).abs()).fold(1.0, f64::max);
+        let [start, end] = [&step.start, &step.end].map(|point| coordinates(point));
+        let words = |axis: usize| [start[axis], end[axis]].into_iter().map(move |at| (at - modal.shift[axis]).abs());
+        let mut largest_mm = (0..3).flat_map(words).fold(0.0, f64::max);
+        if let MoveKind::Arc(arc) = &step.kind {
+            let [first, second, _] = arc.plane.axes();
+            let radius_mm = arc.radius_start_mm.max(arc.radius_end_mm);
+            let about = [first, second]
+                .into_iter()
+                .zip(arc.centre_mm)
+                .map(|(axis, centre)| (centre - modal.shift[axis]).abs() + radius_mm);
+            largest_mm = about.fold(largest_mm, f64::max);
+        }
+        let turns = (3..6).flat_map(words).fold(0.0, f64::max).to_degrees();
         let more = usize::from(unit != 1.0);
-        largest.log10().floor() as usize + 1 + more
+        (digits((largest_mm + MOST_SHIFT_MM) / unit) + more).max(digits(turns))
     };
     part.toolpath.moves.iter().filter(|step| part.is_shiftable(step)).map(of).max().unwrap_or(1)
 }
