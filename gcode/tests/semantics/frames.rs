@@ -21,9 +21,13 @@ fn shifts_leave_no_jump() {
     assert_eq!(last(&fresh).shiftable, Shiftable::Yes);
     // G52 of LinuxCNC replaces the offset of that G92, which is not known.
     let replaced = "G21 G92 X0 Y0 Z0\nG1 X1 F100\nG52 X2\nG1 Y1\nG1 X1\nG1 Y2\n";
-    for (dialect, expected) in [(Dialect::LinuxCnc, [true, false, false, true]), (Dialect::Fanuc, [true; 4])] {
-        let feeds = read_as(dialect, replaced).moves;
-        assert_eq!(feeds.iter().map(|m| m.shiftable == Shiftable::Yes).collect::<Vec<_>>(), expected, "{dialect:?}");
+    let unknown = [true, false, false, true];
+    for (dialect, is_dialect_stated, expected) in
+        [(Dialect::LinuxCnc, true, unknown), (Dialect::Fanuc, true, [true; 4]), (Dialect::Fanuc, false, unknown)]
+    {
+        let path = interpret(&parse(replaced), &Options { is_dialect_stated, ..dialect.into() }).unwrap();
+        let shiftable: Vec<bool> = path.moves.iter().map(|m| m.shiftable == Shiftable::Yes).collect();
+        assert_eq!(shiftable, expected, "{dialect:?}");
     }
 }
 
