@@ -97,7 +97,7 @@ fn most_digits(part: &Part) -> usize {
     let of = |step: &gcode::Move| {
         let modal = part.toolpath.modal(step);
         let unit = modal.units.mm();
-        let [start, end] = [&step.start, &step.end].map(|point| coordinates(point));
+        let [start, end] = [&step.start, &step.end].map(coordinates);
         let words = |axis: usize| [start[axis], end[axis]].into_iter().map(move |at| (at - modal.shift[axis]).abs());
         let mut largest_mm = (0..3).flat_map(words).fold(0.0, f64::max);
         if let MoveKind::Arc(arc) = &step.kind {
