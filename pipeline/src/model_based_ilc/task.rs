@@ -76,19 +76,26 @@ fn evaluated(part: &Part) -> Vec<bool> {
     if changeable.contains(&true) { changeable } else { samples.map(|k| part.feeds_at(k)).collect() }
 }
 
-/// Responses of a machine to shifts of a path. Where friction absorbs or scatters a probe, that of the motion stands for it; an axis that does not move keeps
-/// that of its probe. Empty where an axis moves and shows neither.
-fn responses(machine: &mut dyn Machine, path: &Trajectory, uncompensated: &Trajectory) -> Result<Vec<ImpulseResponse>> {
+/// Candidates for the responses of a machine to shifts of a path: those of a probe, and where friction absorbs or scatters it, those of the motion of the
+/// axes that move beside them.
+fn responses(machine: &mut dyn Machine, path: &Trajectory, uncompensated: &Trajectory) -> Result<Vec<Vec<ImpulseResponse>>> {
     let probed = ImpulseResponse::probe_model_beside(machine, path, uncompensated, MODEL_RESPONSE_S)?;
     if probed.iter().all(ImpulseResponse::follows) {
-        return Ok(probed);
+        return Ok(vec![probed]);
     }
     let moved = ImpulseResponse::of_motion(path, uncompensated, MODEL_RESPONSE_S);
-    let of_axis = |(probed, moved): (ImpulseResponse, Option<ImpulseResponse>)| match moved {
-        None => Some(probed),
-        Some(moved) => [probed, moved].into_iter().find(ImpulseResponse::follows),
+    let of_axis = |(probed, moved): (&ImpulseResponse, Option<ImpulseResponse>)| match moved {
+        Some(moved) if !probed.follows() => moved,
+        _ => probed.clone(),
     };
-    Ok(probed.into_iter().zip(moved).map(of_axis).collect::<Option<_>>().unwrap_or_default())
+    let moved = probed.iter().zip(moved).map(of_axis).collect();
+    Ok(vec![probed, moved])
+}
+
+/// Time around turns and stops that belongs to a machine with these responses, s.
+fn turn_s(responses: &[ImpulseResponse], period_s: f64) -> f64 {
+    let [least, most] = TURN_RANGE_S;
+    (responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * period_s).clamp(least, most)
 }
 
 impl<'a> Task<'a> {
@@ -169,15 +176,14 @@ impl<'a> Task<'a> {
             Some(known) => known,
             None => machine.run(path)?,
         };
-        let steps = steps && {
-            self.responses = responses(machine, path, &uncompensated)?;
-            !self.responses.is_empty()
-        };
-        let late = self.responses.iter().map(ImpulseResponse::delay_samples).fold(0.0, f64::max) * path.period_s();
-        let [least, most] = TURN_RANGE_S;
-        let turn_s = late.clamp(least, most);
-        self.correction_limits.settle_s = self.correction_limits.settle_s.max(turn_s);
         let runs = 1 + steps_each * iterations;
+        let descent = Descent { runs, floor: self.floor_mm(), worth, ..Descent::default() };
+        if steps {
+            let candidates = responses(machine, path, &uncompensated)?;
+            self.responses = self.best_of(machine, &uncompensated, candidates, &descent)?;
+        }
+        let turn_s = turn_s(&self.responses, path.period_s());
+        self.correction_limits.settle_s = self.correction_limits.settle_s.max(turn_s);
         let most_runs = if steps { runs } else { 1 + CUT_OFFS * iterations };
         let mut known = Vec::new();
         let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, most_runs);
@@ -186,7 +192,6 @@ impl<'a> Task<'a> {
         let limits = &self.correction_limits;
         let (mut tried, mut ended) = (vec![first.clone()], None);
         if steps {
-            let descent = Descent { runs, floor: self.floor_mm(), worth, ..Descent::default() };
             let mut law = ContourOptimal::new(self.responses.clone(), descent.damping[0])?;
             let (found, why) =
                 self.checked(descend(machine, &mut law, desired, first.clone(), limits, &descent, &mut measure))?;
@@ -201,6 +206,38 @@ impl<'a> Task<'a> {
             tried.extend(self.checked(found)?.into_iter().skip(1));
         }
         Ok((with_figures(tried, known)?, ended))
+    }
+
+    /// The responses with which the steps of a descent come to the least cost, where there are several.
+    fn best_of(
+        &self,
+        machine: &mut dyn Machine,
+        uncompensated: &Trajectory,
+        mut candidates: Vec<Vec<ImpulseResponse>>,
+        descent: &Descent,
+    ) -> Result<Vec<ImpulseResponse>> {
+        let (desired, path) = (self.input.desired(), self.input.trajectory());
+        let mut best = f64::INFINITY;
+        let mut found = candidates.len().saturating_sub(1);
+        if found == 0 {
+            return Ok(candidates.pop().unwrap_or_default());
+        }
+        let machine = &mut Cancellable { machine, cancelled: &self.cancelled };
+        for (number, responses) in candidates.iter().enumerate() {
+            let mut known = Vec::new();
+            let mut measure = |_: &DesiredPath, actual: &Trajectory| self.evaluate(actual, &mut known, descent.runs);
+            let first =
+                Iteration { measure: measure(desired, uncompensated), reference: path.clone(), actual: uncompensated.clone() };
+            let mut limits = self.correction_limits.clone();
+            limits.settle_s = limits.settle_s.max(turn_s(responses, path.period_s()));
+            let mut law = ContourOptimal::new(responses.clone(), descent.damping[0])?;
+            let (runs, _) = self.checked(descend(machine, &mut law, desired, first, &limits, descent, &mut measure))?;
+            let least = runs.iter().map(|run| run.measure).fold(f64::INFINITY, f64::min);
+            if least < best {
+                (best, found) = (least, number);
+            }
+        }
+        Ok(candidates.swap_remove(found))
     }
 
     /// Counts from here on, beside moves that are not changed, only what exceeds the errors of `ideal`, and returns that run with its new cost. The
