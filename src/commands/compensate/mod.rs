@@ -2,7 +2,9 @@
 
 mod effort;
 mod feeds;
+mod figures;
 mod long;
+mod page;
 
 use std::path::PathBuf;
 
@@ -15,7 +17,7 @@ use models::Bundle;
 use pipeline::control::is_replanned;
 use pipeline::feed_adjustment::Adjusted;
 use pipeline::measure::Readback;
-use pipeline::model_based_ilc::{Outcome, Settings};
+use pipeline::model_based_ilc::{LawName, Outcome, Settings};
 use pipeline::training::check_machine;
 use pipeline::{
     Expectation, Input, Output, OutputFormat, OutputSettings, Part, PositionTerms, as_recorded, is_plan_guessed, model_based_ilc,
@@ -31,15 +33,18 @@ use crate::output_format;
 use crate::plot::PlotArgs;
 use crate::print::compensation as print;
 use crate::print::control;
-use crate::print::figures::{contour_json, orientation_json};
 use crate::print::measurement::readback_json;
 use crate::print::program;
 use crate::print::written::{self, Shares};
 use crate::read::{self, Source};
-use crate::report::{Forecasts, Group, Run, Track, asked, known, learning_curve, sections};
+use crate::report::{Forecasts, Track};
 
 pub use effort::Effort;
 pub use feeds::{Chosen, FeedArgs};
+pub(super) use figures::merged;
+use figures::outcome_json;
+use page::before_and_after;
+pub(super) use page::forecast;
 
 /// Shift a part program's (or reference's) points so that the machine cuts the path that it asks for
 ///
@@ -172,7 +177,7 @@ impl Compensate {
             printer.line(written::summary(&shares(part, &outcome), points, slow_stop, lines));
         }
         let mut outputs = Outputs::default();
-        let mut figures = self.json(&input, &outcome, &output, expected.as_ref());
+        let mut figures = outcome_json(LawName::from(self.law), &input, &outcome, &output, expected.as_ref());
         if let (Some(warning), Some(warnings)) =
             (record.as_ref().and_then(|record| record.warning.as_ref()), figures["warnings"].as_array_mut())
         {
@@ -306,45 +311,6 @@ impl Compensate {
         }
         output.setpoints.iter().flat_map(written::setpoints).for_each(|line| printer.line(line));
     }
-
-    fn json(&self, input: &Input, outcome: &Outcome, output: &Output, expected: Option<&Expectation>) -> Value {
-        let format = output.format.filter(|_| outcome.gained || output.setpoints.is_some());
-        let setpoints = output.setpoints.as_ref().map(written::setpoints_json);
-        let [before, after] = outcome.figures();
-        json!({
-            "changed": outcome.gained,
-            "unchanged_because": (!outcome.gained).then(|| print::why_unchanged(input.part(), outcome)),
-            "law": pipeline::model_based_ilc::LawName::from(self.law),
-            "updates": outcome.updates,
-            "ended": outcome.ended.map(|ended| ended.to_string()),
-            "largest_shift_um": output.largest_shift_mm * 1e3,
-            "predicted_contour_um": {
-                "before": contour_json(&before.tip),
-                "after": contour_json(&after.tip),
-            },
-            "predicted_orientation_urad": {
-                "before": orientation_json(before.orientation.as_ref()),
-                "after": orientation_json(after.orientation.as_ref()),
-            },
-            "against_recorded_corners_um": outcome.of_program.map(|_| json!({
-                "before": contour_json(&outcome.before.tip),
-                "after": contour_json(&outcome.after.tip),
-            })),
-            "expected_contour_um": expected.map(print::expectation_json),
-            "expected_orientation_urad": print::expected_orientation_json(expected),
-            "beside_unchanged": outcome.beside_unchanged.map(|beside| json!({
-                "line": beside.line, "max_um": beside.max_mm * 1e3, "elsewhere_max_um": beside.elsewhere_mm * 1e3,
-            })),
-            "left_alone": input.part().map(|part| json!({ "moves": part.fixed_moves(), "feed_length_share": part.fixed_share() })),
-            "cycle_s": outcome.cycle_s.map(|(before, after)| json!({ "before": before, "after": after })),
-            "format": format,
-            // The key of before.
-            "carrier": format,
-            "setpoints": setpoints,
-            "rows": setpoints,
-            "warnings": print::warnings(input.part(), outcome),
-        })
-    }
 }
 
 /// Whether precomp itself plans what the control will command.
@@ -406,38 +372,12 @@ fn line_count(bytes: &[u8]) -> usize {
     (0..bytes.len()).filter(|k| is_end(*k)).count() + usize::from(is_open)
 }
 
-/// The keys of both.
-pub(super) fn merged(mut figures: Value, beside: Value) -> Value {
-    if let (Value::Object(figures), Value::Object(beside)) = (&mut figures, beside) {
-        figures.extend(beside);
-    }
-    figures
-}
-
 /// Share of its bound from which on a correction counts as cut off by it.
 pub const AT_BOUND: f64 = 0.99;
 
 /// What the page shows.
 const LEAD: &str =
     "What the model predicts for the program as it is, and for the compensated one. Nothing was run on the machine.";
-
-/// The forecasts of the program as it is, and compensated where that is better.
-fn before_and_after(track: &Track<'_>, outcome: &Outcome) -> Result<Vec<Run>> {
-    let mut runs = vec![Run::of("before", track, None, &outcome.uncompensated)?];
-    if outcome.gained {
-        runs.push(Run::of("after", track, Some(&outcome.reference), &outcome.forecast)?);
-    }
-    Ok(runs)
-}
-
-/// The forecast before and after, how it was learned, and how well the model knows the machine there.
-pub(super) fn forecast(input: &Input, outcome: &Outcome, model: &Bundle, forecasts: &Forecasts) -> Result<Vec<Group>> {
-    let track = Track::of(input);
-    let mut all = sections(&track, &before_and_after(&track, outcome)?);
-    all.extend(learning_curve(forecasts));
-    all.extend([asked(model, input), known(model)]);
-    Ok(vec![Group { name: input.name().to_owned(), sections: all }])
-}
 
 #[cfg(test)]
 mod tests {
