@@ -35,6 +35,11 @@ pub fn show(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
 fn show_missed(printer: &Printer, adjusted: &Adjusted, goal: Goal) {
     let (before_s, after_s) = adjusted.cycle_s;
     match goal {
+        Goal::Slower { keep_time: true, .. }
+            if after_s > before_s * (1.0 + SAME_TIME) && adjusted.moves == (0, 0) && adjusted.above.is_empty() =>
+        {
+            printer.line("note: the programmed feeds keep the tolerance and stay; the cycle is longer by the correction alone");
+        }
         Goal::Slower { keep_time: true, .. } if after_s > before_s * (1.0 + SAME_TIME) => {
             printer.line("warning: the other moves cannot win all of the time back within the tolerance and the axes' limits");
         }

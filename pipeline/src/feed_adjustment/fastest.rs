@@ -81,7 +81,7 @@ pub(super) fn within_time(
             break;
         }
     }
-    if let Some(visit) = search.best_within(most_s).or_else(|| search.shortest(f64::INFINITY)).cloned() {
+    if let Some(visit) = search.best_within(most_s).or_else(|| search.shortest()).cloned() {
         trial = search.run_as(trial, &visit)?;
     }
     task.finish(trial, f64::INFINITY)

@@ -217,22 +217,20 @@ impl<'a> Search<'a> {
         best_within(&self.visits, most_s)
     }
 
-    /// Of the trials whose cycle takes at most `most_s` and whose MAX is not above both that at the programmed feeds and the tolerance, the one whose groups exceed the tolerance
+    /// Of the trials whose cycle takes at most `most_s` and whose MAX is not above that at the programmed feeds, the one whose groups exceed the tolerance
     /// least, where time has its price: what takes as long again as the first one has to take this share off the excess.
     pub fn least_excess(&self, tolerance_mm: f64, most_s: f64) -> Option<&Visit> {
         let first = self.visits.first()?;
         let excess = |visit: &Visit| visit.errors_mm.iter().map(|error| (error - tolerance_mm).max(0.0)).sum::<f64>();
         let own = excess(first).max(f64::MIN_POSITIVE);
         let cost = |visit: &Visit| excess(visit) / own + self.price_of_time * (visit.cycle_s / first.cycle_s - 1.0);
-        let allowed = |visit: &&Visit| visit.cycle_s <= most_s && visit.max_mm <= first.max_mm.max(tolerance_mm);
+        let allowed = |visit: &&Visit| visit.cycle_s <= most_s && visit.max_mm <= first.max_mm;
         self.visits.iter().filter(allowed).min_by(|a, b| cost(a).total_cmp(&cost(b)))
     }
 
-    /// The trial of the shortest cycle, of those that keep the tolerance where any does.
-    pub fn shortest(&self, tolerance_mm: f64) -> Option<&Visit> {
-        let keeps = |visit: &Visit| visit.max_mm <= tolerance_mm;
-        let by_time = |a: &&Visit, b: &&Visit| keeps(b).cmp(&keeps(a)).then(a.cycle_s.total_cmp(&b.cycle_s));
-        self.visits.iter().min_by(by_time)
+    /// The trial of the shortest cycle.
+    pub fn shortest(&self) -> Option<&Visit> {
+        self.visits.iter().min_by(|a, b| a.cycle_s.total_cmp(&b.cycle_s))
     }
 
     /// The least MAX of the trials whose cycle takes at most `most_s`, mm.

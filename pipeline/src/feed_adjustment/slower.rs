@@ -32,21 +32,20 @@ pub(super) fn slower(
     let highest_factor = limits.highest_factor.or(keep_time.then_some(KEEPING_FACTOR)).filter(|_| keep_time);
     let limits = &FeedLimits { highest_factor, ..limits.clone() };
     let (mut task, mut trial) = Adjustment::begin(part, model, settings, limits, progress)?;
-    let programmed_s = task.programmed_s;
-    let keeping_s = programmed_s * (1.0 + SAME_TIME);
-    if trial.max_mm() > tolerance_mm || keep_time && trial.cycle_s() > keeping_s {
+    if trial.max_mm() > tolerance_mm {
+        let programmed_s = task.programmed_s;
         let search = &mut task.search;
         if keep_time {
             search.most_s = Some(programmed_s);
         } else {
             trial = wider(search, trial, tolerance_mm)?;
         }
-        if trial.max_mm() > tolerance_mm || keep_time {
+        if trial.max_mm() > tolerance_mm {
             trial = search.settle(trial, tolerance_mm, ROUNDS)?;
         }
-        let most_s = if keep_time { keeping_s } else { f64::INFINITY };
+        let most_s = if keep_time { programmed_s * (1.0 + SAME_TIME) } else { f64::INFINITY };
         if (trial.max_mm() > tolerance_mm || keep_time)
-            && let Some(visit) = search.least_excess(tolerance_mm, most_s).or_else(|| search.shortest(tolerance_mm)).cloned()
+            && let Some(visit) = search.least_excess(tolerance_mm, most_s).or_else(|| search.shortest()).cloned()
         {
             trial = search.run_as(trial, &visit)?;
         }
